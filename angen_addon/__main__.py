@@ -13,10 +13,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
-from .commands.console import note, tell
-from .commands.leaving import leave_hard
-from .process.quiet import fill_closed_streams, standard_output_silenced
-from .process.standalone import PACKAGE, load_extension, open_file, unreadable
+from .commands.console import leave_hard, note, tell
+from .process.standalone import (
+    PACKAGE,
+    fill_closed_streams,
+    load_extension,
+    open_file,
+    standard_output_silenced,
+    unreadable,
+)
 
 # Positions of the home among the arguments, where it is not the first.
 HOME_AT = {"apply": 1}

@@ -20,9 +20,8 @@ from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.parameters import READING, Parameters, Spec, defaults, specs
 from .runtime import state
-from .scene.lengths import OVERRIDABLE, property_group
-from .scene.rooms import known_rooms
-from .scene.units import SUBTYPES, with_unit
+from .scene.lengths import OVERRIDABLE, SUBTYPES, property_group, with_unit
+from .scene.sensors import known_rooms
 
 # Decimals of fields by unit, where three are too few or too many.
 PRECISIONS = {"m": 4, "m²": 6, "Ω": 0, "lx": 2, READING: 2}

@@ -200,7 +200,7 @@ def measure(name: str, triangles: int) -> dict[str, float]:
         recording, scene, bpy.context.evaluated_depsgraph_get()
     )
     keep_s = time.perf_counter() - started
-    events = part("sensor_logic.log.event_log").events(recording)
+    events = part("sensor_logic.log").events(recording)
     found = [blender_s, before, spent[0], start_mb, spent[1], keep_s]
     found += [_memory(peak=True) - before, len(events)]
     found += _ray_parts(part("angen_addon.scene.rays.caster").RayCaster())

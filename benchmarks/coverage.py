@@ -11,8 +11,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.coverage.floor import cells_of
-from angen_sensors.angen_addon.coverage.maps import at_once
-from angen_sensors.angen_addon.coverage.views import detectors, view_of
+from angen_sensors.angen_addon.coverage.maps import at_once, detectors, view_of
 from angen_sensors.angen_addon.scene.home import EvaluatedHome
 from angen_sensors.angen_addon.scene.sensors import all_sensors
 from angen_sensors.sensor_logic.coverage.detect import RangeView

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.runtime import stillness
+from angen_sensors.angen_addon.runtime import skipping as stillness
 from angen_sensors.angen_addon.runtime.simulation import simulate
 from angen_sensors.angen_addon.scene.sensors import Sensor, all_sensors
 from angen_sensors.sensor_logic.kind import LIGHT

@@ -17,7 +17,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.runtime import stillness
+from angen_sensors.angen_addon.runtime import skipping
 from angen_sensors.angen_addon.scene.sensors import all_sensors
 from angen_sensors.residents.blender import run as living
 from angen_sensors.residents.blender.run import Household, Plan
@@ -143,13 +143,13 @@ def _checked(count: int, seconds: float) -> dict[str, Any]:
 
 def _plain(household: Household, number: int, begin: float, seconds: float) -> tuple[Any, float]:
     """A stretch that is evaluated at every frame, with all its keys at once."""
-    find, most = stillness.find, living.MOST_MOVEMENT
-    stillness.find = lambda *_: stillness.Stillness(np.empty((0, 2)), ("as a reference",))
+    find, most = skipping.find, living.MOST_MOVEMENT
+    skipping.find = lambda *_: skipping.Stillness(np.empty((0, 2)), ("as a reference",))
     living.MOST_MOVEMENT = 1e9
     try:
         return _stretch(household, number, begin, seconds)
     finally:
-        stillness.find, living.MOST_MOVEMENT = find, most
+        skipping.find, living.MOST_MOVEMENT = find, most
 
 
 def _stretch(household: Household, number: int, begin: float, seconds: float) -> tuple[Any, float]:

@@ -158,8 +158,8 @@ def _run_recording(seconds: int) -> dict[str, Any]:
 
 
 def _written(recording: Any) -> dict[str, Any]:
-    from angen_sensors.sensor_logic.log.event_log import events_csv
-    from angen_sensors.sensor_logic.recording.writer import from_bytes, to_bytes
+    from angen_sensors.sensor_logic.log import events_csv
+    from angen_sensors.sensor_logic.recording.file import from_bytes, to_bytes
 
     begin = time.perf_counter()
     text = events_csv(recording)

@@ -23,7 +23,7 @@ from angen_sensors.angen_addon.scene.light.faces import face_size
 from angen_sensors.angen_addon.scene.light.materials import Surfaces, glows, is_clear
 from angen_sensors.angen_addon.scene.light.probe import LightRequest
 from angen_sensors.angen_addon.scene.light.scene import Housings, is_portal
-from angen_sensors.sensor_logic.physics.photometry import luminance
+from angen_sensors.sensor_logic.physics import luminance
 
 from .ray_layer import HOME
 

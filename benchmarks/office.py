@@ -17,17 +17,17 @@ from typing import Any
 import numpy as np
 from angen_sensors.sensor_logic.coverage.detect import WarmView
 from angen_sensors.sensor_logic.coverage.detectors import Walker
+from angen_sensors.sensor_logic.coverage.grid import choose
 from angen_sensors.sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, MOTIONS, Start
-from angen_sensors.sensor_logic.coverage.placement import choose
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import (
+from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
+    STEFAN_BOLTZMANN,
     response_of,
     threshold_of,
     zones_of,
 )
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
-from angen_sensors.sensor_logic.quantities import ZERO_CELSIUS
+from angen_sensors.sensor_logic.wording import ZERO_CELSIUS
 
 Array = np.typing.NDArray[np.float64]
 STEP, POINTS = 0.3, (11, 8)

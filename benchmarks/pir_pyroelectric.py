@@ -16,7 +16,7 @@ from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
 from angen_sensors.angen_addon.scene.sensors import Sensor, all_sensors
 from angen_sensors.sensor_logic import kind
-from angen_sensors.sensor_logic.kinds.pir.model import MotionDetector
+from angen_sensors.sensor_logic.kinds.pir import MotionDetector
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
 from angen_sensors.sensor_logic.model import Emission, Update
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from angen_sensors.sensor_logic.kinds.pressure.force_resistor import ForceResistor
-from angen_sensors.sensor_logic.kinds.pressure.parameters import PressureParameters
+from angen_sensors.sensor_logic.kinds.pressure import ForceResistor, PressureParameters
 
 from . import pressure_accuracy, pressure_mujoco, pressure_speed, pressure_table
 

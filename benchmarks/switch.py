@@ -17,10 +17,7 @@ import numpy as np
 from angen_sensors.angen_addon.runtime.simulation import simulate
 from angen_sensors.angen_addon.scene.sensors import all_sensors
 from angen_sensors.sensor_logic.kind import RAYS
-from angen_sensors.sensor_logic.kinds.optical_switch.model import (
-    OpticalSwitchParameters,
-    SlottedSwitch,
-)
+from angen_sensors.sensor_logic.kinds.optical_switch import OpticalSwitchParameters, SlottedSwitch
 from angen_sensors.sensor_logic.model import Pose, Update
 from angen_sensors.sensor_logic.recording.tracks import Recording
 

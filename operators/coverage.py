@@ -13,9 +13,9 @@ from bpy.props import StringProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras.io_utils import ExportHelper
 
-from ..angen_addon.coverage import kept, mesh
+from ..angen_addon.coverage import shown
+from ..angen_addon.coverage.command import picture
 from ..angen_addon.coverage.maps import Enough, MapProgress, cover
-from ..angen_addon.coverage.plans import picture
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
 from ..angen_addon.scene.sensors import all_sensors, decimal
@@ -161,8 +161,8 @@ class ANGEN_OT_coverage(Staged, Operator):
         return begin_map(context)
 
     def _finish(self, context: Context, result: CoverageMap) -> None:
-        mesh.show(context.scene, result)
-        kept.keep(context.scene, result)
+        shown.show_map(context.scene, result)
+        shown.keep(context.scene, result)
         whole = result.total()
         self.report(
             {"INFO"},
@@ -181,12 +181,12 @@ class ANGEN_OT_coverage_clear(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         return needs(
-            cls, any(mesh.is_map(obj) for obj in context.scene.objects), "There is no coverage map"
+            cls, any(shown.is_map(obj) for obj in context.scene.objects), "There is no coverage map"
         )
 
     def execute(self, context: Context) -> set[str]:
-        count = mesh.remove(context.scene)
-        kept.forget(context.scene)
+        count = shown.remove(context.scene)
+        shown.forget(context.scene)
         self.report({"INFO"}, f"Removed {plural(count, 'coverage map')}")
         return {"FINISHED"}
 

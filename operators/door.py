@@ -11,16 +11,15 @@ from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Operator
 from mathutils import Matrix, Vector
 
-from ..angen_addon.authoring.housing import Housing, mesh_of
+from ..angen_addon.authoring.housing import Housing, mesh_of, parent_keeping
 from ..angen_addon.authoring.of_kind import place_on
-from ..angen_addon.authoring.placing import parent_keeping
 from ..angen_addon.authoring.presets import new_sensor
-from ..angen_addon.kinds.optical_switch.housing import fork
+from ..angen_addon.kinds.optical_switch import fork
 from ..angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of
 from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.error import AngenError
+from .place import SurfacePoint, belongs_to, first_surface
 from .polls import can_add, cancelled, needs
-from .surface import SurfacePoint, belongs_to, first_surface
 
 KIND = "OPTICAL_SWITCH"
 # m: the gap and the fork of a switch's default housing; the flag stands in the middle of the gap.

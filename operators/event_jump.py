@@ -11,8 +11,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.runtime import state
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log.event_indices import event_indices, log_indices
-from ..sensor_logic.log.event_log import format_frame
+from ..sensor_logic.log import event_indices, format_frame, log_indices
 from ..sensor_logic.recording.tracks import Recording, Track
 from .polls import is_idle, needs
 from .recording import has_fresh_recording

@@ -7,12 +7,11 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.explain.explain import explain
-from ..angen_addon.explain.memory import MEMORY
+from ..angen_addon.explain.explain import MEMORY, explain
 from ..angen_addon.runtime.time_base import clock_of
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.error import AngenError
-from ..sensor_logic.log.event_indices import log_indices
+from ..sensor_logic.log import log_indices
 from ..sensor_logic.recording.tracks import Track
 from .event_jump import poll_recorded, recorded
 from .polls import cancelled

@@ -13,7 +13,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..angen_addon.output.output_files import write
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder, file_names
-from ..sensor_logic.log.event_log import events_csv, samples_csv
+from ..sensor_logic.log import events_csv, samples_csv
 from .export_options import ExportOptions, finished
 from .polls import cancelled
 from .recording import is_still_fresh

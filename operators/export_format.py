@@ -9,8 +9,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event, Operator
 
-from ..angen_addon.output.exports import Exports
-from ..angen_addon.output.output_files import Outputs
+from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.formats import FORMATS

@@ -12,8 +12,7 @@ from bpy.types import Context
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..sensor_logic.error import AngenError
-from ..sensor_logic.log.event_log import for_spreadsheets
-from ..sensor_logic.log.start import parse_start
+from ..sensor_logic.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording
 from .recording import has_fresh_recording
 

@@ -13,10 +13,9 @@ from bpy.types import Context, Operator
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log.event_indices import event_indices, log_indices
-from ..sensor_logic.log.event_log import format_value
-from ..sensor_logic.log.partner_names import split
+from ..sensor_logic.log import event_indices, format_value, log_indices
 from ..sensor_logic.recording.tracks import Recording, Track
+from ..sensor_logic.wording import split
 from .polls import cancelled, needs
 from .recording import has_fresh_recording
 

@@ -4,24 +4,240 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import bpy
+import gpu
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
+from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix, Vector
 
+from ..angen_addon.authoring.housing import Housing, parent_keeping
 from ..angen_addon.authoring.of_kind import housing_of, place_on
-from ..angen_addon.authoring.placing import parent_keeping
 from ..angen_addon.authoring.presets import new_sensor
+from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.kinds import KINDS
 from .add import KIND_ITEMS, preset_of, preset_property
-from .height import ENDS, TypedLength, below, height_text, raised
-from .place_preview import Preview, remove_all
 from .polls import can_add, cancelled
-from .surface import SurfacePoint, first_surface
+
+# Draws a sensor while it is being placed: its outline under the mouse, its place and the keys.
+#
+# It adds nothing to the scene, so that no recording becomes stale.
+
+COLOR = (1.0, 0.6, 0.1, 1.0)
+LINE_WIDTH = 1.5
+# Draw handlers in use. Blender ends operators without a call where the extension is switched off.
+_handles: set[Any] = set()
+
+
+class Preview:
+    """Draws the outline of a housing at `matrix`, if that is not None."""
+
+    def __init__(self, context: Context, housing: Housing) -> None:
+        self.matrix: Matrix | None = None
+        self._scale = unit_scale(context.scene)
+        self._area = context.area
+        self._lines = [housing.points[i] for edge in housing.outline() for i in edge]
+        self._handle: Any = bpy.types.SpaceView3D.draw_handler_add(
+            self._draw, (context.region,), "WINDOW", "POST_VIEW"
+        )
+        _handles.add(self._handle)
+
+    def show(self, context: Context, matrix: Matrix | None, told: str, keys: str) -> None:
+        self.matrix = matrix
+        self._area.header_text_set(told)
+        context.workspace.status_text_set(keys)
+        self._area.tag_redraw()
+
+    def remove(self, context: Context) -> None:
+        _remove(self._handle)
+        _clear_texts(self._area, context.workspace)
+
+    def _draw(self, region: Any) -> None:
+        if self.matrix is None or bpy.context.region != region:
+            return
+        shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
+        to_world = self.matrix @ Matrix.Scale(1 / self._scale, 4)
+        # Single precision is enough near the origin of the housing's axes.
+        with gpu.matrix.push_pop():
+            gpu.matrix.multiply_matrix(to_world)
+            shader.bind()
+            shader.uniform_float("color", COLOR)
+            shader.uniform_float("lineWidth", LINE_WIDTH)
+            shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+            batch_for_shader(shader, "LINES", {"pos": self._lines}).draw(shader)
+
+
+def _clear_texts(area: Any, workspace: Any) -> None:
+    area.header_text_set(None)
+    workspace.status_text_set(None)
+    area.tag_redraw()
+
+
+def _remove(handle: Any) -> None:
+    if handle in _handles:
+        _handles.remove(handle)
+        bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
+
+
+def remove_all() -> None:
+    """Removes the draw handlers of operators that Blender ended without a call."""
+    if _handles and bpy.context.window_manager is not None:
+        for window in bpy.context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    _clear_texts(area, window.workspace)
+    for handle in list(_handles):
+        _remove(handle)
+
+
+# Finds the surface that a ray hits first, as the user sees it.
+
+# A ray may pass this many objects.
+PASSED = 64
+# A ray that passes an object starts again this share of the distance further on.
+STEP = 1e-6
+
+
+class SurfacePoint(NamedTuple):
+    """A point where a ray hit: `normal` points to the side that the ray came from. `whole`: the ray
+    hit the object itself, not an instance of it elsewhere."""
+
+    point: Vector
+    normal: Vector
+    object: Any
+    whole: bool
+
+    @property
+    def along(self) -> list[Vector]:
+        """The axes of the object, to align with."""
+        matrix = self.object.matrix_world
+        return [matrix.col[1].xyz, matrix.col[0].xyz]
+
+
+def first_surface(
+    scene: Any,
+    depsgraph: Any,
+    origin: Vector,
+    direction: Vector,
+    length: float = 1e6,
+    passes: Callable[[Any], bool] | None = None,
+    culled: bool = False,
+) -> SurfacePoint | None:
+    """The surface that a ray hits first within `length` Blender units. The ray passes objects that
+    sensors ignore or for which `passes` returns True and, with `culled`, the backs of faces."""
+    direction = direction.normalized()
+    start, left = origin.copy(), length
+    for _ in range(PASSED):
+        if left <= 0.0:
+            return None
+        hit, point, normal, _, obj, matrix = scene.ray_cast(
+            depsgraph, start, direction, distance=left
+        )
+        if not hit:
+            return None
+        original = obj.original
+        back = normal.dot(direction) > 0.0
+        if not (original.angen_ignored or (passes and passes(original)) or (culled and back)):
+            whole = all(
+                (a - b).length < 1e-6 for a, b in zip(matrix, obj.matrix_world, strict=True)
+            )
+            return SurfacePoint(point, (-normal if back else normal).normalized(), original, whole)
+        gone = (point - start).length + max(STEP, STEP * point.length)
+        start, left = start + direction * gone, left - gone
+    return None
+
+
+def belongs_to(obj: Any, owner: Any) -> bool:
+    """Whether an object is `owner` or a child of it."""
+    while obj is not None:
+        if obj == owner:
+            return True
+        obj = obj.parent
+    return False
+
+
+# The height of a sensor above the floor while it is being placed, and typed heights.
+
+UP = Vector((0.0, 0.0, 1.0))
+# A surface rises if a step along it goes up by at least this share.
+RISES = 0.5
+# A surface whose normal points up by more than this share counts as a floor.
+CARRIES = 0.5
+# A typed length: numbers, each with or without a unit.
+LENGTH = re.compile(r"-?((\d+\.?\d*|\.\d+)(mm|cm|m|ft|in|'|\")?)+")
+NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
+TYPED = set("0123456789.-mcftin'\"")
+ENDS = {"RET", "NUMPAD_ENTER"}
+
+
+def below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
+    """The floor below a place on a surface. Neither the object of that surface counts as a floor,
+    nor anything as steep as a leaning wall."""
+    carrier = on.object if on.normal.z > CARRIES else None
+    off = UP * (1e-3 / unit_scale(scene))
+    start = place
+    for _ in range(PASSED):
+        met = first_surface(scene, depsgraph, start - off, -UP, passes=lambda o: o == carrier)
+        if met is None or met.normal.z > CARRIES:
+            return met
+        start = met.point
+    return None
+
+
+def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
+    """A text for the height of a place, and its height above the floor."""
+    scale, lengths = unit_scale(scene), lengths_of(scene)
+    height = f"Z {lengths.text(place.z * scale)}"
+    if floor is None:
+        return height
+    above = lengths.text((place.z - floor.point.z) * scale)
+    return f"{height}, {above} above '{floor.object.name}'"
+
+
+def raised(point: Vector, normal: Vector, way: float) -> Vector | None:
+    """The point `way` higher on a surface with this normal; None where the surface is level."""
+    along = UP - normal * normal.z
+    if along.length < RISES:
+        return None
+    return point + along * (way / along.length_squared)
+
+
+class TypedLength:
+    """Collects a length from typed keys."""
+
+    def __init__(self) -> None:
+        self.text = ""
+
+    def take(self, event: Event) -> bool:
+        """Adds a pressed key, and returns whether it is part of a length; letters are, after a
+        number."""
+        if event.type == "BACK_SPACE" and self.text:
+            self.text = self.text[:-1]
+            return True
+        letter = "" if event.ctrl or event.alt else event.unicode.replace(",", ".")
+        if event.type.startswith("NUMPAD_") and event.type[7:].isdigit():
+            letter = event.type[7:]
+        if len(letter) != 1 or letter not in TYPED or (letter.isalpha() and not self.text):
+            return False
+        self.text += letter
+        return True
+
+    def metres(self, scene: Any) -> float | None:
+        """The length in m, or None; a number alone is in the scene's unit."""
+        if not LENGTH.fullmatch(self.text):
+            return None
+        number = NUMBER.fullmatch(self.text)
+        if number is not None:
+            return float(number.group()) * lengths_of(scene).metres
+        system = "IMPERIAL" if scene.unit_settings.system == "IMPERIAL" else "METRIC"
+        return float(bpy.utils.units.to_value(system, "LENGTH", self.text))
+
 
 WHEEL_STEP, KEY_STEP = math.radians(15), math.radians(90)
 NAVIGATION = {"MIDDLEMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}

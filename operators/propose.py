@@ -11,11 +11,10 @@ from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import find_preset, new_sensor
-from ..angen_addon.coverage import ghosts, kept, mesh
+from ..angen_addon.coverage import shown
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
-from ..angen_addon.scene.rooms import room_of
-from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal
+from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.wording import plural
@@ -53,7 +52,7 @@ class ANGEN_OT_place_propose(Staged, Operator):
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         settings = context.scene.angen_coverage
         like = None if self.preset else pattern_of(context)
-        parameters, rate = ghosts.pattern(like, self.preset)
+        parameters, rate = shown.pattern(like, self.preset)
         self._like = like.name if like else ""
         wish = Wish(
             settings.count,
@@ -74,15 +73,15 @@ class ANGEN_OT_place_propose(Staged, Operator):
         )
 
     def _finish(self, context: Context, result: Proposal) -> None:
-        ghosts.show(context.scene, result, self._like, self.preset)
-        mesh.show(context.scene, result.map)
-        kept.keep(context.scene, result.map)
+        shown.show_proposal(context.scene, result, self._like, self.preset)
+        shown.show_map(context.scene, result.map)
+        shown.keep(context.scene, result.map)
         self.report({"INFO"}, result.summary())
 
 
 def _can_decide(cls: Any, context: Context) -> bool:
     return needs(
-        cls, ghosts.proposed(context.scene), "There is no proposal: Propose Places first"
+        cls, shown.proposed(context.scene), "There is no proposal: Propose Places first"
     ) and can_look(cls, context)
 
 
@@ -97,13 +96,13 @@ class ANGEN_OT_place_accept(Operator):
         return has_editable_collection(cls, context) and _can_decide(cls, context)
 
     def execute(self, context: Context) -> set[str]:
-        found = ghosts.proposed(context.scene)
+        found = shown.proposed(context.scene)
         chosen = [ghost for ghost in found if ghost.select_get()] or found
         try:
             made = [accept(context, ghost) for ghost in chosen]
         except (AngenError, KeyError) as error:
             return cancelled(self, error.args[0])
-        ghosts.discard(context.scene)
+        shown.discard(context.scene)
         for sensor in made:
             sensor.select_set(True)
         self.report({"INFO"}, f"Placed {', '.join(sensor.name for sensor in made)}"[:200])
@@ -112,13 +111,13 @@ class ANGEN_OT_place_accept(Operator):
 
 def accept(context: Context, ghost: Any) -> Any:
     """Adds a motion detector at a proposed place, whose object stays. Raises KeyError."""
-    identifier = ghost.get(ghosts.PRESET, "")
+    identifier = ghost.get(shown.PRESET, "")
     preset = find_preset(DETECTOR, identifier) if identifier else None
     room = room_of(ghost)
     sensor = new_sensor(context, DETECTOR.identifier, preset, f"PIR {room}".strip())
-    like = context.scene.objects.get(ghost.get(ghosts.LIKE, ""))
+    like = context.scene.objects.get(ghost.get(shown.LIKE, ""))
     if like is not None and like.angen_sensor.kind == DETECTOR.identifier:
-        ghosts.copy_settings(like.angen_sensor, sensor.angen_sensor)
+        shown.copy_settings(like.angen_sensor, sensor.angen_sensor)
     sensor.matrix_world = ghost.matrix_world
     sensor.angen_sensor.room = room
     return sensor
@@ -133,7 +132,7 @@ class ANGEN_OT_place_discard(Operator):
     poll = classmethod(_can_decide)
 
     def execute(self, context: Context) -> set[str]:
-        count = ghosts.discard(context.scene)
+        count = shown.discard(context.scene)
         self.report({"INFO"}, f"Discarded {plural(count, 'proposed place')}")
         return {"FINISHED"}
 

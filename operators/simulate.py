@@ -12,9 +12,9 @@ from bpy.props import IntProperty
 from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
-from ..angen_addon.commands.progress import TimeLeft
+from ..angen_addon.commands.home import TimeLeft
 from ..angen_addon.recording.stored_recording import settings_of, stored_run
-from ..angen_addon.runtime import outputs, state
+from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
 from ..angen_addon.scene.sensors import all_sensors, simulated
@@ -92,7 +92,7 @@ class ANGEN_OT_simulate(Operator):
             return
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
-            outputs.show_recorded(self._recording, all_sensors(context.view_layer), frame)
+            state.show_recorded(self._recording, all_sensors(context.view_layer), frame)
             # An update of drivers is no edit that makes the recording stale.
             context.view_layer.update()
         lacking.look(context.view_layer)

@@ -10,8 +10,7 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.advice.warmth import USUAL, warm
-from ..sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
-from ..sensor_logic.kinds.pir.pyroelectric.zones import write_table
+from ..sensor_logic.kinds.pir.lenses import LENSES, write_table
 from .polls import can_change_sensor, cancelled, needs
 
 ITEMS = [(u.identifier, u.label, u.tip) for u in USUAL.values()]

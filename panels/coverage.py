@@ -6,7 +6,8 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.coverage import ghosts, kept
+from ..angen_addon.coverage import shown as ghosts
+from ..angen_addon.coverage import shown as kept
 from ..operators.propose import pattern_of
 from ..sensor_logic.wording import plural
 from .lines import ClosedSidebar, draw_property

@@ -9,14 +9,14 @@ from typing import Any
 import bpy
 from bpy.types import Context, DOPESHEET_HT_header, Panel
 
+from ..angen_addon.explain.explain import MEMORY
 from ..angen_addon.explain.facts import Explanation
-from ..angen_addon.explain.memory import MEMORY
 from ..angen_addon.runtime import state
 from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.timeline.history import HISTORIES, HistoryRow
+from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
-from ..sensor_logic.log.event_log import format_frame
+from ..sensor_logic.log import format_frame
 from ..sensor_logic.recording.tracks import Recording, Track
 from .lines import (
     LABEL_SHARE,

@@ -8,9 +8,8 @@ from typing import Any
 
 import bpy
 
-from ..angen_addon.scene.lengths import in_units
+from ..angen_addon.scene.lengths import in_units, with_unit
 from ..angen_addon.scene.sensors import unit_scale
-from ..angen_addon.scene.units import with_unit
 
 # Width of a character of Blender's interface font, and of margins and icon, in pixels at scale 1.
 WIDTH_OF_LETTER = 6.2

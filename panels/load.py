@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.advice import weights
+from ..angen_addon.advice import sensing
 from ..angen_addon.advice.sensing import may_be_simulated
 from ..angen_addon.scene.bearers import bearer, candidates, has_mass
 from ..angen_addon.scene.instances import is_sensor
@@ -25,7 +25,7 @@ class _Weight:
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return context.object is not None and context.object.type in weights.BEARER_TYPES
+        return context.object is not None and context.object.type in sensing.BEARER_TYPES
 
     def draw_header_preset(self, context: Context) -> None:
         # In a narrow region it would cover the panel's name.
@@ -71,7 +71,7 @@ def _draw_simulated(layout: Any, obj: Any) -> None:
 
 
 def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
-    weighed = weights.weighed_with(obj, view_layer)
+    weighed = sensing.weighed_with(obj, view_layer)
     if weighed.surfaces:
         names = _names(weighed.surfaces)
         draw_lines(layout, f"Its weight presses where these touch what is below: {names}", "INFO")
@@ -87,7 +87,7 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
         bearers += [
             other
             for other in list(candidates(obj))[1:]
-            if has_mass(other) and weights.weighed_with(other, view_layer).surfaces
+            if has_mass(other) and sensing.weighed_with(other, view_layer).surfaces
         ]
     if bearers:
         text = f"Counted twice? {_names(bearers)} has a mass too, and both count"
@@ -100,7 +100,7 @@ def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
         mass = f"{above.angen_load.mass:g} kg"
         draw_lines(layout, f"It weighs with '{above.name}' ({mass})", "INFO")
         return
-    weighed = weights.weighed_with(obj, view_layer)
+    weighed = sensing.weighed_with(obj, view_layer)
     text = "No weight. Meant for animated objects, not simulated ones: a person, moved furniture"
     if weighed.surfaces:
         text += f". The mass would be that of {_names(weighed.surfaces)}"

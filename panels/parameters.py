@@ -10,8 +10,8 @@ from bpy.types import Context
 from ..angen_addon.advice.sensing import unreachable
 from ..angen_addon.kinds import appearance_of
 from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check
-from ..angen_addon.scene.units import lengths_of
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import Spec, is_chosen, specs

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.scene.rooms import room_of
+from ..angen_addon.scene.sensors import room_of
 from .parameters import draw_sensor, sensor_of
 from .presets import draw_presets
 

@@ -38,7 +38,7 @@ from angen_home import (  # noqa: E402
     workroom,
 )
 
-from angen_addon.commands.leaving import leave_hard  # noqa: E402
+from angen_addon.commands.console import leave_hard  # noqa: E402
 from angen_addon.process.standalone import load_extension  # noqa: E402
 
 # The collections in the order the outliner should show them.

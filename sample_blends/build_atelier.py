@@ -22,7 +22,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from sample_file import make  # noqa: E402
 
-from angen_addon.commands.leaving import leave_hard  # noqa: E402
+from angen_addon.commands.console import leave_hard  # noqa: E402
 
 # Who lives there: the sort, where they stand (m), the yaw (degrees) that they look along, and
 # whether with a walking frame.

@@ -32,7 +32,7 @@ from angen_sensors.residents.acting.timeline import (  # noqa: E402
 from angen_sensors.residents.body.gait import Stand, Walk, footsteps, standing  # noqa: E402
 from sample_file import make  # noqa: E402
 
-from angen_addon.commands.leaving import leave_hard  # noqa: E402
+from angen_addon.commands.console import leave_hard  # noqa: E402
 
 # The room's inside, m: x and y from 0; the door is in the wall x = 0, a corridor behind it.
 WIDE, DEEP, HIGH, WALL = 5.0, 4.0, 2.5, 0.12

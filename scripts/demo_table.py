@@ -11,8 +11,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from sensor_logic.kinds import KINDS
-from sensor_logic.quantities import short
-from sensor_logic.wording import aligned
+from sensor_logic.wording import aligned, short
 
 HEADER = ("room", "sensor", "kind", "events", "first s", "last s", "active", "max")
 NAME_COLUMNS = 3

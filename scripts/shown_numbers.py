@@ -265,7 +265,7 @@ def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
 
 def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
     """Compares Explain's text for the event at a frame: readings, and the updates that it names."""
-    context, memory = bpy.context, part("angen_addon.explain.memory").MEMORY
+    context, memory = bpy.context, part("angen_addon.explain.explain").MEMORY
     context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
     context.view_layer.objects.active = sensor.object
     bpy.ops.angen.explain("EXEC_DEFAULT")

@@ -10,8 +10,7 @@ from fnmatch import fnmatchcase
 
 from .error import InputError
 from .kinds import KINDS
-from .spelling import hint
-from .wording import listed
+from .wording import hint, listed
 
 WILDCARDS = "*?["
 

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import quantities
+from . import wording
 from .parameters import READING, Parameters, Spec, UsedWhen, is_chosen
-from .quantities import METRES, Lengths
+from .wording import METRES, Lengths
 
 # The physical quantities that a model can ask the scene for; `model.py` has their shapes and units.
 # Ranges of rays; temperature and emissivity where rays hit; solids that crossed rays since the step
@@ -58,11 +58,11 @@ class Field:
 
     def text(self, value: float, lengths: Lengths = METRES) -> str:
         """A value with its unit, as the interface and reports show it."""
-        return quantities.measured(value, self.unit, self.decimals, lengths)
+        return wording.measured(value, self.unit, self.decimals, lengths)
 
     def short(self, value: float, lengths: Lengths = METRES) -> str:
         """A value with its unit, in three or four digits."""
-        return quantities.short(value, self.unit, lengths)
+        return wording.short(value, self.unit, lengths)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from .quantities import METRES, Lengths, typed
-from .wording import Advice, named
+from .wording import METRES, Advice, Lengths, named, typed
 
 # The unit of a parameter that has the unit of its sensor's main reading.
 READING = "reading"

@@ -8,7 +8,7 @@ from datetime import datetime
 
 from angen_sensors.sensor_logic.formats.log import Log, LoggedActivity, SensorFacts
 from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log.event_log import Event
+from angen_sensors.sensor_logic.log import Event
 
 START = datetime(2026, 3, 2, 7, 0, 0)
 YEAR = 365 * 86400.0

@@ -14,7 +14,7 @@ from ..scene.instances import with_instanced
 from ..scene.rays.geometry import evaluated_materials
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor
-from ..scene.warmth import collection_parents, inherited_warmth
+from ..scene.surfaces import collection_parents, inherited_warmth
 
 # Materials with one of these in their name are bare skin.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from ...parts import part
 from ...sensor_logic.error import AngenError
-from ..process.quiet import standard_output_silenced
-from ..process.standalone import open_file, unreadable
+from ..process.standalone import open_file, standard_output_silenced, unreadable
 
 if TYPE_CHECKING:
     from .home import Home

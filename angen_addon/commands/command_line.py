@@ -11,10 +11,8 @@ import bpy
 
 from ...sensor_logic.error import AngenError
 from ..output.output_files import Outputs
-from ..process.quiet import fill_closed_streams, standard_output_silenced
-from .console import FAILED, note
-from .interrupt import Interrupt
-from .leaving import leave_hard
+from ..process.standalone import fill_closed_streams, standard_output_silenced
+from .console import FAILED, Interrupt, leave_hard, note
 from .parser import parse, verb_of
 
 INTERRUPTED = "interrupted; nothing was written"

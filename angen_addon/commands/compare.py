@@ -7,9 +7,8 @@ import io
 import json
 import sys
 
-from ...sensor_logic.compare import picture, table
-from ...sensor_logic.compare.intervals import read
-from ...sensor_logic.compare.statistics import measures
+from ...sensor_logic import compare
+from ...sensor_logic.compare import measures, read
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.files import write_files
 from ...sensor_logic.formats.outputs import check_apart
@@ -27,14 +26,14 @@ def main(arguments: list[str], program: str) -> int:
         found = measures(one, two)
         if options.picture:
             check_apart("--picture", options.picture, [options.log, options.other])
-            write_files({options.picture: picture.svg(one, two, found)})
+            write_files({options.picture: compare.svg(one, two, found)})
     except AngenError as error:
         return _fail(str(error), error.status)
     except OSError as error:
         return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
     if options.json:
-        return _say(json.dumps(table.data(one, two, found), indent=1, ensure_ascii=False) + "\n")
-    return _say(table.text(one, two, found))
+        return _say(json.dumps(compare.data(one, two, found), indent=1, ensure_ascii=False) + "\n")
+    return _say(compare.text(one, two, found))
 
 
 def _say(text: str) -> int:

@@ -4,24 +4,207 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from typing import TextIO
 
 import bpy
 
 from ...sensor_logic.error import InputError
-from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.kind import FORCES, LIGHT
 from ...sensor_logic.recording.tracks import Recording
-from ...sensor_logic.wording import named
+from ...sensor_logic.wording import named, uncapitalized
+from ..advice import sensing as advice
+from ..advice import warmth
 from ..advice.lacking import lacking
 from ..layout.apply import apply_layout
-from ..runtime.simulation import simulate, unrecorded
+from ..runtime.simulation import Progress, simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
+from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, all_sensors, simulated
-from . import run_advice
-from .console import note
-from .progress import ProgressLine
+from .console import note, tell
+
+# Prints advice to the user before a run, on standard error.
+
+
+def print_advice(sensors: list[Sensor], quiet: bool) -> None:
+    """Prints which sensors are switched off, and, unless `quiet`, why others may not read what the
+    user expects."""
+    off = [s.name for s in sensors if not s.settings.enabled]
+    if off:
+        note(f"switched off: {', '.join(off)}")
+    if not quiet:
+        for found in advice.background_sets(bpy.context.scene):
+            note(uncapitalized(found.text))
+        _advise_on_pads(sensors)
+        _advise_on_warmth(sensors)
+        _advise_on_warm_up(sensors)
+        if any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors)):
+            for found in advice.opaque_glass(bpy.context.view_layer):
+                note(uncapitalized(found.text))
+        _advise_on_parameters(sensors)
+
+
+def _advise_on_warmth(sensors: list[Sensor]) -> None:
+    """Advises on pyroelectric detectors: nothing warm in the home, and rates that are too slow."""
+    found = warmth.pyroelectric(simulated(sensors))
+    cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
+    if cold:
+        note(uncapitalized(cold.text))
+    for sensor in found:
+        slow = warmth.too_slow(sensor)
+        if slow:
+            note(f"'{sensor.name}': {uncapitalized(slow.text)}")
+
+
+def _advise_on_warm_up(sensors: list[Sensor]) -> None:
+    """Advises on detectors whose warm-up lasts longer than the animation."""
+    for sensor in simulated(sensors):
+        late = advice.warm_up(sensor, bpy.context.scene)
+        if late:
+            note(f"'{sensor.name}': {uncapitalized(late.text)}")
+
+
+def _advise_on_pads(sensors: list[Sensor]) -> None:
+    """Advises on pressure pads without a surface, and on bodies that sink in or have no mass."""
+    scene, view_layer = bpy.context.scene, bpy.context.view_layer
+    pads = [s for s in simulated(sensors) if s.kind.requires(FORCES)]
+    for ask in (
+        lambda pad: advice.without_surface(pad.object),
+        lambda pad: advice.sinks(pad.object, scene),
+        lambda pad: advice.weightless(pad.object, scene, view_layer),
+        lambda pad: advice.hidden_partner(pad, view_layer),
+    ):
+        found = {pad.name: problem for pad in pads if (problem := ask(pad))}
+        if found:
+            note(advice.of_several(found))
+    short = advice.short_cache(scene) if pads else None
+    if short:
+        note(short.text)
+
+
+def _advise_on_parameters(sensors: list[Sensor]) -> None:
+    """Advises on outputs that never switch on, or never off."""
+    for sensor in simulated(sensors):
+        for found in advice.unreachable(sensor, lengths_of(bpy.context.scene)):
+            note(f"'{sensor.name}': {uncapitalized(found.text)}")
+
+
+# Prints progress on standard error: on a terminal one line that changes, else a line every 10
+# s.
+
+TERMINAL_INTERVAL_S = 0.2
+LOG_INTERVAL_S = 10.0
+
+
+# An estimate needs this many seconds of the run, and this share of it done.
+SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
+# Two estimates agree if neither is more than this many times the other.
+AGREE = 1.5
+
+
+class TimeLeft:
+    """Estimates how long the rest of a run will take, from the whole run so far and from its latter
+    half, and only once both agree: a run may begin with something slow, such as the first pictures
+    of the light."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+        # Seconds since then, and seconds of the scene done; those of the latter half.
+        self._noted: deque[tuple[float, float]] = deque()
+        self._last: Progress | None = None
+        self._sure = False
+
+    def note(self, progress: Progress) -> None:
+        elapsed = time.perf_counter() - self._start
+        self._noted.append((elapsed, progress.seconds_done))
+        self._last = progress
+        while self._noted[0][0] < elapsed / 2:
+            self._noted.popleft()
+
+    def seconds(self) -> float | None:
+        """The estimate in seconds; None as long as the estimates disagree."""
+        if self._last is None or not self._last.seconds_done:
+            return None
+        (since, before), (elapsed, done) = self._noted[0], self._noted[-1]
+        if done <= before:
+            return None
+        rest = self._last.seconds_total - done
+        whole, latter = rest * elapsed / done, rest * (elapsed - since) / (done - before)
+        enough = elapsed >= SURE_AFTER_S and done >= SURE_AFTER * self._last.seconds_total
+        self._sure |= enough and max(whole, latter) <= AGREE * min(whole, latter)
+        return (whole + latter) / 2 if self._sure else None
+
+    def text(self) -> str:
+        """The time left in round numbers, or empty."""
+        seconds = self.seconds()
+        if seconds is None:
+            return ""
+        if seconds < 60:
+            return f"about {5 * math.ceil(seconds / 5)} s left"
+        minutes = round(seconds / 60)
+        if minutes < 60:
+            return f"about {minutes} min left"
+        return f"about {minutes // 60} h {minutes % 60} min left"
+
+
+class ProgressLine:
+    """Prints the progress, speed and time left of a run."""
+
+    def __init__(self, stream: TextIO, quiet: bool) -> None:
+        self._stream = stream
+        self._quiet = quiet
+        self._terminal = stream.isatty()
+        self._start = self._shown = time.perf_counter()
+        self._drawn = False
+        self._left = TimeLeft()
+        self._announced = {""}
+        self._last: Progress | None = None
+
+    def show(self, progress: Progress) -> None:
+        self._left.note(progress)
+        self._last = progress
+        now = time.perf_counter()
+        interval = TERMINAL_INTERVAL_S if self._terminal else LOG_INTERVAL_S
+        # A slow step is announced when it begins; off a terminal, only the first time.
+        news = bool(progress.doing) if self._terminal else progress.doing not in self._announced
+        if self._quiet or (now - self._shown < interval and not news):
+            return
+        self._announced.add(progress.doing)
+        self._shown = now
+        elapsed = now - self._start
+        rate = progress.seconds_done / elapsed
+        left = self._left.text()
+        share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
+        parts = [f"frame {progress.frame:g}", f"{share:.0f} %"]
+        if progress.seconds_done:
+            parts.append(f"{rate:.0f} times real time")
+        text = ", ".join(filter(None, [*parts, left, progress.doing]))
+        self._drawn = self._terminal
+        tell(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
+
+    def finish(self, seconds: float, updates: int) -> None:
+        """The closing line: what was simulated and how fast."""
+        if self._drawn:
+            tell("\r" + " " * 70 + "\r", self._stream)
+        if self._quiet:
+            return
+        elapsed = max(time.perf_counter() - self._start, 1e-9)
+        last, still = self._last, ""
+        share = round(100 * (1 - last.evaluated / last.steps)) if last and last.steps else 0
+        if share:
+            still = f"; nothing moved at {share} % of the steps"
+        elif last is not None and last.moving:
+            still = f"; every step was evaluated: {last.moving}"
+        tell(
+            f"simulated {seconds:.1f} s in {elapsed:.1f} s "
+            f"({seconds / elapsed:.0f} times real time), {updates} updates{still}\n",
+            self._stream,
+        )
 
 
 def open_home(options: argparse.Namespace) -> None:
@@ -64,7 +247,7 @@ def run_home(
 ) -> Recording:
     """Simulates the frames in the options; calls `on_progress` with the growing recording."""
     scene = bpy.context.scene
-    run_advice.print_advice(sensors, options.quiet)
+    print_advice(sensors, options.quiet)
     others = unrecorded(simulated(sensors))
     if others and not options.quiet:
         note(f"simulated too, since drivers read their outputs: {named(s.name for s in others)}")

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, NoReturn
 from ...parts import VERBS, WITHOUT_BLENDER, installed, part
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.log.start import parse_start
-from ...sensor_logic.spelling import hint
+from ...sensor_logic.log import parse_start
+from ...sensor_logic.wording import hint
 
 
 class Verb(NamedTuple):

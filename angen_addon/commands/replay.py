@@ -13,18 +13,15 @@ from pathlib import Path
 
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
-from ...sensor_logic.formats.local_time import since
-from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log
+from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, since
 from ...sensor_logic.formats.reading import read_log
 from ...sensor_logic.formats.source import home_beside, read_home, start_of
-from ...sensor_logic.log.event_log import Value
+from ...sensor_logic.log import Value
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, clear, found
-from ..output.version import extension_version
-from .console import BAD_INPUT, DONE, FAILED, note
-from .interrupt import Interrupt
-from .leaving import leave_hard
+from ..output.run_log import extension_version
+from .console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
 from .parser import Parser, path
 
 INTERRUPTED = "interrupted; the sensors are unavailable now"

@@ -12,14 +12,13 @@ import bpy
 from ...sensor_logic.error import InputError
 from ...sensor_logic.files import file_names
 from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.log.event_log import for_spreadsheets, rows_csv, samples_csv
+from ...sensor_logic.log import for_spreadsheets, rows_csv, samples_csv
 from ..output import faulty
-from ..output.exports import Exports
 from ..output.faulty import Faults
 from ..output.mqtt import address as mqtt
 from ..output.mqtt.address import address_of
-from ..output.mqtt.sending import Sending
-from ..output.output_files import Outputs, check_outputs
+from ..output.mqtt.player import Sending
+from ..output.output_files import Exports, Outputs, check_outputs
 from ..output.report import check_name, report_text
 from ..output.run_log import log_of_run
 from ..recording import bake

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.error import InputError
-from ...sensor_logic.log.event_log import differences, events, read_events
+from ...sensor_logic.log import differences, events, read_events
 from ...sensor_logic.wording import named
 from ..doctor import command as doctor
 from ..explain.command import ExplainedTime
@@ -20,9 +20,8 @@ from ..output.describe import describe
 from ..output.output_files import Outputs, check_outputs
 from ..scene.sensors import chosen
 from .console import DONE, FAILED, note
-from .home import open_home, run_home, sensors_of
+from .home import ProgressLine, open_home, run_home, sensors_of
 from .parser import Verb, add_choice, choice_of, of_runs, path, tolerance
-from .progress import ProgressLine
 
 SHOWN_DIFFERENCES = 50
 

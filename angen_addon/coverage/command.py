@@ -9,6 +9,7 @@ import io
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,21 +19,177 @@ import numpy as np
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.coverage.detectors import DETECTOR
 from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
+from ...sensor_logic.coverage.motions import MOTIONS
+from ...sensor_logic.coverage.picture import svg
 from ...sensor_logic.error import AngenError, InputError
-from ...sensor_logic.report.facts import SensorInPlan
+from ...sensor_logic.report.facts import PlanStorey, SensorInPlan
 from ...sensor_logic.wording import aligned
 from ..commands.console import DONE, tell
-from ..commands.home import sensors_of
-from ..commands.parser import Verb
-from ..commands.progress import LOG_INTERVAL_S, TERMINAL_INTERVAL_S
+from ..commands.home import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, sensors_of
+from ..commands.parser import Verb, add_names, path
 from ..output.output_files import Outputs, check_outputs
+from ..plan import levels, placed, shapes_at
+from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
-from . import ghosts, kept, mesh
-from .arguments import add_coverage, add_place
+from . import shown as ghosts
+from . import shown as kept
+from . import shown as mesh
 from .maps import MapProgress, cover
-from .plans import picture
-from .proposal import Proposal, Wish, propose
+from .proposal import MOUNTINGS, Proposal, Wish, propose
 from .settings import motion_of
+
+# The options of `angen coverage` and `angen place`.
+
+
+def add_coverage(verbs: Any, every: argparse.ArgumentParser) -> None:
+    verb = verbs.add_parser(
+        "coverage", parents=[_common(every)], help="where motion detectors notice what moves"
+    )
+    add_names(verb, "motion detector")
+
+
+def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    common = argparse.ArgumentParser(add_help=False, parents=[every])
+    common.add_argument(
+        "--motion",
+        choices=tuple(MOTIONS),
+        default="STEP",
+        metavar="|".join(MOTIONS),
+        help="what moves in each cell (default STEP)",
+    )
+    common.add_argument(
+        "--height",
+        type=_positive,
+        default=0.0,
+        metavar="M",
+        help="above the floor: the top of what walks, the middle of a chest or an arm",
+    )
+    common.add_argument(
+        "--cell", type=_positive, default=0.25, metavar="M", help="side of a cell (default 0.25)"
+    )
+    common.add_argument(
+        "--room",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="only this room; may be given again",
+    )
+    common.add_argument("--csv", type=path, metavar="FILE.csv", help="a row for each cell or place")
+    common.add_argument(
+        "--picture", type=path, metavar="FILE.svg", help="the map on the plan of the home"
+    )
+    common.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
+    common.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    return common
+
+
+def add_place(verbs: Any, every: argparse.ArgumentParser) -> None:
+    place = verbs.add_parser(
+        "place",
+        parents=[_common(every)],
+        help="propose places of motion detectors; --save places them",
+    )
+    place.add_argument("--count", type=_whole, default=1, metavar="N", help="how many (default 1)")
+    place.add_argument(
+        "--mounting",
+        choices=MOUNTINGS,
+        default="WALL",
+        metavar="|".join(MOUNTINGS),
+        help="where they may hang (default WALL)",
+    )
+    place.add_argument(
+        "--mounting-height",
+        type=_positive,
+        default=2.3,
+        metavar="M",
+        help="above the floor, on walls (default 2.3)",
+    )
+    place.add_argument(
+        "--spacing",
+        type=_positive,
+        default=0.5,
+        metavar="M",
+        help="between places that are tried (default 0.5)",
+    )
+    place.add_argument("--like", metavar="SENSOR", help="with the parameters of this detector")
+    place.add_argument("--preset", metavar="PRESET", help="with the parameters of this preset")
+    place.add_argument(
+        "--beside", action="store_true", help="count only what the detectors there do not cover"
+    )
+    place.add_argument(
+        "--seed",
+        type=_seed,
+        default=0,
+        metavar="N",
+        help="which of equally good places is taken (default 0)",
+    )
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a length above 0 in m, such as 0.25")
+    return value
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of 1 or more")
+    return int(text)
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of 0 or more")
+    return int(text)
+
+
+# The plans that a coverage map is drawn on.
+
+# Where a plan is cut, above its floor (m), and how much is shown around the cells and detectors.
+CUT_M, AROUND_M, LEAST_M = 1.1, 0.7, 2.0
+
+
+def picture(
+    depsgraph: Any,
+    sensors: Sequence[Sensor],
+    coverage: CoverageMap,
+    title: str,
+    proposed: Sequence[SensorInPlan] = (),
+) -> str:
+    """The SVG of a map with its detectors, and those that are proposed."""
+    home = EvaluatedHome(depsgraph)
+    chosen = [s for s in sensors if s.name in coverage.sensors]
+    seen = [p for p in (placed(home, sensor) for sensor in chosen) if p is not None]
+    marks = [replace(p, fans=(), beams=()) for level in levels(home, seen) for p in level.sensors]
+    cells = coverage.cells
+    storeys = []
+    for number in range(int(cells.storey.max()) + 1):
+        at = cells.at[cells.storey == number]
+        if not len(at):
+            at = cells.at
+        floor = float(at[0, 2])
+        heights = {p.name: _height(home, chosen, p.name) - floor for p in marks}
+        over = [
+            replace(p, height=heights[p.name]) for p in marks if -0.5 <= heights[p.name] < 2.9
+        ] + [p for p in proposed if abs(p.height - floor) < 4.0]
+        corners = np.concatenate([at[:, :2], *(p.at[None] for p in over)])
+        low, high = corners.min(axis=0) - AROUND_M, corners.max(axis=0) + AROUND_M
+        missing = np.maximum(LEAST_M - (high - low), 0.0) / 2
+        view = np.stack([low - missing, high + missing])
+        shapes = shapes_at(home, floor, floor + CUT_M, (view[0], view[1]))
+        # Floors would hide the cells.
+        shown = tuple(shape for shape in shapes if shape.role != "floor")
+        storeys.append(PlanStorey(floor, floor + CUT_M, view, shown, tuple(over)))
+    return svg(coverage, storeys, title)
+
+
+def _height(home: EvaluatedHome, sensors: Sequence[Sensor], name: str) -> float:
+    sensor = next(s for s in sensors if s.name == name)
+    return float(sensor.world_matrix(home.depsgraph).translation.z) * home.metres
 
 
 def _check_files(options: argparse.Namespace) -> None:
@@ -58,7 +215,7 @@ def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: O
         title = f"Coverage of {Path(bpy.data.filepath).stem}"
         outputs.texts[options.picture] = picture(depsgraph, asked, found, title)
     if options.save is not None:
-        mesh.show(scene, found)
+        mesh.show_map(scene, found)
         kept.keep(scene, found)
         outputs.save_blend(options.save)
     outputs.said = table(found)
@@ -91,8 +248,8 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
         title = f"Proposal for {Path(bpy.data.filepath).stem}"
         outputs.texts[options.picture] = picture(depsgraph, [], found.map, title, marks(found))
     if options.save is not None:
-        ghosts.show(scene, found, options.like or "", options.preset or "")
-        mesh.show(scene, found.map)
+        ghosts.show_proposal(scene, found, options.like or "", options.preset or "")
+        mesh.show_map(scene, found.map)
         kept.keep(scene, found.map)
         bpy.ops.angen.place_accept()
         outputs.save_blend(options.save)

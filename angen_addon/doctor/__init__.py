@@ -5,38 +5,38 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import doors, files, lamps, pads, placed, shell
+from . import building, sensors
 from .examined import Check, Examined, Finding
 
 # In the order in which they are reported: first what makes other checks fail too.
 CHECKS: dict[str, Check] = {
-    "scale": shell.scale,
-    "files": files.lacks,
-    "names": files.same_names,
-    "hidden": shell.hidden_but_rendered,
-    "background": shell.background_sets,
-    "no_faces": shell.without_faces,
-    "flattened": shell.flattened,
-    "holes": shell.holes,
-    "movement": placed.nothing_moves,
-    "idle_keys": placed.keys_that_do_not_play,
-    "doors": doors.without_hinges,
-    "still_doors": doors.standing_still,
-    "inside": placed.inside_walls,
-    "too_near": placed.looks_into_something,
-    "slits": placed.slits,
-    "names_none": placed.names_nothing,
-    "unplaced": placed.unplaced,
-    "unreachable": placed.unreachable,
-    "warmth": placed.nothing_warm,
-    "watts": lamps.electrical_watts,
-    "dark": lamps.none_lit,
-    "glass": lamps.opaque_glass,
-    "eevee": lamps.eevee_cannot_run,
-    "pads": pads.advised,
-    "margins": pads.margins,
-    "pads_in_air": pads.hanging_in_the_air,
-    "physics": pads.caches,
+    "scale": building.scale,
+    "files": building.lacks,
+    "names": building.same_names,
+    "hidden": building.hidden_but_rendered,
+    "background": building.background_sets,
+    "no_faces": building.without_faces,
+    "flattened": building.flattened,
+    "holes": building.holes,
+    "movement": sensors.nothing_moves,
+    "idle_keys": sensors.keys_that_do_not_play,
+    "doors": building.without_hinges,
+    "still_doors": building.standing_still,
+    "inside": sensors.inside_walls,
+    "too_near": sensors.looks_into_something,
+    "slits": sensors.slits,
+    "names_none": sensors.names_nothing,
+    "unplaced": sensors.unplaced,
+    "unreachable": sensors.unreachable,
+    "warmth": sensors.nothing_warm,
+    "watts": sensors.electrical_watts,
+    "dark": sensors.none_lit,
+    "glass": sensors.opaque_glass,
+    "eevee": sensors.eevee_cannot_run,
+    "pads": sensors.advised,
+    "margins": sensors.margins,
+    "pads_in_air": sensors.hanging_in_the_air,
+    "physics": sensors.caches,
 }
 
 

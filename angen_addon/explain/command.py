@@ -9,9 +9,9 @@ from typing import Any
 from ...sensor_logic.clock import Schedule
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
-from ...sensor_logic.log.event_indices import log_indices
+from ...sensor_logic.log import log_indices
 from ...sensor_logic.recording.tracks import Recording
-from ..runtime import outputs
+from ..runtime import state
 from ..runtime.simulation import Progress, simulate
 from ..runtime.time_base import clock_of
 from ..scene.sensors import Sensor, decimal, simulated
@@ -26,7 +26,7 @@ class ExplainedTime:
         self._sensor = sensor
         self._recording = Recording()
         # What drivers make of other sensors belongs to the scene.
-        self._sensors = list(sensors) if outputs.are_driven() else [sensor]
+        self._sensors = list(sensors) if state.are_driven() else [sensor]
         clock = clock_of(scene)
         # A hair, so that a time as the log writes it is not before its own event.
         self._time = time + 1e-6

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...sensor_logic.log.event_log import format_frame
-from ...sensor_logic.quantities import typed
+from ...sensor_logic.log import format_frame
+from ...sensor_logic.wording import typed
 
 # Names and values.
 Facts = list[tuple[str, str]]

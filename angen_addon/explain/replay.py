@@ -14,13 +14,13 @@ import numpy as np
 
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.recording.tracks import Recording, Track
-from ..runtime import handlers, outputs, state
+from ..runtime import handlers, state
 from ..runtime.probes import Probes
 from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
 from ..runtime.trace import Hits, NotNoted, Trace
+from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, all_sensors, read_pose, unit_scale
-from ..scene.units import lengths_of
 from .facts import Explanation
 
 
@@ -36,7 +36,7 @@ class Replay:
         self._trace.keeps = True
         self._probes = probes or Probes(scene)
         self._probes.serve([sensor])
-        self._driven = all_sensors(bpy.context.view_layer) if outputs.are_driven() else []
+        self._driven = all_sensors(bpy.context.view_layer) if state.are_driven() else []
 
     def _begin(
         self, scene: Any, sensor: Sensor, recording: Recording, trace: Trace | None = None
@@ -186,9 +186,9 @@ class Replay:
             until = frame - 1.0 if sensor.kind.requires_forces else frame
             last = bisect_left(track.frames, until) - 1
             if last < 0:
-                outputs.show(sensor, False, 0.0)
+                state.show(sensor, False, 0.0)
             else:
-                outputs.show(sensor, bool(track.active[last]), track.value[last])
+                state.show(sensor, bool(track.active[last]), track.value[last])
 
 
 class Recalled(Replay):
@@ -242,7 +242,7 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
                 replay.probes.close()
             with suppress(ReferenceError):
                 for other, active, value in before:
-                    outputs.show(other, active, value)
+                    state.show(other, active, value)
                 scene.frame_set(frame, subframe=subframe)
                 # What is put back must not be taken for an edit.
                 view_layer.update()

@@ -18,13 +18,11 @@ from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry
 from ...sensor_logic.model import Array, pose_from_matrix
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.spelling import hint
-from ...sensor_logic.wording import named
+from ...sensor_logic.wording import hint, named
 from ..output.describe import describe
 from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder
-from ..scene.placed import NotPlaced, placed_matrix
-from ..scene.sensors import Sensor, all_sensors, pointed_at, unit_scale
+from ..scene.sensors import NotPlaced, Sensor, all_sensors, placed_matrix, pointed_at, unit_scale
 
 # Tolerances of a sensor's place: m for each m from the origin, at least 1 m (single precision), and
 # rad.

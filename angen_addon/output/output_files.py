@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The output files of a command: paths are checked before a long run, and at its end all files are
-written together, or none."""
+written together, or none.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +9,8 @@ import contextlib
 import os
 import shutil
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -16,6 +18,9 @@ import bpy
 
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.files import Content, WholeFiles, check_folder
+from ...sensor_logic.formats import FORMATS, Log
+from ...sensor_logic.formats.log import DEFAULT_START
+from ...sensor_logic.formats.outputs import check_out, output_files
 
 
 def check_outputs(
@@ -162,3 +167,43 @@ class Outputs(WholeFiles):
             sys.stdout.flush()
         super().commit()
         self._new_folders = []
+
+
+# The formats in which a run is written beside its event log.
+
+
+class Exports:
+    """Formats, each with its path. Raises AngenError where one could not be written."""
+
+    def __init__(self, names: Sequence[str], outs: Sequence[Path]) -> None:
+        if len(names) != len(outs):
+            raise InputError(
+                f"{len(names)} --format and {len(outs)} --out: give an --out with each --format"
+            )
+        self._targets = [(FORMATS[name], out) for name, out in zip(names, outs, strict=True)]
+        for target, out in self._targets:
+            check_out(target, out)
+
+    def check_dates(self, start: datetime | None, seconds: float) -> None:
+        """Raises InputError where a format cannot hold the dates of a run of so many seconds."""
+        for target, _ in self._targets:
+            target.check_dates(start or DEFAULT_START, 0.0, seconds)
+
+    @property
+    def files(self) -> dict[str, Path | None]:
+        """The paths that are files, not folders, by their names in messages."""
+        return {
+            f"--out {number} ({target.name})": out
+            for number, (target, out) in enumerate(self._targets, start=1)
+            if not target.is_folder
+        }
+
+    def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
+        """Adds the files to the outputs; yields notes on what a format cannot hold. Raises
+        AngenError."""
+        for target, out in self._targets:
+            written = target.write(log)
+            if target.is_folder:
+                outputs.folders.append(out)
+            outputs.texts |= output_files(target, out, written)
+            yield from written.notes

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import tomllib
 from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
@@ -13,11 +14,18 @@ import bpy
 
 from ...sensor_logic.formats.log import DEFAULT_START, Log, SensorFacts
 from ...sensor_logic.formats.source import make_log
-from ...sensor_logic.log.event_log import events
+from ...sensor_logic.log import events
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.sensors import Sensor
 from .describe import parameters_of
-from .version import extension_version
+
+# Reads the extension's version from its manifest.
+
+MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
+
+
+def extension_version() -> str:
+    return str(tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"])
 
 
 def log_of_run(

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 import bpy
 
-from .quiet import standard_output_silenced
+from .standalone import standard_output_silenced
 
 _unregister: Callable[[], None] | None = None
 

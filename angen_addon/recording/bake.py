@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.recording.tracks import Recording, Track
-from ..runtime.outputs import ACTIVE_PATH, VALUE_PATH, output_curves
+from ..runtime.state import ACTIVE_PATH, VALUE_PATH, output_curves
 from ..scene.animation import has_curves, remove_curve, time_stretch
 from ..scene.sensors import Sensor
 

@@ -14,8 +14,7 @@ from typing import Any
 import bpy
 
 from ...sensor_logic.error import AngenError
-from ...sensor_logic.recording.reader import VALUES, size_of
-from ...sensor_logic.recording.writer import from_bytes, to_bytes
+from ...sensor_logic.recording.file import VALUES, from_bytes, size_of, to_bytes
 from ..runtime import state
 from ..scene.sensors import all_sensors
 from .fingerprint import Fingerprint

@@ -7,6 +7,7 @@ viewport, and call no operators.
 
 from __future__ import annotations
 
+import time
 from typing import Any, Protocol
 
 import bpy
@@ -18,8 +19,69 @@ from ..recording.fingerprint import SHADING
 from ..scene import facts
 from ..scene.former_choices import replace_former_choices
 from ..scene.light.scene import remove_left
-from . import playhead, resting, state
+from . import playhead, state
 from .live import live_of
+from .playhead import recorded_here
+
+# What is too slow while scrubbing, and what an edit made old, is done a moment after the playhead
+# and the user have come to rest.
+
+# s: the playhead rests once it has stood still for this long.
+REST = 0.4
+BUSY = 1.0
+# s: in which the window answers.
+NEXT = 0.02
+
+
+def soon() -> None:
+    """To be called at each frame change and edit after which something is left to be done."""
+    state.CACHE.shown_at = time.monotonic()
+    if not bpy.app.background and not bpy.app.timers.is_registered(_look):
+        bpy.app.timers.register(_look, first_interval=REST)
+
+
+def _look() -> float | None:
+    """Seconds until the next look; None where nothing is left to be done."""
+    context = bpy.context
+    scene, view_layer = context.scene, context.view_layer
+    if scene is None or not scene.angen_live or (not state.CACHE.running and recorded_here(scene)):
+        # What is shown is not what is sensed live.
+        return None
+    stood = time.monotonic() - state.CACHE.shown_at
+    if stood < REST:
+        return REST - stood
+    if state.CACHE.running or _is_busy():
+        return BUSY
+    following = live_of(scene)
+    if following.is_old(scene):
+        following.catch_up(scene, view_layer)
+    elif following.left_to_do:
+        # One sensor after the other, so that the window answers in between.
+        following.do_the_rest(scene, view_layer, at_most=1)
+    else:
+        return None
+    for window in _windows():
+        for area in window.screen.areas:
+            area.tag_redraw()
+    return NEXT
+
+
+def _is_busy() -> bool:
+    """Whether the animation plays, or something is being dragged."""
+    return any(
+        window.screen.is_animation_playing
+        or any(op.bl_idname.startswith("TRANSFORM_OT") for op in window.modal_operators)
+        for window in _windows()
+    )
+
+
+def _windows() -> list[bpy.types.Window]:
+    return list(bpy.context.window_manager.windows)
+
+
+def cancel() -> None:
+    if bpy.app.timers.is_registered(_look):
+        bpy.app.timers.unregister(_look)
 
 
 class View(Protocol):
@@ -61,7 +123,7 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
         following = live_of(scene)
         following.follow(scene, view_layer, depsgraph, publish)
         if publish and following.left_to_do:
-            resting.soon()
+            soon()
     for view in _views:
         view.follow(scene, view_layer, depsgraph)
 
@@ -91,7 +153,7 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     if _holds_an_edit(depsgraph.updates, playing):
         state.CACHE.outdate_live()
     if state.CACHE.live is not None and state.CACHE.live.outdated:
-        resting.soon()
+        soon()
     for view in _views:
         view.note_edit(scene)
 
@@ -130,7 +192,7 @@ def after_load(*_: Any) -> None:
     _show_recorded()
     if bpy.context.scene is not None:
         lacking.look(bpy.context.view_layer)
-    resting.soon()
+    soon()
 
 
 @persistent
@@ -154,7 +216,7 @@ def after_undo(*_: Any) -> None:
     _show_recorded()
     if bpy.context.scene is not None:
         live_of(bpy.context.scene).hold_light()
-        resting.soon()
+        soon()
 
 
 def _look_again() -> None:
@@ -246,6 +308,6 @@ def unregister() -> None:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:
             registered.remove(handler)
-    resting.cancel()
+    cancel()
     facts.forget_types()
     state.CACHE.clear()

@@ -18,7 +18,7 @@ from ...sensor_logic.model import Reading
 from ..scene.instances import Uid
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
-from . import outputs, state
+from . import state
 from .probes import Probes
 from .sensor_runner import PendingUpdates, SensorRunner, all_rays
 from .trace import Trace
@@ -335,7 +335,7 @@ class Live:
         """Writes the last readings to outputs that say something else, as where keys of a bake were
         removed; whether binary outputs changed."""
         return [
-            outputs.show(runner.sensor, published.reading.active, published.reading.value)
+            state.show(runner.sensor, published.reading.active, published.reading.value)
             for runner in self._runners
             if (published := self.readings.get(runner.sensor.name)) is not None
         ]
@@ -352,7 +352,7 @@ class Live:
             self.problems[sensor.name] = f"'{sensor.name}': {problem}"
         else:
             self.problems.pop(sensor.name, None)
-        return self._publishes and outputs.show(sensor, reading.active, reading.value)
+        return self._publishes and state.show(sensor, reading.active, reading.value)
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:

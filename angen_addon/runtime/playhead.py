@@ -14,7 +14,7 @@ from ...sensor_logic.kind import Field
 from ...sensor_logic.model import Reading
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.sensors import Sensor
-from . import outputs, state
+from . import state
 
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"
 NOT_YET = "Nothing was sensed at this frame yet: scrub, play or simulate"
@@ -53,7 +53,7 @@ def show_recorded(scene: Any, view_layer: Any) -> bool:
     recording = recorded_here(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
-        outputs.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
+        state.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
     return recording is not None
 
 
@@ -76,7 +76,7 @@ class Playhead:
     def of(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
         """`quantity`: what the sensor's reading is."""
         told = self._recorded(sensor) if self._is_recorded else self._lively(sensor, quantity)
-        if sensor.holders or not outputs.output_curves(sensor.object):
+        if sensor.holders or not state.output_curves(sensor.object):
             return told
         keys = Reading(sensor.settings.active, sensor.settings.value, {})
         if told.reading is None and not told.problem:
@@ -97,7 +97,7 @@ class Playhead:
             name, published = sensor.name, self._live.readings.get(sensor.name)
             found = (published, self._live.problems.get(name), self._live.why_unlit(sensor))
             read_at = published.frame if published is not None else self.frame
-        keyed = not sensor.holders and outputs.output_curves(sensor.object)
+        keyed = not sensor.holders and state.output_curves(sensor.object)
         fresh = 0.0 <= self.seconds(self.frame - read_at) < least_age and not keyed
         return self._is_recorded, self._nothing, self._old, found, None if fresh else self.frame
 

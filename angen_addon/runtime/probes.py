@@ -11,7 +11,7 @@ import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
 from ...sensor_logic.model import Answers, Array, LightSample
-from ..scene.contact.contact_bodies import Pad
+from ..scene.contact.bodies import Pad
 from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
 from ..scene.light.changes import LightChanges
@@ -21,9 +21,8 @@ from ..scene.rays.caster import RayCaster
 from ..scene.rays.frames import Film
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
-from ..scene.reflectance import Reflectance
 from ..scene.sensors import Sensor, unit_scale
-from ..scene.warmth import Warmth
+from ..scene.surfaces import Reflectance, Warmth
 from . import state
 
 

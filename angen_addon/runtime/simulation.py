@@ -21,11 +21,10 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..scene.sensors import Sensor, all_sensors, check, check_names, report_steps, simulated
-from . import handlers, outputs, state, stillness
-from .agenda import Agenda
-from .moving_scene import MovingScene, moving_scene
+from . import handlers, skipping, state
 from .sensor_runner import PendingUpdates, SensorRunner
-from .stage import Stage
+from .skipping import MovingScene, moving_scene
+from .stage import Agenda, Stage
 from .time_base import clock_of, evaluated_depsgraph
 
 
@@ -95,7 +94,7 @@ def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
     them."""
     given = {sensor.uid for sensor in sensors}
     others = simulated(all_sensors(bpy.context.view_layer))
-    return [s for s in outputs.read_by_drivers(others) if s.uid not in given]
+    return [s for s in state.read_by_drivers(others) if s.uid not in given]
 
 
 class _Run:
@@ -120,7 +119,7 @@ class _Run:
         for runner in runners:
             runner.trace.keeps = follow is not None
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
-        self._still = stillness.Stillness(stillness.NEVER)
+        self._still = skipping.Stillness(skipping.NEVER)
         self._moving_scene: MovingScene | None = None
         self._kept: set[str] = set()
         self._steps = self._evaluated = 0
@@ -159,7 +158,7 @@ class _Run:
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
         """When, from a frame on, and a passing scene of it."""
         needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
-        still = self._still = stillness.find(self._scene, needs, not alone)
+        still = self._still = skipping.find(self._scene, needs, not alone)
         self._moving = still.why
         if batches:
             what = self._scene, self._runners, self._kept
@@ -264,7 +263,7 @@ class _Run:
             if self._follow is not None:
                 self._follow(pending.runner)
         if driven:
-            outputs.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
+            state.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 
 
 def _alike(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
@@ -290,16 +289,16 @@ def _put_back(scene: Any, frame: int, subframe: float) -> None:
 def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
     """Where drivers read the sensors' outputs, these start idle, whatever the playhead showed,
     and are put back at the end. Yields whether drivers read them."""
-    if not outputs.are_driven():
+    if not state.are_driven():
         yield False
         return
     sensors = [runner.sensor for runner in runners]
     before = [(sensor, sensor.settings.active, sensor.settings.value) for sensor in sensors]
     for sensor in sensors:
-        outputs.show(sensor, False, 0.0)
+        state.show(sensor, False, 0.0)
     try:
         yield True
     finally:
         with suppress(ReferenceError):
             for sensor, active, value in before:
-                outputs.show(sensor, active, value)
+                state.show(sensor, active, value)

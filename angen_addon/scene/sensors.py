@@ -10,17 +10,115 @@ from functools import cache, lru_cache
 from operator import attrgetter
 from typing import Any
 
+import bpy
+from mathutils import Matrix
+
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Field, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Pose, pose_from_matrix
 from ...sensor_logic.parameters import Parameters, specs
-from ...sensor_logic.quantities import METRES, Lengths
-from .animation import is_animated
+from ...sensor_logic.wording import METRES, Lengths
+from .animation import is_animated, motion_paths
 from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_of, uid_of
-from .placed import is_placed
-from .rooms import room_of
+
+# Where an object is that something names: a magnet, a switch, the mark of a place.
+#
+# Blender does not evaluate what viewports do not show, unless something else depends on it: its
+# evaluated matrix is then that of an earlier frame, or the identity.
+
+
+class NotPlaced(AngenError):
+    """Nothing tells where an object is; `problem` names it with the reason, `mend` is the way
+    out."""
+
+    def __init__(self, problem: str, mend: str) -> None:
+        super().__init__(f"{problem}: {mend}")
+        self.problem, self.mend = problem, mend
+
+
+def is_placed(obj: Any, depsgraph: Any) -> bool:
+    """Return whether Blender evaluates the place of an object."""
+    if obj.visible_get(view_layer=depsgraph.view_layer):
+        return True
+    evaluated = obj.evaluated_get(depsgraph)
+    # A pointer to an object brings it into the depsgraph without its evaluation, and keys that
+    # hide it keep it listed.
+    if not evaluated.is_evaluated:
+        return False
+    if evaluated.hide_viewport and is_animated(obj, "hide_viewport"):
+        return False
+    return any(listed == evaluated for listed in depsgraph.ids)
+
+
+def placed_matrix(obj: Any, depsgraph: Any, instanced: bool = False) -> Matrix:
+    """Return the matrix in the world of an object, as Blender evaluates it.
+
+    Where Blender does not, its parents give it, unless something else moves the object.
+    `instanced`: it is in a collection that is instanced. Raises NotPlaced.
+    """
+    gone = not (instanced or is_placed(obj, depsgraph))
+    if gone and obj not in depsgraph.view_layer.objects.values():
+        raise NotPlaced(
+            f"'{obj.name}' is in no collection of this view layer, so it has no place",
+            "tick its collection in the Outliner, or choose another object",
+        )
+    return _matrix(obj, depsgraph)
+
+
+def _matrix(obj: Any, depsgraph: Any) -> Matrix:
+    if is_placed(obj, depsgraph):
+        return obj.evaluated_get(depsgraph).matrix_world
+    parent = obj.parent
+    held = parent is not None and (obj.parent_type != "OBJECT" or parent.type == "CURVE")
+    if held or motion_paths(obj):
+        raise NotPlaced(
+            f"'{obj.name}' moves and is disabled in viewports, so Blender does not place it",
+            "enable it there (monitor icon)",
+        )
+    above = _matrix(parent, depsgraph) if parent is not None else Matrix()
+    return above @ obj.matrix_parent_inverse @ obj.matrix_basis
+
+
+# The room that a sensor hangs in, or that an object marks.
+
+# Of files that were saved before the sensor had a field for it: a custom property of the object.
+CUSTOM = "room"
+
+
+def room_of(obj: Any) -> str:
+    """The room noted on an object; empty where none is."""
+    return str(obj.angen_sensor.room or obj.get(CUSTOM, ""))
+
+
+def noted_room(obj: Any) -> str:
+    """The room of a marked object: set on its mark, or noted on it; empty where neither is."""
+    return str(obj.angen_place.room) or room_of(obj)
+
+
+def set_room(obj: Any, known: Iterable[str]) -> str:
+    """The room that the user gave a marked object, or a collection around it; empty: none."""
+    return noted_room(obj) or room_of_collections(obj, known)
+
+
+def room_of_collections(obj: Any, known: Iterable[str]) -> str:
+    """The known room that a collection with the object in it is named after, or empty; the
+    innermost collection counts."""
+    rooms = {room.lower(): room for room in known if room}
+    inside = list(obj.users_collection)
+    while inside:
+        found = [rooms[c.name.lower()] for c in inside if c.name.lower() in rooms]
+        if found:
+            return found[0]
+        inside = [c for c in bpy.data.collections if any(one.name in c.children for one in inside)]
+    return ""
+
+
+def known_rooms(_owner: Any, _context: Any, typed: str) -> list[str]:
+    """Suggestions for the field: the rooms that are used anywhere in the file."""
+    rooms = {room for obj in bpy.data.objects for room in (room_of(obj), noted_room(obj))} - {""}
+    return sorted((room for room in rooms if typed.lower() in room.lower()), key=str.lower)
 
 
 @dataclass(frozen=True)

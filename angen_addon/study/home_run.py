@@ -11,14 +11,14 @@ from pathlib import Path
 import bpy
 
 from ...sensor_logic.error import AngenError
-from ...sensor_logic.log.event_log import events_csv
+from ...sensor_logic.log import events_csv
 from ...sensor_logic.recording.tracks import Recording as Readings
 from ...sensor_logic.study.digest import digest_of, digest_of_bytes
 from ...sensor_logic.study.targets import HomeFacts
 from ..api.opening import opened
 from ..api.recording import Recording
 from ..output.run_log import about, sensor_facts
-from ..runtime.outputs import are_driven
+from ..runtime.state import are_driven
 from ..scene.animation import may_set
 from ..scene.sensors import Sensor, all_sensors
 from . import days_run, measures

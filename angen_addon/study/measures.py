@@ -18,11 +18,10 @@ from ...sensor_logic.coverage.motions import MOTIONS
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import LIGHT
 from ...sensor_logic.recording.tracks import Recording as Readings
-from ...sensor_logic.report.figures import figures, quantity
+from ...sensor_logic.report.facts import figures, quantity
 from ...sensor_logic.study.study import COLUMNS, WITHOUT_DOT
 from ..api.recording import Recording
-from ..coverage.maps import cover
-from ..coverage.views import detectors
+from ..coverage.maps import cover, detectors
 from ..runtime.simulation import simulate
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.sensors import Sensor

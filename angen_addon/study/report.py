@@ -15,8 +15,7 @@ from typing import Any
 from ...sensor_logic.error import InputError
 from ...sensor_logic.files import write_files
 from ...sensor_logic.report.page import PAGE_STYLE
-from ...sensor_logic.report.svg import safe
-from ...sensor_logic.report.theme import INKS
+from ...sensor_logic.report.svg import INKS, safe
 from ...sensor_logic.study import summary
 from ...sensor_logic.study.summary import Mean, Results, Setting, mean_over_seeds, pick
 from ...sensor_logic.wording import plural

@@ -14,7 +14,7 @@ from typing import Any
 
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.study.digest import digest_of_bytes
-from ..output.version import extension_version
+from ..output.run_log import extension_version
 
 # File → what it holds, where the disk of the driver is not that of this worker.
 _sent: dict[str, Path] = {}

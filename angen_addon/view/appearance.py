@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..authoring.housing import Housing
-from ..authoring.placing import Stand, looking_out
+from ..authoring.housing import Housing, Stand, looking_out
 from ..explain.facts import Explanation
 from ..explain.plain import explain_plainly
 from ..explain.replay import Replay

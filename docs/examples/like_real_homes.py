@@ -18,7 +18,7 @@ from pathlib import Path
 
 try:
     import numpy as np
-    from angen_sensors.sensor_logic.compare import intervals, statistics
+    from angen_sensors.sensor_logic import compare
     from angen_sensors.sensor_logic.formats.source import InputError
 except ModuleNotFoundError as error:
     raise SystemExit(
@@ -78,9 +78,9 @@ def changes_a_day(folder: Path) -> list[int]:
 
 def table(folder: Path) -> list[tuple[str, str, str]]:
     """(figure, the real home, these days) a row. Raises InputError, OSError."""
-    home = intervals.read(folder)
+    home = compare.read(folder)
     motion = [s for s in home.sensors.values() if s.quantity == "motion"]
-    on, gaps = statistics.on_times(home, "motion"), statistics.gaps(home, "motion")
+    on, gaps = compare.on_times(home, "motion"), compare.gaps(home, "motion")
     if len(gaps) < 2 or not len(on):
         raise InputError(f"{folder} has too few times at which motion detectors are on")
     changes = changes_a_day(folder)

@@ -19,7 +19,7 @@ from ...angen_addon.runtime.sensor_runner import SensorRunner
 from ...angen_addon.runtime.trace import NotNoted
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.sensors import Sensor
-from ...sensor_logic.log.event_log import Event, NewEvents
+from ...sensor_logic.log import Event, NewEvents
 from ...sensor_logic.recording.tracks import Recording
 from ..acting.timeline import Acted
 

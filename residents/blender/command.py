@@ -21,15 +21,13 @@ from typing import Any, Protocol, TextIO
 import bpy
 import numpy as np
 
-from ...angen_addon.commands.console import DONE, FAILED, note, tell
+from ...angen_addon.commands.console import DONE, FAILED, SIGNALS, leave_hard, note, tell
 from ...angen_addon.commands.home import open_home, sensors_of
-from ...angen_addon.commands.interrupt import SIGNALS
-from ...angen_addon.commands.leaving import leave_hard
 from ...angen_addon.commands.parser import Verb, add_choice, choice_of, path
 from ...angen_addon.output.output_files import Outputs, check_not_read
 from ...angen_addon.runtime.simulation import Progress
+from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import Sensor, chosen, simulated
-from ...angen_addon.scene.units import lengths_of
 from ...sensor_logic.error import InputError
 from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.wording import part_is

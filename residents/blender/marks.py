@@ -12,13 +12,11 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
 from bpy.types import Context, Object
 from mathutils import Vector
 
-from ...angen_addon.coverage.cells import finished, free_ways
+from ...angen_addon.coverage.floor import finished, free_ways
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
 from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.lengths import OVERRIDABLE, property_group
-from ...angen_addon.scene.placed import NotPlaced, placed_matrix
-from ...angen_addon.scene.rooms import known_rooms
-from ...angen_addon.scene.sensors import unit_scale
+from ...angen_addon.scene.sensors import NotPlaced, known_rooms, placed_matrix, unit_scale
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting import places as known

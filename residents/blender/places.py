@@ -10,8 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...angen_addon.scene.home import EvaluatedHome
-from ...angen_addon.scene.placed import is_placed
-from ...angen_addon.scene.rooms import set_room
+from ...angen_addon.scene.sensors import is_placed, set_room
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places

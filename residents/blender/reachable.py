@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...angen_addon.doctor import CHECKS
-from ...angen_addon.doctor.doors import leaves
+from ...angen_addon.doctor.building import leaves
 from ...angen_addon.doctor.examined import MOVED_WITHOUT_KEYS, Examined, Found
 from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
-from ...sensor_logic.quantities import Lengths
-from ...sensor_logic.wording import named, quoted
+from ...sensor_logic.wording import Lengths, named, quoted
 from ..acting.places import Place, Places
 from ..acting.reach import Unreached, unreached
 from .marks import LABELS, NONE, marked

@@ -13,15 +13,14 @@ from typing import Any, Protocol
 
 import bpy
 
-from ...angen_addon.process.memory import give_back
+from ...angen_addon.process.standalone import give_back
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
-from ...angen_addon.scene.placed import is_placed
-from ...angen_addon.scene.sensors import Sensor, decimal
+from ...angen_addon.scene.sensors import Sensor, decimal, is_placed
 from ...sensor_logic.clock import exact
 from ...sensor_logic.error import InputError
-from ...sensor_logic.log.event_log import Event
+from ...sensor_logic.log import Event
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording
 from ..acting import Ground, act

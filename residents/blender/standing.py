@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...angen_addon.coverage.cells import (
+from ...angen_addon.coverage.floor import (
     MOST_CELLS,
     OVER_M,
     PIT_M,
@@ -24,16 +24,16 @@ from ...angen_addon.coverage.cells import (
     flood,
     floors,
     free_ways,
+    labels_of,
     passable,
+    storeys_of,
+    volumes,
 )
-from ...angen_addon.coverage.floor import storeys_of
-from ...angen_addon.coverage.rooms import labels_of, volumes
-from ...angen_addon.plan.storeys import GRAIN_M, around, grouped
+from ...angen_addon.plan import GRAIN_M, around, grouped
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.rays.solids import Solid
-from ...angen_addon.scene.rooms import set_room
-from ...angen_addon.scene.sensors import all_sensors
+from ...angen_addon.scene.sensors import all_sensors, set_room
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey

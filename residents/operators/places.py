@@ -9,8 +9,8 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ...angen_addon.runtime import state
+from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
-from ...angen_addon.scene.units import lengths_of
 from ...operators.polls import can_add, cancelled, is_idle
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.wording import capital

@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from . import planar
-from .corners import perpendiculars
+from . import patches
 from .directions import FLAT
-from .patches import Patch, surface
-from .planar import Point
-from .shapes import Shape
+from .patches import Patch, Point, surface
+from .shapes import Shape, perpendiculars
 
 Flags = NDArray[np.bool_]
 
@@ -147,7 +145,7 @@ class _View:
         columns = np.column_stack([np.ones(len(local)), local[:, :2]])
         wanted = np.column_stack([patch.gaps, local[:, 2]])
         self.planes = np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]
-        outline = planar.hull(self.flat, 1e-9)
+        outline = patches.hull(self.flat, 1e-9)
         curved = np.abs(columns @ self.planes - wanted).max() > 1e-6
         self.pieces: list[list[Point]] = [] if curved else [outline]
         self.corners = outline
@@ -174,10 +172,10 @@ class _View:
         z -= sx * x + sy * y
         over = z - (middle - gap / 2), sx - middle_x + gap_x / 2, sy - middle_y + gap_y / 2
         deep = z - (middle + gap / 2), sx - middle_x - gap_x / 2, sy - middle_y - gap_y / 2
-        outline = planar.clipped_by(outline, -over[1], -over[2], over[0] - ahead)
+        outline = patches.clipped_by(outline, -over[1], -over[2], over[0] - ahead)
         if outline:
             limit = NEARER - front.nearest - deep[0]
-            outline = planar.clipped_by(outline, deep[1], deep[2], limit)
+            outline = patches.clipped_by(outline, deep[1], deep[2], limit)
         return outline
 
     def cut(self, shadow: list[Point]) -> None:
@@ -186,7 +184,7 @@ class _View:
         pieces: list[list[Point]] = []
         for piece in self.pieces:
             near = 1e-9 * (1 + max(abs(c) for p in piece for c in p))
-            if len(planar.clipped(piece, shadow, -near)) == 0:
+            if len(patches.clipped(piece, shadow, -near)) == 0:
                 pieces.append(piece)
                 continue
             self.changed = True
@@ -209,7 +207,7 @@ class _View:
                 places = [piece[0], ((px + qx) / 2, (py + qy) / 2), piece[1]]
                 weights = [1 / 6, 4 / 6, 1 / 6]
             else:
-                places, weights = planar.samples(piece, [p for p in piece if p in self.corners])
+                places, weights = patches.samples(piece, [p for p in piece if p in self.corners])
             scale = share / sum(weights)
             points += places
             areas += [weight * scale for weight in weights]
@@ -246,8 +244,8 @@ def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
         if length > 0:
             x, y = (qy - py) / length, -(qx - px) / length
             d = x * px + y * py
-            pieces.append(planar.clipped_by(rest, -x, -y, -d))
-            rest = planar.clipped_by(rest, x, y, d)
+            pieces.append(patches.clipped_by(rest, -x, -y, -d))
+            rest = patches.clipped_by(rest, x, y, d)
             if not rest:
                 break
         px, py = qx, qy
@@ -258,7 +256,7 @@ def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
 def _extent(outline: Sequence[Point]) -> float:
     """Area of a polygon, length of a segment, 1 of a point."""
     if len(outline) >= 3:
-        return planar.moments(outline)[0]
+        return patches.moments(outline)[0]
     if len(outline) == 2:
         return math.hypot(outline[1][0] - outline[0][0], outline[1][1] - outline[0][1])
     return float(len(outline))
@@ -266,13 +264,13 @@ def _extent(outline: Sequence[Point]) -> float:
 
 def _quadrangle(outline: Sequence[Point]) -> list[Point]:
     """A quadrangle of the same area and centroid as a round outline."""
-    area, x, y = planar.moments(outline)[:3]
-    corners = planar.fewer(outline, 4)
-    less, mx, my = planar.moments(corners)[:3]
+    area, x, y = patches.moments(outline)[:3]
+    corners = patches.fewer(outline, 4)
+    less, mx, my = patches.moments(corners)[:3]
     grown = math.sqrt(area / less)
     return [(x + (px - mx) * grown, y + (py - my) * grown) for px, py in corners]
 
 
 def _inside(corners: Array, points: list[Point]) -> Flags:
-    outline = planar.hull([(x, y) for x, y in corners.tolist()], 1e-9)
-    return np.array([bool(planar.clipped([point], outline, 1e-9)) for point in points])
+    outline = patches.hull([(x, y) for x, y in corners.tolist()], 1e-9)
+    return np.array([bool(patches.clipped([point], outline, 1e-9)) for point in points])

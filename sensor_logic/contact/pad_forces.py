@@ -3,18 +3,97 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arrays import Array
 from .balance import GROUND, Balance, Joint, Load, Points, balance
 from .covered import ALIGNED
-from .groups import Group, gaps, points_of, points_on_pad, shape_groups, standing_groups
-from .island import Island, collect, moving_node
-from .settling import Settled, height_between, settled
+from .directions import FLAT
+from .island import (
+    Group,
+    Island,
+    collect,
+    gaps,
+    moving_node,
+    points_of,
+    points_on_pad,
+    shape_groups,
+    standing_groups,
+)
+from .shapes import Shape, perpendiculars
 from .world import Constraint, Key, PadForces, Partner, RequiredLoad, World
+
+# Decides which contact points of stiff bodies touch, also where heights differ very little.
+#
+# The physics engine leaves a simulated body slightly tilted or above its supports, whose heights
+# are exact. So the bodies are first lowered as far as their contacts allow, with very stiff
+# springs: then their supports have no gap, and a floor half a millimetre below a pad has one.
+
+# m: the largest gap at which a point touches once the bodies have settled; and that of a moving
+# body, whose contacts shift within a frame.
+TOUCHING, MOVING = 2e-5, 3e-4
+# m: surfaces whose heights differ by less count as level. With a larger difference, up to UNTOLD
+# times TOUCHING, it is uncertain which of them carries a body at rest.
+LEVEL, UNTOLD = 1e-6, 4.0
+# Positions are in single precision: the rounding error per metre of distance from the origin.
+ROUNDING = 4.0 * 2.0**-24
+# m: mean indentation of the stiff springs.
+INDENTATION = 1e-6
+# The slack of points that do not touch, in mean indentations.
+OFF = 1e4
+
+
+@dataclass(frozen=True)
+class Settled:
+    """`points` with their slack; for each of them (n,) in m, the largest height difference of
+    supports that are `level`, and the largest at which it is uncertain (`untold`) which of them
+    carries. `converged`: whether the solver found its end."""
+
+    points: Points
+    level: Array
+    untold: Array
+    converged: bool = True
+
+
+def settled(
+    loads: Sequence[Load], points: Points, gaps: Array, joints: Sequence[Joint] = ()
+) -> Settled:
+    """The points with their slack, which is 0 for those that touch. `gaps` (n,) in m between the
+    bodies where they are; NaN for points that touch in any case."""
+    moves = np.array([*(load.softness[3:].any() for load in loads), False], bool)
+    moves = moves[points.a] | moves[points.b]
+    rounding = ROUNDING * np.abs(np.einsum("ni,ni->n", points.places, points.normals))
+    untold = np.where(moves, MOVING, UNTOLD * TOUCHING) + UNTOLD * rounding
+    known = np.isfinite(gaps)
+    if not known.any() or np.ptp(gaps[known]) <= TOUCHING / 4.0:
+        return Settled(points, LEVEL + rounding, untold)
+    slack = np.where(known, gaps, 0.0) / INDENTATION
+    stiff = replace(points, stiffness=np.ones(len(gaps)), slack=slack)
+    found = balance(loads, stiff, joints)
+    left = -INDENTATION * found.depths
+    limits = np.where(moves, MOVING, TOUCHING) + rounding
+    slack = np.where(known & (left > limits), OFF, 0.0)
+    return Settled(replace(points, slack=slack), LEVEL + rounding, untold, found.settled)
+
+
+def height_between(one: Shape, two: Shape, places: Array, normal: Array) -> float:
+    """The largest height difference in m, at places (n, 3), between the faces of two shapes that
+    face a normal (3,), extended beyond their edges; inf where a shape has no such face."""
+    heights = []
+    for shape in (one, two):
+        facing = shape.normals @ normal
+        if not len(facing) or facing.max() < FLAT:
+            return math.inf
+        face = int(facing.argmax())
+        from_places = shape.vertices[shape.faces[face][0]] - places
+        heights.append(from_places @ shape.normals[face] / facing[face] + shape.radius)
+    return float(np.abs(heights[0] - heights[1]).max())
+
 
 # Share of a body's required load that its contacts may leave unexplained.
 RESIDUAL = 0.02
@@ -216,3 +295,63 @@ def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
     problem = next((problem for problem in problems if problem), "")
     bodies = len(attempt.island.bodies)
     return PadForces(tuple(partners), attempt.worst, problem, not problem, bodies)
+
+
+# The supports of a stiff body's feet: a pad higher than the floor carries a leg alone.
+
+Mask = npt.NDArray[np.bool_]
+# m: parts of an underside farther apart than about this are separate feet.
+APART = 0.05
+DIRECTIONS = 32
+
+
+def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Array) -> Array:
+    """The areas (n,) in m² of an underside's points (n, 3), `gaps` (n,) in m above their supports,
+    after this rule: a pad beneath the middle of a leg that is higher than the support beside it
+    carries the whole leg.
+
+    A leg among others stays upright. A body with a single foot may be a cushion: its areas stay.
+    """
+    held = areas.copy()
+    axes = np.stack(perpendiculars(up))
+    seen = points @ axes.T
+    feet = _feet(seen, max(APART, 2.0 * float(np.sqrt(areas.mean()))))
+    for foot in range(int(feet.max()) + 1 if feet.any() else 0):
+        own = feet == foot
+        pad = own & on_pad
+        if not pad.any():
+            continue
+        lower = own & ~on_pad & (gaps > gaps[pad].min() + TOUCHING)
+        middle = areas[own] @ seen[own] / areas[own].sum()
+        # Each point represents the area around it.
+        around = 0.75 * float(np.sqrt(areas[own].mean()))
+        if lower.any() and _among(seen[pad], middle, around):
+            held[pad] *= 1.0 + areas[lower].sum() / areas[pad].sum()
+            held[lower] = 0.0
+    return held
+
+
+def _among(places: Array, place: Array, around: float) -> bool:
+    """Whether a place (2,) is inside the hull of `places` (n, 2), or less than `around` outside."""
+    angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
+    ways = np.stack([np.cos(angles), np.sin(angles)])
+    return bool((((places - place) @ ways).max(axis=0) > -around).all())
+
+
+def _feet(seen: Array, apart: float) -> npt.NDArray[np.intp]:
+    """The number of the foot (n,) of each point (n, 2): points in neighbouring cells, `apart` m
+    wide, belong to one foot."""
+    cells = np.floor(seen / apart).astype(int)
+    left = {tuple(cell) for cell in cells.tolist()}
+    number: dict[tuple[int, ...], int] = {}
+    foot = 0
+    while left:
+        waiting = [left.pop()]
+        while waiting:
+            cell = waiting.pop()
+            number[cell] = foot
+            beside = {(cell[0] + i, cell[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)} & left
+            left -= beside
+            waiting += beside
+        foot += 1
+    return np.array([number[tuple(cell)] for cell in cells.tolist()], np.intp)

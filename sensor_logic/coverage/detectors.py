@@ -7,10 +7,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..kinds import KINDS
-from ..kinds.pir.pyroelectric.detector import SIGHT, response_of, threshold_of, zones_of
-from ..kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN, radiosity
-from ..kinds.pir.pyroelectric.response import SAMPLE_EVERY, Response, filtered
-from ..kinds.pir.pyroelectric.zones import zone_rays
+from ..kinds.pir.lenses import zone_rays
+from ..kinds.pir.pyroelectric import (
+    SAMPLE_EVERY,
+    SIGHT,
+    STEFAN_BOLTZMANN,
+    Response,
+    filtered,
+    radiosity,
+    response_of,
+    threshold_of,
+    zones_of,
+)
 from ..kinds.pir.range_scan import PirParameters, fan_directions
 
 DETECTOR = KINDS["PIR"]

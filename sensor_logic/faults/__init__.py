@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulated faults: changes a log as lost messages, bad clocks and stuck sensors would."""
 
-from .make import FaultyLog, make_faults
+from .make import FaultyLog, make_faults, truth_csv, undo
 from .plan import Fault, FaultPlan, read_plan
-from .truth import truth_csv, undo
 
 __all__ = ["Fault", "FaultPlan", "FaultyLog", "make_faults", "read_plan", "truth_csv", "undo"]

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from ..error import InputError
-from ..log.start import moment
+from ..log import moment
 from . import (
     casas,
     events,
@@ -18,15 +18,13 @@ from . import (
     home_assistant_history,
     influx,
     mcap,
-    mcap_reader,
     ocel,
     parquet,
     pyadlml,
     xes,
 )
-from .log import Log
-from .read import EPOCH, ParsedLog
-from .written import FormatFiles
+from .log import FormatFiles, Log
+from .source import EPOCH, ParsedLog
 
 __all__ = ["FORMATS", "Format", "FormatFiles", "InputError", "Log"]
 
@@ -104,7 +102,7 @@ FORMATS = {
             ".mcap",
             "MCAP with ROS 2 messages",
             mcap.write,
-            mcap_reader.read,
+            mcap.read,
             re.escape(mcap.MAGIC),
             seconds=mcap.SECONDS,
         ),

@@ -17,11 +17,9 @@ from datetime import datetime
 from pathlib import Path
 
 from ..wording import listed
-from . import key
-from .log import Change, Channel, Log, LoggedActivity, titles
-from .names import camel, label, unique
-from .read import ParsedLog
-from .written import FormatFiles
+from . import source
+from .log import Change, Channel, FormatFiles, Log, LoggedActivity, camel, label, titles, unique
+from .source import ParsedLog
 
 # The second file with the facts about the sensors.
 SUFFIX = ".sensors.csv"
@@ -60,7 +58,7 @@ def write_text(log: Log) -> FormatFiles:
         if change.channel in names:
             mark = marks.get(id(change))
             text = f" {mark.activity} {mark.word}" if mark else ""
-            word = key.word(change.channel, change.value)
+            word = source.word(change.channel, change.value)
             lines.append(f"{_stamp(log, change, ' ')} {names[change.channel]} {word}{text}\n")
     return _written(log, names, lines, notes)
 
@@ -75,7 +73,7 @@ def write_csv(log: Log) -> FormatFiles:
         if change.channel in names:
             mark = marks.get(id(change))
             text = f'{mark.activity}="{mark.word}"' if mark else inside.at(change.time)
-            word = key.word(change.channel, change.value)
+            word = source.word(change.channel, change.value)
             row = f"{_stamp(log, change, ',')},{names[change.channel]},{word},{text}"
             lines.append(f"{row.rstrip(',')}\n")
     return _written(log, names, lines, notes)
@@ -95,7 +93,7 @@ def _written(
         notes.append(
             f"sensors without a name of CASAS are renamed, as OUT{SUFFIX} lists: {listed(renamed)}"
         )
-    return FormatFiles({"": "".join(lines), SUFFIX: key.to_text(log, names)}, tuple(notes))
+    return FormatFiles({"": "".join(lines), SUFFIX: source.to_text(log, names)}, tuple(notes))
 
 
 def _numbered(channels: list[Channel]) -> dict[Channel, str]:
@@ -119,7 +117,7 @@ def _is_of_casas(channel: Channel, name: str) -> bool:
     """Whether a name has the letters that CASAS gives to what the channel measures, or letters
     that do not say what a sensor measures."""
     letters = re.fullmatch(r"([A-Z]{1,2})\d+", name)
-    quantity = letters and key.NUMBERED.get(letters[1], channel.quantity)
+    quantity = letters and source.NUMBERED.get(letters[1], channel.quantity)
     return channel.type is bool and quantity == channel.quantity
 
 
@@ -196,19 +194,19 @@ def read(path: Path) -> ParsedLog:
     left out. Raises ValueError, which names the line.
     """
     labels: set[str] = set()
-    found = key.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))
+    found = source.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))
     found.has_activities = bool(labels)
     return found
 
 
-def _rows(path: Path, labels: set[str]) -> Iterator[key.TextRow]:
+def _rows(path: Path, labels: set[str]) -> Iterator[source.TextRow]:
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, start=1):
             found = LINE.match(line)
             if found:
                 labels.update(line[found.end() :].split())
                 time = _time(number, f"{found[1]} {found[2]}")
-                yield key.TextRow(number, time, found[3], found[4])
+                yield source.TextRow(number, time, found[3], found[4])
             elif line.strip():
                 raise ValueError(f"line {number} is not one of CASAS")
 

@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from ..log.event_log import rows_csv
-from .log import DEFAULT_START, Log
-from .written import FormatFiles
+from ..log import rows_csv
+from .log import DEFAULT_START, FormatFiles, Log
 
 # The first names in the header of a log, and of a day's.
 BEGINS = rb"\"?(time_s\"?,\"?frame|time\"?,\"?sensor)\b"

@@ -16,11 +16,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..log.event_log import Event, Value, format_value
-from .log import Channel, Log, SensorFacts
-from .names import slug, unique
-from .read import ParsedLog
-from .written import FormatFiles
+from ..log import Event, Value, format_value
+from .log import Channel, FormatFiles, Log, SensorFacts, slug, unique
+from .source import ParsedLog
 
 TOPIC = "angen"
 # The discovery topics, with `*` for a sensor's identifier.

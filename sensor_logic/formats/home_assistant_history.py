@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..kinds import KINDS
-from ..log.event_log import Event, Value
-from . import home_assistant, key
-from .read import ParsedLog
+from ..log import Event, Value
+from . import home_assistant, source
+from .source import ParsedLog
 
 HEADER = ("entity_id", "state", "last_changed")
 # The header, or a line of the messages that `home_assistant` writes.
@@ -51,7 +51,7 @@ def read(path: Path) -> ParsedLog:
         if file.read(4).removeprefix(b"\xef\xbb\xbf").startswith(b"{"):
             return home_assistant.read(path)
     found = ParsedLog([], in_utc=True)
-    left_out = key.Told("state", "left out")
+    left_out = source.Told("state", "left out")
     with open(path, newline="", encoding="utf-8-sig") as text:
         reader = csv.DictReader(text)
         rows = [(reader.line_num, [row[column] or "" for column in HEADER]) for row in reader]
@@ -117,4 +117,4 @@ def _value(entity: Entity | None, state: str) -> Value | None:
         return STATES.get(state.lower())
     if entity.type is str:
         return "" if state == home_assistant.NO_TEXT else state
-    return state if key.is_number(state) else None
+    return state if source.is_number(state) else None

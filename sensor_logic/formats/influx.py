@@ -12,10 +12,9 @@ import re
 from itertools import groupby
 from pathlib import Path
 
-from ..log.event_log import Event, Value, format_value, told
-from .log import Change, Log
-from .read import ParsedLog, since_epoch
-from .written import FormatFiles
+from ..log import Event, Value, format_value, told
+from .log import Change, FormatFiles, Log
+from .source import ParsedLog, since_epoch
 
 # Comments, and a line that ends with its time.
 BEGINS = rb"((#[^\n]*)?\r?\n)*[^\s,={#]+(,(\\.|[^\\\s])+)? [^\s=]+=[^\n]* -?\d+\s*(\n|\Z)"

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+import re
+import unicodedata
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, timedelta, tzinfo
 
-from ..log.event_log import Event, Value
-from ..log.start import moment
+from ..log import Event, Value, moment
 from ..recording.tracks import Recording
 
 # The start of a log without dates, so that its seconds are seconds since 1970.
@@ -157,3 +158,116 @@ def titles(channels: list[Channel]) -> dict[Channel, str]:
         taken.add(title)
         found[channel] = title
     return found
+
+
+# Spellings of names for other formats, without duplicates.
+
+
+def unique(names: Iterable[str], spell: Callable[[str], str]) -> dict[str, str]:
+    """Name → its spelling; of two equal spellings the one of the later name gets a number."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in sorted(set(names)):
+        stem, number = spell(name), 1
+        spelling = stem
+        while spelling.casefold() in taken:
+            number += 1
+            spelling = f"{stem}_{number}"
+        taken.add(spelling.casefold())
+        found[name] = spelling
+    return found
+
+
+def slug(name: str) -> str:
+    """Lower-case ASCII letters, digits and single underscores, a letter first: `pir_hall`."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
+    words = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")
+    return words if words[:1].isalpha() else f"sensor_{words}".rstrip("_")
+
+
+def camel(name: str) -> str:
+    """One word in camel case, of ASCII letters and digits: `PIR hall` → `PIRHall`."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    words = re.findall(r"[A-Za-z0-9]+", plain)
+    return "".join(word[0].upper() + word[1:] for word in words) or "Sensor"
+
+
+def label(activity: str) -> str:
+    """An activity as a CASAS label, one word: `Bed to toilet` → `Bed_to_toilet`."""
+    return re.sub(r"\W+", "_", activity).strip("_") or "Activity"
+
+
+# Local times in a home's time zone, where clocks go forward in spring and back in autumn.
+
+MICROSECOND = timedelta(microseconds=1)
+
+
+def is_left_out(time: datetime, zone: tzinfo) -> bool:
+    """Whether clocks went forward past this local time."""
+    return time.tzinfo is None and _utc(time, zone).astimezone(zone).replace(tzinfo=None) != time
+
+
+def localised(time: datetime, zone: tzinfo) -> datetime:
+    """A local time in its zone. One that clocks left out becomes the moment at which they went
+    forward, so that times stay in order."""
+    if time.tzinfo is not None or not is_left_out(time, zone):
+        return time if time.tzinfo else time.replace(tzinfo=zone)
+    # With the offset of after, the time lies before that moment; with that of before, after it.
+    early, late = (_utc(time.replace(fold=fold), zone) for fold in (1, 0))
+    offset = early.astimezone(zone).utcoffset()
+    while late - early > MICROSECOND:
+        middle = early + (late - early) // 2
+        if middle.astimezone(zone).utcoffset() == offset:
+            early = middle
+        else:
+            late = middle
+    return late.astimezone(zone)
+
+
+def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datetime]:
+    """The same moments in a zone; those without a zone are UTC if `in_utc`, or else local. In the
+    hour that local clocks repeat, times that would go back are of the second time."""
+    found: list[datetime] = []
+    for time in times:
+        if time.tzinfo is not None or in_utc:
+            time = (time if time.tzinfo else time.replace(tzinfo=UTC)).astimezone(zone)
+        else:
+            time = localised(time, zone)
+            if found and time.astimezone(UTC) < found[-1].astimezone(UTC):
+                time = time.replace(fold=1)
+        found.append(time)
+    return found
+
+
+def count_left_out(times: Sequence[datetime], zone: tzinfo | None) -> int:
+    """How many of these local times clocks went past."""
+    return 0 if zone is None else sum(is_left_out(time, zone) for time in times)
+
+
+def since(start: datetime, time: datetime) -> int:
+    """Microseconds from the start; a time without a zone is a local one in the start's zone.
+    Raises TypeError for a time with a zone where the start has none."""
+    zone = start.tzinfo
+    if zone is not None:
+        # Python subtracts times of one zone as if daylight saving did not exist.
+        start, time = start.astimezone(UTC), localised(time, zone).astimezone(UTC)
+    return (time - start) // MICROSECOND
+
+
+def _utc(time: datetime, zone: tzinfo) -> datetime:
+    return time.replace(tzinfo=zone).astimezone(UTC)
+
+
+# The result of the formats' writers.
+
+
+@dataclass(frozen=True)
+class FormatFiles:
+    """The contents of a format's files, and notes, a sentence each, about what was left out.
+
+    A format of one file has it under the key "", and files beside it under suffixes of its name
+    (".sensors.csv"); a format that is a folder has its files' names as keys.
+    """
+
+    files: Mapping[str, str | bytes]
+    notes: tuple[str, ...] = ()

@@ -12,14 +12,138 @@ import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from ..kind import RAYS
 from ..kinds import KINDS
+from ..log import Event, told
 from ..parameters import defaults
-from . import ros2
-from .log import Change, Channel, Log
-from .names import slug, unique
-from .written import FormatFiles
+from .log import Change, Channel, FormatFiles, Log, slug, unique
+from .source import ParsedLog, since_epoch
+
+# ROS 2 messages: their definitions, and their encoding in CDR (OMG DDSI-RTPS 2.5, chapter 10).
+#
+# Plain CDR, little endian: a header of four bytes, then each number at a multiple of its own size.
+
+_TIME = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n")
+_HEADER = ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n")
+_VECTOR = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n")
+_WRENCH = ("geometry_msgs/Wrench", "Vector3 force\nVector3 torque\n")
+_ILLUMINANCE = "std_msgs/Header header\nfloat64 illuminance\nfloat64 variance\n"
+_RANGE = (
+    "uint8 ULTRASOUND=0\nuint8 INFRARED=1\nstd_msgs/Header header\nuint8 radiation_type\n"
+    "float32 field_of_view\nfloat32 min_range\nfloat32 max_range\nfloat32 range\n"
+)
+
+
+def _definition(text: str, *parts: tuple[str, str]) -> str:
+    """The definition of a message and of those in it, in the encoding `ros2msg`."""
+    return text + "".join(f"{'=' * 80}\nMSG: {name}\n{part}" for name, part in parts)
+
+
+DEFINITIONS = {
+    "std_msgs/msg/Bool": "bool data\n",
+    "std_msgs/msg/Float32": "float32 data\n",
+    "std_msgs/msg/String": "string data\n",
+    "sensor_msgs/msg/Illuminance": _definition(_ILLUMINANCE, _HEADER, _TIME),
+    "sensor_msgs/msg/Range": _definition(_RANGE, _HEADER, _TIME),
+    "geometry_msgs/msg/WrenchStamped": _definition(
+        "std_msgs/Header header\nWrench wrench\n", _HEADER, _TIME, _WRENCH, _VECTOR
+    ),
+}
+
+
+@dataclass
+class Cdr:
+    """Encodes one message field by field."""
+
+    data: bytearray = field(default_factory=lambda: bytearray(b"\x00\x01\x00\x00"))
+
+    def number(self, code: str, *values: float) -> Cdr:
+        """Adds numbers of one `struct` code, each aligned to its size from the header's end on."""
+        size = struct.calcsize(f"<{code}")
+        for value in values:
+            self.data += b"\x00" * (-(len(self.data) - 4) % size)
+            self.data += struct.pack(f"<{code}", value)
+        return self
+
+    def text(self, text: str) -> Cdr:
+        """Adds a text: its length, UTF-8 and a closing zero."""
+        encoded = text.encode() + b"\x00"
+        self.number("I", len(encoded))
+        self.data += encoded
+        return self
+
+    def header(self, epoch_us: int, frame_id: str) -> Cdr:
+        """Adds a std_msgs/Header: time and frame."""
+        seconds, rest = divmod(epoch_us, 1_000_000)
+        return self.number("i", seconds).number("I", rest * 1000).text(frame_id)
+
+
+def bool_message(value: bool) -> bytes:
+    return bytes(Cdr().number("?", value).data)
+
+
+def float_message(value: float) -> bytes:
+    return bytes(Cdr().number("f", value).data)
+
+
+def string_message(value: str) -> bytes:
+    return bytes(Cdr().text(value).data)
+
+
+def illuminance_message(epoch_us: int, frame_id: str, lux: float) -> bytes:
+    """A sensor_msgs/Illuminance; its variance of zero means unknown."""
+    return bytes(Cdr().header(epoch_us, frame_id).number("d", lux, 0.0).data)
+
+
+def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> bytes:
+    """A sensor_msgs/Range of a beam that only detects whether it is blocked: -inf if it is, else
+    +inf. The comment in Range.msg prescribes this, and equal `min_range` and `max_range`, for
+    fixed-distance rangers."""
+    found = Cdr().header(epoch_us, frame_id).number("B", 1)
+    return bytes(found.number("f", 0.0, reach, reach, float("inf" if is_open else "-inf")).data)
+
+
+def range_message(
+    epoch_us: int, frame_id: str, distance: float, view: float, least: float, most: float
+) -> bytes:
+    """A sensor_msgs/Range: a distance (m), the field of view (rad), and both range limits (m). The
+    greatest distance means no target: +inf, as REP 117 prescribes."""
+    # Blender stores the greatest distance in single precision.
+    distance = distance if distance < most * (1.0 - 1e-6) else float("inf")
+    found = Cdr().header(epoch_us, frame_id).number("B", 1)
+    return bytes(found.number("f", view, least, most, distance).data)
+
+
+def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
+    """A geometry_msgs/WrenchStamped: the force on the pad, along its -Z."""
+    found = Cdr().header(epoch_us, frame_id)
+    return bytes(found.number("d", 0.0, 0.0, -newtons, 0.0, 0.0, 0.0).data)
+
+
+def value_of(schema: str, data: bytes) -> bool | float | str:
+    """The value in a sensor's message. Raises ValueError for any other schema."""
+    if schema == "std_msgs/msg/Bool":
+        return bool(data[4])
+    if schema == "std_msgs/msg/Float32":
+        # Seven digits, as many as single precision holds.
+        return float(f"{struct.unpack_from('<f', data, 4)[0]:.7g}")
+    (length,) = struct.unpack_from("<I", data, 4 if schema == "std_msgs/msg/String" else 12)
+    if schema == "std_msgs/msg/String":
+        return data[8 : 8 + length - 1].decode()
+    body = 4 + -(-(12 + length) // 8) * 8
+    if schema == "sensor_msgs/msg/Illuminance":
+        return float(struct.unpack_from("<d", data, body)[0])
+    if schema == "sensor_msgs/msg/Range":
+        last = 4 + -(-(13 + length) // 4) * 4 + 12
+        most, distance = struct.unpack_from("<ff", data, last - 4)
+        # Without a target, the event log has the greatest distance.
+        return float(f"{min(distance, most):.7g}")
+    if schema == "geometry_msgs/msg/WrenchStamped":
+        return -float(struct.unpack_from("<d", data, body + 16)[0])
+    raise ValueError(f"{schema} is not a message of a sensor")
+
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 1 << 20
@@ -110,7 +234,7 @@ def _messages(log: Log) -> Iterator[_Message]:
     for activity in log.activities:
         topic = f"/angen/people/{slug(activity.person)}/activity"
         for time, text in ((activity.start, activity.activity), (activity.end, "")):
-            data = ros2.string_message(text)
+            data = string_message(text)
             about = {"holds": ACTIVITIES}
             yield _Message(log.epoch_us(time) * 1000, topic, ACTIVITY, data, about)
 
@@ -125,7 +249,7 @@ def _of_change(
     data = _bytes(schema, time, frame, change, greatest)
     yield _Message(time * 1000, topic, schema, data, _about(channel))
     if channel.quantity == "opening" and KINDS[channel.sensor.kind].requires(RAYS):
-        data = ros2.beam_message(time, frame, bool(change.value), _parameter(channel, "range_max"))
+        data = beam_message(time, frame, bool(change.value), _parameter(channel, "range_max"))
         # Our reader takes the sensor's changes from its own topic.
         about = {"holds": "beam"}
         yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data, about)
@@ -134,11 +258,11 @@ def _of_change(
 def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) -> bytes:
     value = change.value
     if isinstance(value, str):
-        return ros2.string_message(value)
+        return string_message(value)
     write: dict[str, Callable[[], bytes]] = {
-        "std_msgs/msg/Bool": lambda: ros2.bool_message(bool(value)),
-        "sensor_msgs/msg/Illuminance": lambda: ros2.illuminance_message(time, frame, value),
-        RANGE: lambda: ros2.range_message(
+        "std_msgs/msg/Bool": lambda: bool_message(bool(value)),
+        "sensor_msgs/msg/Illuminance": lambda: illuminance_message(time, frame, value),
+        RANGE: lambda: range_message(
             time,
             frame,
             value,
@@ -146,8 +270,8 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
             _parameter(change.channel, "range_min"),
             _range_max(change.channel, greatest),
         ),
-        "geometry_msgs/msg/WrenchStamped": lambda: ros2.force_message(time, frame, value),
-        NUMBER: lambda: ros2.float_message(value),
+        "geometry_msgs/msg/WrenchStamped": lambda: force_message(time, frame, value),
+        NUMBER: lambda: float_message(value),
     }
     return write[schema]()
 
@@ -217,7 +341,7 @@ def _about(channel: Channel) -> dict[str, str]:
 
 
 def _schema_record(file: _File, name: str) -> bytes:
-    definition = ros2.DEFINITIONS[name].encode()
+    definition = DEFINITIONS[name].encode()
     number = struct.pack("<H", file.schemas[name])
     return _record(SCHEMA, number + _text(name) + _text("ros2msg") + _sized(definition))
 
@@ -288,3 +412,67 @@ def _text(text: str) -> bytes:
 
 def _map(pairs: Mapping[str, str]) -> bytes:
     return _sized(b"".join(_text(key) + _text(value) for key, value in pairs.items()))
+
+
+# Reads MCAP files as `mcap.py` writes them: uncompressed chunks of ROS 2 messages.
+
+
+def read(path: Path) -> ParsedLog:
+    """The changes on the topics whose metadata name a sensor."""
+    found = ParsedLog([], in_utc=True)
+    schemas: dict[int, str] = {}
+    topics: dict[int, tuple[str, dict[str, str]]] = {}
+    for kind, content in _records(path.read_bytes()[len(MAGIC) :]):
+        if kind == SCHEMA:
+            (number,) = struct.unpack_from("<H", content)
+            schemas[number] = _read_text(content, 2)[0]
+        elif kind == CHANNEL:
+            number, schema = struct.unpack_from("<HH", content)
+            end = _read_text(content, _read_text(content, 4)[1])[1]
+            topics[number] = schemas[schema], _read_map(content, end)
+        elif kind == MESSAGE:
+            number, _, time = struct.unpack_from("<HIQ", content)
+            schema_name, about = topics[number]
+            if "sensor" in about:
+                value = told(value_of(schema_name, content[22:]))
+                clock, sensor = since_epoch(time // 1000), about["sensor"]
+                change = Event(clock, sensor, about["field"], 0.0, about["kind"], value)
+                found.changes.append(change)
+                found.rooms[sensor] = about["room"]
+            found.has_activities |= about.get("holds") == ACTIVITIES
+    return found
+
+
+def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Type and content of each record before the summary, records in chunks included."""
+    at = 0
+    while at < len(data):
+        kind, length = struct.unpack_from("<BQ", data, at)
+        content = data[at + 9 : at + 9 + length]
+        if len(content) < length:
+            raise ValueError("the file is truncated")
+        at += 9 + length
+        if kind == DATA_END:
+            return
+        if kind != CHUNK:
+            yield kind, content
+            continue
+        compression, start = _read_text(content, 28)
+        if compression:
+            raise ValueError(f"its chunks are compressed ({compression})")
+        yield from _records(content[start + 8 :])
+
+
+def _read_text(data: bytes, at: int) -> tuple[str, int]:
+    """The text at a position, and the position after it."""
+    (length,) = struct.unpack_from("<I", data, at)
+    return data[at + 4 : at + 4 + length].decode(), at + 4 + length
+
+
+def _read_map(data: bytes, at: int) -> dict[str, str]:
+    (length,) = struct.unpack_from("<I", data, at)
+    found, at, end = {}, at + 4, at + 4 + length
+    while at < end:
+        key, at = _read_text(data, at)
+        found[key], at = _read_text(data, at)
+    return found

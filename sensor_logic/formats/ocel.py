@@ -12,10 +12,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from ..log.event_log import Event, format_value, told
-from .log import Change, Log, LoggedActivity, SensorFacts
-from .read import ParsedLog
-from .written import FormatFiles
+from ..log import Event, format_value, told
+from .log import Change, FormatFiles, Log, LoggedActivity, SensorFacts
+from .source import ParsedLog
 
 BEGINS = rb"\s*\{\s*\"(objectTypes|eventTypes|objects|events)\""
 TYPES = {bool: "boolean", float: "float", int: "integer", str: "string"}

@@ -13,12 +13,10 @@ from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
 
-from ..log.event_log import format_value, to_csv
-from . import key
-from .log import Log, titles
-from .names import unique
-from .read import ParsedLog
-from .written import FormatFiles
+from ..log import format_value, to_csv
+from . import source
+from .log import FormatFiles, Log, titles, unique
+from .source import ParsedLog
 
 TIME = "%d.%m.%Y %H:%M:%S.%f"
 DEVICES = "devices.csv"
@@ -52,7 +50,7 @@ def write(log: Log) -> FormatFiles:
             ),
         ),
         MAPS[0]: to_csv(("id", "device"), ((device[c], named[c]) for c in named)),
-        SENSORS: key.to_text(log, device),
+        SENSORS: source.to_text(log, device),
         "device_area_map.csv": _areas("device", ((device[c], c.sensor.room) for c in named)),
         "activity_map.csv": to_csv(("id", "activity"), ((activity[n], n) for n in names)),
         "activity_area_map.csv": _areas(
@@ -77,14 +75,14 @@ def read(folder: Path) -> ParsedLog:
 
     Without `sensors.csv`, the devices' kinds are guessed from their names.
     """
-    found = key.read_rows(folder / SENSORS, _rows(folder), has_initial=True)
+    found = source.read_rows(folder / SENSORS, _rows(folder), has_initial=True)
     found.has_activities = any(
         path.read_bytes().count(b"\n") > 1 for path in folder.glob("activities_*.csv")
     )
     return found
 
 
-def _rows(folder: Path) -> Iterator[key.TextRow]:
+def _rows(folder: Path) -> Iterator[source.TextRow]:
     is_ours = (folder / SENSORS).is_file()
     names = {} if is_ours else _names(folder)
     with open(folder / DEVICES, newline="", encoding="utf-8-sig") as file:
@@ -96,7 +94,7 @@ def _rows(folder: Path) -> Iterator[key.TextRow]:
             if value in {"0", "1"}:
                 value = value if is_ours else ("OFF", "ON")[int(value)]
             time = _time(rows.line_num, row["time"])
-            yield key.TextRow(rows.line_num, time, names.get(device, device), value)
+            yield source.TextRow(rows.line_num, time, names.get(device, device), value)
 
 
 def _names(folder: Path) -> dict[str, str]:

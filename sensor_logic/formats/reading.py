@@ -12,12 +12,10 @@ from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
 from ..error import AngenError, InputError
-from ..log.event_log import HEADER, Event
+from ..log import HEADER, Event
 from . import FORMATS, Format
-from .local_time import count_left_out, since
-from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts
-from .read import ParsedLog, events_of, sort_rows
-from .source import make_log, read_log_events
+from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts, count_left_out, since
+from .source import ParsedLog, events_of, make_log, read_log_events, sort_rows
 
 HEAD = 4096
 

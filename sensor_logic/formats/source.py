@@ -6,22 +6,112 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime, timedelta
+from datetime import datetime, timedelta, tzinfo
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..error import InputError
 from ..kind import Field
 from ..kinds import KINDS
-from ..log.event_log import HEADER, Event, Value, format_value, read_events
-from ..log.start import COLUMN, parse_start
+from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start, read_events, to_csv
 from ..recording.tracks import Recording
-from .local_time import since
-from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts
-from .read import ParsedLog
+from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
+
+# The result of the formats' readers: changes with dates.
+
+EPOCH = datetime(1970, 1, 1)
+
+
+@dataclass
+class ParsedLog:
+    """A file's changes in time order, and rooms by sensor. `has_states`: the first change of each
+    field is its initial state. `has_activities`: the file also has activities, which readers
+    ignore. `in_utc`: times without a zone are UTC, not the home's. `undated`: how many changes at
+    the begin are initial states that have the time of the first row. `notes`: a sentence for each
+    thing that was mended or left out. `end`: the local time until which the sensors were watched;
+    None: unknown."""
+
+    changes: list[Event[datetime]]
+    rooms: dict[str, str] = field(default_factory=dict)
+    has_states: bool = True
+    has_activities: bool = False
+    in_utc: bool = False
+    undated: int = 0
+    notes: list[str] = field(default_factory=list)
+    end: datetime | None = None
+
+    def sort(self) -> None:
+        """Sorts the changes as `sort_rows` does."""
+        states, changes = self.changes[: self.undated], self.changes[self.undated :]
+        changes, note = sort_rows(changes)
+        self.changes = [state.at(changes[0].time) for state in states] + changes
+        self.notes.append(note)
+
+
+def since_epoch(microseconds: int) -> datetime:
+    """The UTC time without a zone, as writers store the times of a log without a zone."""
+    return EPOCH + timedelta(microseconds=microseconds)
+
+
+def field_of(quantity: str) -> tuple[str, str]:
+    """The first kind of sensor, by number, with a boolean field of this quantity, and the field.
+    Raises ValueError."""
+    for kind in KINDS.values():
+        for published in kind.events:
+            if published.type is bool and published.quantity == quantity:
+                return kind.identifier, published.name
+    raise ValueError(f"no kind of sensor publishes {quantity}")
+
+
+def events_of(
+    read: ParsedLog, start: datetime | None, zone: tzinfo | None = None
+) -> tuple[list[Event[float]], datetime | None]:
+    """The events in seconds since `start` (None: since the first change), and the start; `zone`:
+    the home's, if known. Raises ValueError where times decrease."""
+    times = [change.time for change in read.changes]
+    if not any(time.utcoffset() for time in times):
+        # A start without a time zone was written as UTC.
+        times = [time.replace(tzinfo=None) for time in times]
+    if zone is not None:
+        times = in_zone(times, zone, read.in_utc)
+    start = start or (times[0] if times else None)
+    found: list[Event[float]] = []
+    last: datetime | None = None
+    for time, change in zip(times, read.changes, strict=True):
+        assert start is not None
+        # A start without a time zone is a local time of the home.
+        clock = time.replace(tzinfo=None) if start.tzinfo is None else time
+        seconds = since(start, clock) / 1e6
+        if found and seconds < found[-1].time:
+            raise ValueError(
+                f"{at_line(change.line)}out of order: {change.time} comes after {last}; `convert "
+                "--sort` sorts it, or where clocks were put back, convert it with --timezone"
+            )
+        found.append(change.at(seconds))
+        last = change.time
+    return found, start
+
+
+def at_line(number: int) -> str:
+    """The begin of a message about a line; empty where there are no lines."""
+    return f"line {number}: " if number else ""
+
+
+def sort_rows(rows: Iterable[Event[Time]]) -> tuple[list[Event[Time]], str]:
+    """The rows by time, exact repeats once, and a note on what changed; rows of one time keep their
+    order. Raises TypeError where only some times have a zone."""
+    given = list(rows)
+    late = sum(after.time < before.time for before, after in pairwise(given))
+    kept = list(dict.fromkeys(sorted(given, key=lambda row: row.time)))
+    repeated = len(given) - len(kept)
+    note = f"sorted by time, which went back {late} ×; repeated rows left out: {repeated}"
+    return kept, note
+
 
 DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
 # The quantity of a field that names none, by type.
@@ -286,3 +376,168 @@ def _activity(
     if last < first:
         raise InputError(f"{path}: line {number}: '{activity}' ends before it begins")
     return LoggedActivity(first, last, person, labels.get(activity, activity), room)
+
+
+# The table of sensors beside a log, for formats whose lines have only a name and a word.
+
+KEY_HEADER = ("id", "sensor", "field", "kind", "room", "unit", "initial")
+# The words of CASAS, and those of pandas' booleans.
+WORDS = {"ON": True, "OFF": False, "OPEN": True, "CLOSE": False, "CLOSED": False}
+WORDS |= {"PRESENT": True, "ABSENT": False, "TRUE": True, "FALSE": False}
+# The quantity by the letters of a CASAS name; names of the release of 2025 are places instead.
+NUMBERED = {"M": "motion", "MA": "motion", "D": "opening", "I": "occupancy", "L": "light"}
+# The quantity by the word, where the name does not tell.
+OF_WORD = dict.fromkeys(("OPEN", "CLOSE", "CLOSED"), "opening")
+OF_WORD |= dict.fromkeys(("PRESENT", "ABSENT"), "occupancy")
+# A word into which the next sensor's name ran, as in ONM026.
+GLUED = re.compile(rf"({'|'.join(sorted(WORDS, reverse=True))})[A-Z]{{1,2}}\d+")
+
+
+class TextRow(NamedTuple):
+    """A row of a log, as text; `line`: where the file has it."""
+
+    line: int
+    time: datetime
+    name: str
+    text: str
+
+
+class KeyRow(NamedTuple):
+    """A row of the table: the sensor and field of an identifier in the log."""
+
+    sensor: str
+    field: str
+    kind: str
+    room: str
+    initial: str
+
+
+def word(channel: Channel, value: Value) -> str:
+    """A value in CASAS: ON, OFF, OPEN, CLOSE, or a number."""
+    if channel.type is not bool:
+        return format_value(value)
+    words = ("CLOSE", "OPEN") if channel.quantity == "opening" else ("OFF", "ON")
+    return words[bool(value)]
+
+
+def to_text(log: Log, names: Mapping[Channel, str]) -> str:
+    """The table for the fields that a log lists under these names; without initial states where
+    the log has none."""
+    initial = log.initial()
+    rows = [
+        (
+            name,
+            channel.sensor.name,
+            channel.field,
+            channel.sensor.kind,
+            channel.sensor.room,
+            channel.unit,
+            word(channel, initial[channel].value) if channel in initial else "",
+        )
+        for channel, name in sorted(names.items(), key=lambda item: item[1])
+    ]
+    return to_csv(KEY_HEADER, rows)
+
+
+def read_rows(table: Path, rows: Iterable[TextRow], has_initial: bool = False) -> ParsedLog:
+    """The changes in the rows. The table, if it exists, gives their sensors and fields; else they
+    are guessed from their names. `has_initial`: the rows include the initial states."""
+    entries = _read_table(table)
+    states = [entry for entry in entries.values() if entry.initial]
+    found = ParsedLog([], {entry.sensor: entry.room for entry in entries.values()}, bool(states))
+    numbers = {name for name, entry in entries.items() if not _is_boolean(entry)}
+    booleans = entries.keys() - numbers
+    mended, left_out = Told("word", "mended"), Told("row", "left out")
+    for row in rows:
+        line, time, name, text = row
+        is_plain = name in numbers or (name in booleans and text in {"0", "1"})
+        word = text if is_plain else mended_word(text)
+        # CASAS has single letters where a name was damaged.
+        is_name = has_initial or not (len(name) == 1 and name.islower())
+        if word is None or not is_name or (name in numbers and not is_number(text)):
+            left_out.add(line, f"'{name} {text}'")
+            continue
+        if not is_plain and word != text.upper():
+            mended.add(line, f"'{text}' is {word}")
+        if name not in entries:
+            entries[name] = _guessed(name, word)
+        found.changes.append(_change(time, entries[name], word, line))
+    if found.changes and not has_initial:
+        begin = found.changes[0].time
+        found.changes[:0] = [_change(begin, entry, entry.initial, 0) for entry in states]
+        found.undated = len(states)
+    texts = [told.text for told in (mended, left_out) if told.count]
+    found.notes += ["; ".join(texts)] if texts else []
+    return found
+
+
+def _change(time: datetime, entry: KeyRow, word: str, line: int) -> Event[datetime]:
+    value: Value = WORDS.get(word.upper(), word)
+    return Event(time, entry.sensor, entry.field, 0.0, entry.kind, value, line)
+
+
+def _is_boolean(entry: KeyRow) -> bool:
+    fields = KINDS[entry.kind].events if entry.kind in KINDS else ()
+    return any(field.name == entry.field and field.type is bool for field in fields)
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a finite number."""
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def mended_word(text: str) -> str | None:
+    """The word of `WORDS` that a text is, or was before it was damaged: OFFc, OFcF, OF, ONM026.
+    None where it is not obvious."""
+    upper = text.upper()
+    if upper in WORDS:
+        return upper
+    capitals = re.sub(r"[^A-Z]", "", text)
+    for word in (re.sub(r"[^A-Z]", "", upper), capitals):
+        if word in WORDS:
+            return word
+    if glued := GLUED.fullmatch(text):
+        return glued[1]
+    cut = [word for word in WORDS if word.startswith(capitals)] if len(capitals) > 1 else []
+    return cut[0] if len({WORDS[word] for word in cut}) == 1 else None
+
+
+@dataclass
+class Told:
+    """Counts what was done to rows of a file, and keeps the first of them."""
+
+    noun: str
+    done: str
+    count: int = 0
+    first: str = ""
+
+    def add(self, line: int, what: str) -> None:
+        self.first = self.first or f"{at_line(line)}{what}"
+        self.count += 1
+
+    @property
+    def text(self) -> str:
+        noun = self.noun if self.count == 1 else f"{self.noun}s"
+        return f"{self.count} {noun} {self.done}, first {self.first}"
+
+
+def _read_table(table: Path) -> dict[str, KeyRow]:
+    if not table.is_file():
+        return {}
+    with open(table, newline="", encoding="utf-8-sig") as file:
+        return {
+            row["id"]: KeyRow(*(row[name] for name in KeyRow._fields))
+            for row in csv.DictReader(file)
+        }
+
+
+def _guessed(name: str, word: str) -> KeyRow:
+    letters = re.fullmatch(r"([A-Z]+)\d+", name)
+    quantity = OF_WORD.get(word, "opening" if name.lower().endswith("door") else "motion")
+    if letters and letters[1] in NUMBERED:
+        quantity = NUMBERED[letters[1]]
+    kind, field = field_of(quantity)
+    return KeyRow(name, field, kind, "", "")

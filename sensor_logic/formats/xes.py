@@ -15,10 +15,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
-from ..log.event_log import Event, format_value
-from .log import Change, Log, LoggedActivity
-from .read import ParsedLog
-from .written import FormatFiles
+from ..log import Event, format_value
+from .log import Change, FormatFiles, Log, LoggedActivity
+from .source import ParsedLog
 
 BEGINS = rb"\s*<(\?xml|log)\b"
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>

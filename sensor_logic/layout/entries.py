@@ -18,7 +18,7 @@ from ..kind import Kind
 from ..kinds import KINDS
 from ..lines import KeyPath, LineError, read_json
 from ..parameters import FormerChoice, Spec, defaults, former_choice, specs
-from ..spelling import hint
+from ..wording import hint
 
 # The key of a layout that switches sensors which it does not name.
 OTHERS = "others_enabled"

@@ -10,10 +10,8 @@ import numpy as np
 
 from ..model import Array
 from .facts import PlanShape, PlanStorey, SensorInPlan
-from .labels import spread
 from .sections import Line, joined, simplified
-from .svg import coordinate, shown_number, ticks
-from .theme import hue, mark
+from .svg import coordinate, hue, mark, shown_number, spread, ticks
 
 WIDTH = 880.0
 LEFT, TOP, RIGHT, BOTTOM = 40.0, 8.0, 12.0, 62.0

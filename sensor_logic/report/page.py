@@ -6,11 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..kinds import KINDS
-from .facts import PlanStorey, Report, ReportedSensor
-from .figures import Figures, figures
+from .facts import Figures, PlanStorey, Report, ReportedSensor, figures
 from .floor_plan import floor_plan
-from .svg import safe, shown_number
-from .theme import INKS, plain_style, style
+from .svg import INKS, plain_style, safe, shown_number, style
 from .timeline import LEGEND_HEIGHT, WIDTH, legend, timeline
 
 Numbered = list[tuple[int, ReportedSensor]]

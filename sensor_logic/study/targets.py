@@ -13,7 +13,7 @@ from ..error import InputError
 from ..kind import Kind
 from ..kinds import KINDS
 from ..parameters import defaults, specs
-from ..spelling import hint
+from ..wording import hint
 from .study import SENSORS, WITHOUT_DOT, Range, Study, Value
 
 # A sensor is moved by metres along the home's axes, and turned by radians about its own.

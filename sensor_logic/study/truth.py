@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from ...residents.days.rows import DayRows
 from ..kinds import KINDS
-from ..log.event_log import format_value
+from ..log import format_value
 
 DAY_S = 86_400.0
 # Fields of other quantities than these tell nothing of people by being on.

@@ -156,7 +156,7 @@ class World:
 
     def log(self, recording: Any) -> list[list[str]]:
         """The rows of the event log, without the header."""
-        text = part("sensor_logic.log.event_log").events_csv(recording)
+        text = part("sensor_logic.log").events_csv(recording)
         return [line.split(",") for line in text.splitlines()[1:]]
 
     def rays(self, obj: Any, number: int = 0) -> tuple[Any, Any, Any]:
@@ -255,7 +255,7 @@ def field(world: World) -> Iterator[Callable[..., Any]]:
     one is given, else as when the playhead rests."""
     state = part("angen_addon.runtime.state").CACHE
     live_of = part("angen_addon.runtime.live").live_of
-    sensors = part("angen_addon.view.overlay.drawn_sensors")
+    sensors = part("angen_addon.view.overlay.picture")
     made = state.overlay = sensors.DrawnSensors(world.scene)
 
     def follow(frame: float | None = None, publish: bool = True) -> Any:

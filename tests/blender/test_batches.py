@@ -4,11 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import (
-    agenda,
-    moving_scene,
-    stage,
-)
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import skipping, stage
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import frames
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
@@ -23,7 +19,7 @@ def read(world, monkeypatch):
         monkeypatch.setattr(frames, "MOST_FRAMES", most)
         monkeypatch.setattr(stage, "TELL_EVERY", 1e9)
         least = 0 if alone else 10**9
-        monkeypatch.setattr(moving_scene, "LEAST_OBJECTS", least)
+        monkeypatch.setattr(skipping, "LEAST_OBJECTS", least)
         return world.run().tracks
 
     return run
@@ -279,5 +275,5 @@ def test_pads_read_the_same_where_what_they_cannot_feel_is_left_out(
 def read_plain(world, monkeypatch):
     """With each frame looked at by itself, and nothing left out."""
     with monkeypatch.context() as patch:
-        patch.setattr(agenda, "_weights_stay", lambda _: False)
+        patch.setattr(stage, "_weights_stay", lambda _: False)
         return world.run().tracks

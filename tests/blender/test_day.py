@@ -50,7 +50,7 @@ def test_a_day_reads_what_every_frame_of_it_does(
     found = run(world, acted, seed, keys)
     assert len(keys.shown) > 3 and found.steps.evaluated < 0.2 * found.steps.steps
 
-    stillness = addon_part("angen_addon.runtime.stillness")
+    stillness = addon_part("angen_addon.runtime.skipping")
     every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
     monkeypatch.setattr(stillness, "find", lambda *_: every)
     monkeypatch.setattr(addon_part("residents.blender.run"), "MOST_MOVEMENT", 1e9)

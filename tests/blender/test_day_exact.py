@@ -47,7 +47,7 @@ def test_keys_change_nothing_while_nobody_moves(
     acted = household.acted(0)
     with household.keyed() as keys, addon_part("residents.blender.run").at_ten_frames(scene):
         keys.show(acted, *between)
-        still = addon_part("angen_addon.runtime.stillness").find(scene, {"RAYS"})
+        still = addon_part("angen_addon.runtime.skipping").find(scene, {"RAYS"})
     assert not still.reasons
     moving = np.clip(acted.spans(*between), *between)
     # A frame before each movement, and up to two after it.
@@ -98,7 +98,7 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
 
     monkeypatch.setattr(living, "MOST_MOVEMENT", 3.0)
     found, steps = stretch()
-    stillness = addon_part("angen_addon.runtime.stillness")
+    stillness = addon_part("angen_addon.runtime.skipping")
     every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
     monkeypatch.setattr(stillness, "find", lambda *_: every)
     monkeypatch.setattr(living, "MOST_MOVEMENT", 1e9)

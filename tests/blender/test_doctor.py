@@ -317,7 +317,7 @@ def test_an_active_mesh_is_told_with_its_margin(home, physics, examine):
 
 
 def test_eevee_is_asked_for_where_there_is_none(home, examine, addon_part, monkeypatch):
-    lamps = addon_part("angen_addon.doctor.lamps")
+    lamps = addon_part("angen_addon.doctor.sensors")
     monkeypatch.setattr(lamps, "why_no_eevee", lambda: "EEVEE cannot run here")
     assert examine() == []
     bpy.data.objects["Light"].angen_sensor.light.engine = "EEVEE"

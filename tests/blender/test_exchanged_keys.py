@@ -103,7 +103,7 @@ def test_exchanged_keys_change_no_reading(
     )
     story.keep(0, FRAMES + 2)
     whole, _ = run(())
-    stillness = addon_part("angen_addon.runtime.stillness")
+    stillness = addon_part("angen_addon.runtime.skipping")
     every = stillness.Stillness(np.empty((0, 2)), ("as a reference",))
     monkeypatch.setattr(stillness, "find", lambda *_: every)
     plain, all_of_them = run(())

@@ -20,7 +20,9 @@ def kept(world, addon_part, obj):
         return None
     scene, event_at = world.scene, addon_part("operators.explain").event_at
     index = event_at(recording.tracks[obj.name], scene.frame_current)
-    return addon_part("angen_addon.explain.memory").MEMORY.recall(recording, obj.session_uid, index)
+    return addon_part("angen_addon.explain.explain").MEMORY.recall(
+        recording, obj.session_uid, index
+    )
 
 
 def test_it_is_shown_until_the_playhead_leaves_or_the_scene_changes(world, addon_part):

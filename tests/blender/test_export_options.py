@@ -91,8 +91,8 @@ def test_the_time_of_day(home, tmp_path):
 
 def test_a_dated_log_can_be_checked(home, tmp_path, addon_part):
     recording = home.run()
-    log = addon_part("sensor_logic.log.event_log")
-    start = addon_part("sensor_logic.log.start").parse_start("2026-03-01T08:00+01:00")
+    log = addon_part("sensor_logic.log")
+    start = addon_part("sensor_logic.log").parse_start("2026-03-01T08:00+01:00")
     path = tmp_path / "events.csv"
     path.write_text(log.events_csv(recording, start), encoding="utf-8", newline="")
     assert read(path)[1][-1] == "2026-03-01T08:00:00.000+01:00"

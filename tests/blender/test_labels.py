@@ -16,7 +16,7 @@ CLOSE = [(481.0, 351.0), (502.0, 349.0), (520.0, 349.0), (446.0, 341.0), (451.0,
 
 @pytest.fixture
 def arranged(addon_part):
-    arrange = addon_part("angen_addon.view.overlay.label_layout").arrange
+    arrange = addon_part("angen_addon.view.overlay.labels").arrange
 
     def run(markers, sizes, wanted=(), covered=(SIDEBAR,)):
         order = range(len(markers))
@@ -79,7 +79,7 @@ def test_what_lies_over_a_view_of_a_small_window(addon_part):
     space = part(show_gizmo=True, show_gizmo_navigate=True, overlay=overlay)
     view = part(mini_axis_type="GIZMO", gizmo_size_navigate_v3d=80, show_navigate_ui=True)
     preferences = part(system=part(ui_scale=1.0), view=view)
-    covered = addon_part("angen_addon.view.overlay.covered").covered
+    covered = addon_part("angen_addon.view.overlay.labels").covered
     found = covered(area, area.regions[-1], space, preferences)
 
     def free(x, y):

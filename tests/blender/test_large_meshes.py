@@ -18,7 +18,7 @@ def ground(world):
 
 
 def uses_ray_tree(addon_part, solids):
-    ray_tree = addon_part("sensor_logic.geometry.ray_tree").RayTree
+    ray_tree = addon_part("sensor_logic.geometry.trees").RayTree
     return [isinstance(solid.geometry._built.tree, ray_tree) for solid in solids.solids]
 
 

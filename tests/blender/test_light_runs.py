@@ -5,7 +5,7 @@ import math
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes, resting, state
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, probes, state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
 from bl_ext.user_default.angen_sensors.panels import readings
@@ -215,7 +215,7 @@ def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatc
     assert before.recorded and before.fields["illuminance_lux"] == pytest.approx(recorded)
     calls = counted(monkeypatch)
     state.CACHE.shown_at = 0.0
-    assert resting._look() is None and not calls
+    assert handlers._look() is None and not calls
     assert (told(world).text, told(world).recorded) == (before.text, True)
     assert lamp.angen_sensor.value == recorded
 

@@ -106,7 +106,7 @@ def test_live_values_keep_nothing_evaluated(home, addon_part):
 
 
 def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
-    field = addon_part("angen_addon.view.overlay.drawn_sensors").DrawnSensors(home.scene)
+    field = addon_part("angen_addon.view.overlay.picture").DrawnSensors(home.scene)
     for frame in (1, 2, 9):
         home.scene.frame_set(frame)
         layer = bpy.context.view_layer

@@ -137,7 +137,7 @@ def test_a_still_scene_is_not_drawn_anew(world, field):
 
 def test_the_drawing_casts_no_rays(world, field, addon_part, monkeypatch):
     """Neither while it plays, live or beside a recording, nor at rest."""
-    drawn = addon_part("angen_addon.view.overlay.drawn_sensors").DrawnSensors
+    drawn = addon_part("angen_addon.view.overlay.picture").DrawnSensors
     caster = addon_part("angen_addon.scene.rays.caster").RayCaster
     follow, see_at, cast = drawn.follow, caster.see_at, []
 
@@ -169,7 +169,7 @@ def test_undo_and_load_leave_nothing(world, field, addon_part):
 
 
 def test_every_state_has_a_look_and_no_two_the_same_shape(addon_part):
-    looks = addon_part("angen_addon.view.overlay.looks").LOOKS
+    looks = addon_part("angen_addon.view.overlay.picture").LOOKS
     readings = addon_part("panels.readings")
     different = {
         (look.lines.tobytes(), look.faces.tobytes())
@@ -202,7 +202,7 @@ def test_every_meaning_is_coloured(world, field, addon_part):
     for frame in range(1, 12):
         found = field(frame)
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
-    for icon in addon_part("angen_addon.view.overlay.looks").LOOKS:
+    for icon in addon_part("angen_addon.view.overlay.picture").LOOKS:
         one = readings.ReadingText("", icon, "", pad)
         passing = [picture.passing(seen, one, 1.0) for seen in found.seen]
         # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
@@ -223,7 +223,7 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     """A switch whose flag moves from frame 40 on, and two that see nothing move."""
     draw = addon_part("angen_addon.view.overlay.draw")
     readings = addon_part("panels.readings")
-    row = addon_part("angen_addon.view.overlay.drawn_sensors").SensorRow
+    row = addon_part("angen_addon.view.overlay.picture").SensorRow
     given = []
     monkeypatch.setattr(draw, "_batch", lambda part: given.append(part) or part)
     flag = world.box((0.2, 0.2, 0.01), (0, 0, -0.3), name="flag")

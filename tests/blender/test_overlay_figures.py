@@ -144,7 +144,7 @@ def test_zones_are_drawn_where_the_rays_in_them_end(world, field, addon_part, sc
     wall.rotation_euler.x = 0.1
     wall.scale = (1.0, 1.0, 1.0)
     found = field()
-    detector = addon_part("sensor_logic.kinds.pir.pyroelectric.detector")
+    detector = addon_part("sensor_logic.kinds.pir.pyroelectric")
     zones = detector.zones_of(of(found, "lens").parameters)
     normal = np.array([0.0, -math.sin(0.1), math.cos(0.1)])
     for name, count, meaning in (("lens", len(zones), "picture"), ("ranger", 6, "outline")):
@@ -171,7 +171,7 @@ def test_zones_are_drawn_where_the_rays_in_them_end(world, field, addon_part, sc
 
 
 def test_a_pads_arrow_is_as_long_as_its_force(addon_part):
-    figures = addon_part("angen_addon.kinds.pressure.figure")
+    figures = addon_part("angen_addon.kinds.pressure")
     model = addon_part("sensor_logic.model")
     pose = model.Pose(np.array([1.0, 2.0, 3.0]), np.eye(3))
     for force, length in ((500.0, 0.5), (100.0, 0.1), (1.0, 0.06), (9e4, 1.2)):

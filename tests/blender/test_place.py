@@ -21,7 +21,7 @@ def placing(addon_part):
 
 @pytest.fixture
 def parent_keeping(addon_part):
-    return addon_part("angen_addon.authoring.placing").parent_keeping
+    return addon_part("angen_addon.authoring.housing").parent_keeping
 
 
 @pytest.fixture
@@ -159,7 +159,7 @@ def test_a_parent_without_a_size_is_not_followed(world, parent_keeping):
 
 @pytest.fixture
 def meets(world, addon_part):
-    first_surface = addon_part("operators.surface").first_surface
+    first_surface = addon_part("operators.place").first_surface
 
     def look(origin, direction, **more):
         depsgraph = world.update()
@@ -230,13 +230,13 @@ def test_one_places_through_a_ceiling_shown_as_an_outline_but_also_on_it(
 
 @pytest.fixture
 def heights(addon_part):
-    return addon_part("operators.height")
+    return addon_part("operators.place")
 
 
 @pytest.fixture
 def told(world, addon_part, heights):
     """What the header says of a place under a ray, and the height there (m)."""
-    place, surface = addon_part("operators.place"), addon_part("operators.surface")
+    place, surface = addon_part("operators.place"), addon_part("operators.place")
 
     def look(kind, origin, direction, typed=""):
         depsgraph, scale = world.update(), world.scene.unit_settings.scale_length

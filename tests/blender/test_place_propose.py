@@ -36,7 +36,7 @@ def search(flat: Any, addon_part: Any) -> Any:
     """The generator of a proposal."""
     module = addon_part("angen_addon.coverage.proposal")
     motion = addon_part("sensor_logic.coverage.motions").MOTIONS["STEP"]
-    ghosts = addon_part("angen_addon.coverage.ghosts")
+    ghosts = addon_part("angen_addon.coverage.shown")
 
     def make(count: int, cell: float = CELL, **wish: Any) -> Any:
         parameters, rate = ghosts.pattern(flat.sensors()[0], "")
@@ -150,7 +150,7 @@ def test_no_step_casts_more_than_so_many_rays(
             break
         steps.append(0)
     assert sum(steps) > 100_000
-    assert max(steps) <= addon_part("angen_addon.coverage.cells").CASTS_AT_ONCE
+    assert max(steps) <= addon_part("angen_addon.coverage.floor").CASTS_AT_ONCE
     with pytest.raises(enough):
         run.throw(enough)
 

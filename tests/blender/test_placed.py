@@ -121,7 +121,7 @@ def test_a_box_that_marks_a_room_marks_it_hidden_too(world, addon_part):
     mark = world.box((1, 1, 2), (3, 4, 1), "mark")
     mark.angen_ignored, mark["room"], mark.hide_viewport = True, "alcove", True
     home = addon_part("angen_addon.scene.home").EvaluatedHome(world.update())
-    (volume,) = addon_part("angen_addon.coverage.rooms").volumes(home)
+    (volume,) = addon_part("angen_addon.coverage.floor").volumes(home)
     assert volume.holds(volume.lo[None] * 0.5 + volume.hi[None] * 0.5).all()
     assert volume.lo == pytest.approx((2.5, 3.5, 0.0))
 

@@ -201,7 +201,7 @@ def test_the_zones_of_a_pyroelectric_detector_are_fans(
     """Each as far as the detection distance, or to what stands in its way."""
     world.box((30, 0.2, 30), (0, 3.1, 0), "wall")
     pir = detector(world, (0, 0, 2.0), model="PYROELECTRIC", range_max=6.0)
-    zones_of = addon_part("sensor_logic.kinds.pir.pyroelectric.detector").zones_of
+    zones_of = addon_part("sensor_logic.kinds.pir.pyroelectric").zones_of
     parameters = addon_part("angen_addon.scene.sensors").read_parameters(
         world.sensors()[0], pir.angen_sensor
     )

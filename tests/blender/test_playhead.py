@@ -107,7 +107,7 @@ def test_an_edit_makes_live_readings_old(door):
 
 def rest():
     """As once the playhead and the user have stood still, where there is a window."""
-    resting = part("angen_addon.runtime.resting")
+    resting = part("angen_addon.runtime.handlers")
     for _ in range(20):
         cache().shown_at = 0.0
         if resting._look() is None:

@@ -26,7 +26,7 @@ class Clock:
 def parts(addon_part, monkeypatch):
     """The clock, and the parts that a run in the window is made of."""
     simulate, slices = addon_part("operators.simulate"), addon_part("operators.slices")
-    progress = addon_part("angen_addon.commands.progress")
+    progress = addon_part("angen_addon.commands.home")
     clock = Clock(monkeypatch, simulate, slices, progress)
     return types.SimpleNamespace(
         clock=clock,

@@ -45,7 +45,7 @@ def test_events_of_a_wireless_detector_have_the_time_of_their_messages(
     detector(world, update_rate=10.0, **times)
     man(world)
     recording = world.run()
-    events = addon_part("sensor_logic.log.event_log").events(recording)
+    events = addon_part("sensor_logic.log").events(recording)
     changes = [event for event in events if event.field == "moved"][1:]
     assert [event.value for event in changes][:2] == [True, False]
     for event in changes:
@@ -60,7 +60,7 @@ def test_events_of_a_wireless_detector_have_the_time_of_their_messages(
         told = command("explain", "--sensor", "detector", "--time", f"{time:.6f}")[1]
         assert told.startswith(f"detector, frame {frame:g} ("), told
     # A file keeps the times.
-    writer = addon_part("sensor_logic.recording.writer")
+    writer = addon_part("sensor_logic.recording.file")
     read = writer.from_bytes(writer.to_bytes(recording, {}))[0].tracks["detector"]
     assert (read.times, read.frames, read.active) == (track.times, track.frames, track.active)
 
@@ -89,7 +89,7 @@ def test_in_a_scene_it_says_what_it_says_alone(world, addon_part):
     found = signals(world)
     model = addon_part("sensor_logic.model")
     pir = addon_part("sensor_logic.kinds.pir.range_scan")
-    sensing = addon_part("sensor_logic.kinds.pir.pyroelectric.detector").PyroelectricDetector()
+    sensing = addon_part("sensor_logic.kinds.pir.pyroelectric").PyroelectricDetector()
     parameters = pir.PirParameters(model="PYROELECTRIC", zone_rays=24)
     pose = model.Pose(np.array([0, 0, 1.2]), np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
     expected = []
@@ -229,7 +229,7 @@ def test_a_lens_as_text(world, addon_part):
     assert world.bpy.ops.angen.lens_table() == {"FINISHED"}
     text = obj.angen_sensor.pir.lens_table
     assert text.as_string().startswith("azimuth,elevation,width,height,polarity,gain\n")
-    read = addon_part("sensor_logic.kinds.pir.pyroelectric.zones").read_table
+    read = addon_part("sensor_logic.kinds.pir.lenses").read_table
     assert len(read(text.as_string())) == 16
     man(world)
     of_text = signals(world)

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
-from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import matrices
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import solids
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from random_scene import LAST_FRAME, RandomScene
@@ -86,10 +86,10 @@ def test_inverses_of_scaled_and_mirrored_matrices_are_exact():
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = turn * np.array(scale, float), (1e5, -3.0, 0.1)
-        assert matrices.invertible(matrix) == (0 not in scale)
+        assert solids.invertible(matrix) == (0 not in scale)
         if 0 in scale:
             continue
-        found = matrices.inverted(matrix[None])[0]
+        found = solids.inverted(matrix[None])[0]
         product = np.vectorize(Fraction)(found) @ np.vectorize(Fraction)(matrix)
         # What rounding leaves of terms that cancel, as large as these are.
         size = np.abs(found) @ np.abs(matrix)

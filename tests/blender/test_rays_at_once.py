@@ -7,10 +7,9 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
-from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import parallel_rays
+from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import posed_bodies
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import changing_shapes
-from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.bundles import RayBundle
-from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayCaster
+from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayBundle, RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
 from mathutils.bvhtree import BVHTree
 from random_scene import LAST_FRAME, RandomScene
@@ -160,8 +159,8 @@ def test_parallel_rays_hit_the_nearest_triangle_within_their_length(seed):
     starts = random.uniform(-1.3, 1.3, (700, 3)) - way
     length = random.uniform(0.1, 2.5, len(starts))
     expected = met_by(tree_of(points, corners), starts, np.tile(way, (700, 1)), length)
-    surface = parallel_rays.with_bounds(points[corners].astype(np.float64))
-    got = parallel_rays.hit_distances(surface, starts, way, length)
+    surface = posed_bodies.with_bounds(points[corners].astype(np.float64))
+    got = posed_bodies.hit_distances(surface, starts, way, length)
     undecided = np.isfinite(got) != np.isfinite(expected)
     assert undecided.sum() <= 2
     both = np.isfinite(got) & np.isfinite(expected)
@@ -176,12 +175,12 @@ def test_parallel_rays_hit_each_of_many_surfaces_as_if_it_were_the_only_one():
     points, corners = lump()
     starts, length = random.uniform(-1.3, 1.3, (300, 3)), random.uniform(0.1, 2.5, 300)
     way = np.array([0.6, 0.0, -0.8])
-    kept = parallel_rays.ParallelRays(starts, way, length)
+    kept = posed_bodies.ParallelRays(starts, way, length)
     met = 0
     for _ in range(12):
         moved = points[corners] * random.uniform(0.2, 1.5) + random.uniform(-1.0, 1.0, 3)
-        surface = parallel_rays.with_bounds(moved)
-        anew = parallel_rays.hit_distances(surface, starts, way, length)
+        surface = posed_bodies.with_bounds(moved)
+        anew = posed_bodies.hit_distances(surface, starts, way, length)
         assert (kept.hit_distances(surface) == anew).all()
         expected = met_by(
             tree_of(moved.reshape(-1, 3), np.arange(len(moved) * 3).reshape(-1, 3)),
@@ -205,16 +204,16 @@ def test_parallel_rays_leave_no_gap_along_edges():
     )  # fmt: skip
     at = np.linspace(0.0, 1.0, 21)
     starts = np.array([(x, y, 1.0) for x in at for y in at])
-    surface = parallel_rays.with_bounds(triangles)
-    got = parallel_rays.hit_distances(
+    surface = posed_bodies.with_bounds(triangles)
+    got = posed_bodies.hit_distances(
         surface, starts, np.array([0.0, 0.0, -1.0]), np.full(len(starts), 2.0)
     )
     assert got == pytest.approx(np.ones(len(starts)), abs=1e-12)
-    beside = parallel_rays.hit_distances(
+    beside = posed_bodies.hit_distances(
         surface, starts + [1.01, 0, 0], np.array([0.0, 0, -1.0]), np.full(441, 2)
     )
     assert np.isinf(beside).all()
-    no_reach = parallel_rays.hit_distances(
+    no_reach = posed_bodies.hit_distances(
         surface, starts, np.array([0.0, 0.0, -1.0]), np.full(441, 0.99)
     )
     assert np.isinf(no_reach).all()
@@ -225,8 +224,8 @@ def test_parallel_rays_pass_over_what_is_no_place():
     triangles[1] = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
     triangles[2] = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
     up = np.array([0.0, 0.0, 1.0])
-    got = parallel_rays.hit_distances(
-        parallel_rays.with_bounds(triangles), np.array([(0.2, 0.2, -1)]), up, np.ones(1) * 3
+    got = posed_bodies.hit_distances(
+        posed_bodies.with_bounds(triangles), np.array([(0.2, 0.2, -1)]), up, np.ones(1) * 3
     )
     assert got == pytest.approx([1.0])
 

@@ -229,7 +229,7 @@ def test_the_command_line_keeps_it_in_the_copy_that_it_saves(home, tmp_path):
 def test_facts_of_a_stranger_are_refused_in_a_line(home, tmp_path, capsys, facts):
     """Opening such a file goes on without the recording, and says so."""
     store = import_module(f"{ADDON}.angen_addon.recording.store")
-    files = import_module(f"{ADDON}.sensor_logic.recording.writer")
+    files = import_module(f"{ADDON}.sensor_logic.recording.file")
     scene = bpy.context.scene
     kept = cache().kept(scene)
     kept.fingerprint.portable = {"scene": ""}

@@ -33,7 +33,7 @@ def test_the_field_offers_the_rooms_of_the_file(world, addon_part):
     world.switch("c").angen_sensor.room = "Hall"
     mark = world.box((1, 1, 1))
     mark.angen_ignored, mark.angen_sensor.room = True, "Alcove"
-    known = addon_part("angen_addon.scene.rooms").known_rooms
+    known = addon_part("angen_addon.scene.sensors").known_rooms
     assert known(None, None, "") == ["Alcove", "Hall", "kitchen"]
     assert known(None, None, "L") == ["Alcove", "Hall"]
 

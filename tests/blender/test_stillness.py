@@ -74,7 +74,7 @@ def test_the_closing_line_tells_what_was_skipped_or_why_nothing_was(
     world.part, world.curves_of = addon_part, fcurves
     SCENES[name][0](world, tmp_path)
     said = io.StringIO()
-    line = addon_part("angen_addon.commands.progress").ProgressLine(said, False)
+    line = addon_part("angen_addon.commands.home").ProgressLine(said, False)
     recording = addon_part("sensor_logic.recording.tracks").Recording()
     simulate = addon_part("angen_addon.runtime.simulation").simulate
     for progress in simulate(world.scene, world.sensors(), 1, 48, recording):

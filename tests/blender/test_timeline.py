@@ -38,8 +38,8 @@ def test_events_are_those_of_the_event_log(addon_part, made, seed):
     numbers = random.Random(seed)
     count = numbers.choice([1, 2, 40, 200])
     frames = range(1, count + 1)
-    events = addon_part("sensor_logic.log.event_indices")
-    log = addon_part("sensor_logic.log.event_log")
+    events = addon_part("sensor_logic.log")
+    log = addon_part("sensor_logic.log")
     kind = ("PIR", "PRESSURE")[seed % 2]
     columns = {}
     if kind == "PRESSURE":
@@ -60,7 +60,7 @@ def test_events_are_those_of_the_event_log(addon_part, made, seed):
 
 
 def test_spans_tell_active_invalid_and_off(addon_part, made):
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     frames = [1, 3, 5, 7, 9, 21, 23]
     valid = [True, True, False, False, True, True, True]
     track = made("PRESSURE", frames, [0, 1, 1, 1, 1, 1, 0], valid=valid)
@@ -81,7 +81,7 @@ def test_spans_tell_active_invalid_and_off(addon_part, made):
 @pytest.mark.parametrize("seed", range(5))
 def test_spans_agree_with_the_track_at_every_frame(addon_part, made, seed):
     """A rate that is no divisor of the frame rate: updates two and three frames apart."""
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     numbers = random.Random(seed)
     frames = sorted({1 + -(-k * 24 // 10) for k in range(100)})
     track = made("PIR", frames, [numbers.random() > 0.7 for _ in frames])
@@ -105,7 +105,7 @@ def view(addon_part, **changed):
 @pytest.fixture
 def drawn(addon_part):
     """A history of one PIR or pad, with these spans."""
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
 
     def make(spans, kind="PIR", room="hall", name="sensor", uid=1, frames=(), values=()):
         starts, ends, states = (np.array(column, float) for column in zip(*spans, strict=True))
@@ -121,7 +121,7 @@ def drawn(addon_part):
 
 def test_an_active_span_is_where_its_frames_are(addon_part, drawn):
     layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     some = drawn([(1, 26, history.IDLE), (26, 51, history.ACTIVE), (51, 101, history.IDLE)])
     picture = layout.strips(some, view(addon_part), frozenset())
     solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
@@ -134,7 +134,7 @@ def test_an_active_span_is_where_its_frames_are(addon_part, drawn):
 
 def test_the_shortest_span_is_seen_and_the_number_of_shapes_is_bounded(addon_part, drawn):
     layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     count = 100_000
     frames = np.linspace(1.0, 101.0, count + 1)
     spans = [
@@ -152,7 +152,7 @@ def test_the_shortest_span_is_seen_and_the_number_of_shapes_is_bounded(addon_par
 def test_states_differ_without_colour(addon_part, drawn):
     """Solid, hatched, dotted: by the shapes, whatever their colours are."""
     layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
 
     def shapes(state):
         picture = layout.strips(drawn([(1, 101, state)]), view(addon_part), frozenset())
@@ -171,7 +171,7 @@ def test_states_differ_without_colour(addon_part, drawn):
 
 def test_a_curve_keeps_its_peaks(addon_part, drawn):
     layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     frames = np.linspace(1.0, 100.9, 50_000)
     values = np.ones(len(frames))
     values[20_000] = 4.0
@@ -185,7 +185,7 @@ def test_a_curve_keeps_its_peaks(addon_part, drawn):
 @pytest.mark.parametrize("count", [1, 22, 500])
 def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(addon_part, drawn, count):
     layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     rows = []
     for i in range(count):
         rows += drawn([(1, 101, history.ACTIVE)], room=f"room {i % 5}", name=f"s{i}", uid=i).rows
@@ -208,7 +208,7 @@ def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(addon_part, d
 
 
 def test_rows_stand_by_room_and_kind_and_sensors_without_a_track_are_told_as_off(world, addon_part):
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     world.pir("B")["room"] = "hall"
     world.switch("A")["room"] = "hall"
     world.switch("C")
@@ -226,7 +226,7 @@ def test_rows_stand_by_room_and_kind_and_sensors_without_a_track_are_told_as_off
 
 
 def test_a_history_is_made_once_a_recording(world, addon_part):
-    made = addon_part("angen_addon.view.timeline.history").Histories()
+    made = addon_part("angen_addon.view.timeline.layout").Histories()
     sensor = world.switch("A")
     recording = world.run()
     first = made.get(recording, world.sensors())
@@ -240,8 +240,8 @@ def test_a_history_is_made_once_a_recording(world, addon_part):
 def test_a_day_is_made_ready_quickly(addon_part, made):
     """86 400 s at 10 Hz: the events by numpy, not row by row."""
     recording = addon_part("sensor_logic.recording.tracks")
-    events = addon_part("sensor_logic.log.event_indices")
-    history = addon_part("angen_addon.view.timeline.history")
+    events = addon_part("sensor_logic.log")
+    history = addon_part("angen_addon.view.timeline.layout")
     count = 864_000
     track = recording.Track("day", "PIR")
     active = (np.arange(count) // 50 % 7 == 0).astype(np.int8)

@@ -165,7 +165,7 @@ def test_no_label_is_wider_than_its_column(addon_part):
     font."""
     kinds, parameters = addon_part("sensor_logic.kinds"), addon_part("sensor_logic.parameters")
     label_of = addon_part("panels.parameters").panel_label
-    with_unit = addon_part("angen_addon.scene.units").with_unit
+    with_unit = addon_part("angen_addon.scene.lengths").with_unit
     blf.size(0, 11.0)
     for kind in kinds.KINDS.values():
         units = {field.unit for field in kind.samples if field.used_when} or {""}

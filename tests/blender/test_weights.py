@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture
 def weights(addon_part):
-    return addon_part("angen_addon.advice.weights")
+    return addon_part("angen_addon.advice.sensing")
 
 
 def person(world):
@@ -28,7 +28,7 @@ def probed(world, addon_part):
     probes = addon_part("angen_addon.runtime.probes").Probes(world.scene)
     probes.look(depsgraph, None)
     solids = probes.caster.solids
-    bodies = addon_part("angen_addon.scene.contact.contact_bodies").ContactBodies()
+    bodies = addon_part("angen_addon.scene.contact.bodies").ContactBodies()
     bodies.sync(depsgraph, solids, [])
     return {
         body.original.name: sorted(s.geometry.original.name for s in body.solids)

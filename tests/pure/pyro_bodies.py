@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 from angen_sensors.sensor_logic.kind import WARMTH
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import PyroelectricDetector
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric import PyroelectricDetector
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
 from angen_sensors.sensor_logic.model import Emission, Pose, Update
 from angen_sensors.sensor_logic.noise import generator

@@ -14,14 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.compare.intervals import read
-from angen_sensors.sensor_logic.compare.statistics import (
-    counts,
-    gaps,
-    ks_distance,
-    on_times,
-    shares,
-)
+from angen_sensors.sensor_logic.compare import counts, gaps, ks_distance, on_times, read, shares
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiers import mostly_slow

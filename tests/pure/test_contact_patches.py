@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.contact import shapes
-from angen_sensors.sensor_logic.contact.closest import separation
+from angen_sensors.sensor_logic.contact.directions import separation
 from angen_sensors.sensor_logic.contact.patches import contact_patch
 from hypothesis import given, settings
 from hypothesis import strategies as st

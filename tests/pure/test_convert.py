@@ -13,9 +13,9 @@ from zoneinfo import ZoneInfo
 import pytest
 from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.formats import FORMATS
-from angen_sensors.sensor_logic.formats.names import camel, slug, unique
+from angen_sensors.sensor_logic.formats.log import camel, slug, unique
 from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log.event_log import Event
+from angen_sensors.sensor_logic.log import Event
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"

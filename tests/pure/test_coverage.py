@@ -7,17 +7,15 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.coverage import colours, picture
+from angen_sensors.sensor_logic.coverage import picture
 from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
 from angen_sensors.sensor_logic.coverage.detectors import Walker
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, map_csv, table
 from angen_sensors.sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Rays, Start, hits
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.radiance import STEFAN_BOLTZMANN
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.response import Response
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
+from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES, zone_rays
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric import STEFAN_BOLTZMANN, Response
 from angen_sensors.sensor_logic.model import Pose
-from angen_sensors.sensor_logic.quantities import ZERO_CELSIUS
+from angen_sensors.sensor_logic.wording import ZERO_CELSIUS
 from hypothesis import given
 from hypothesis import strategies as st
 from walks import peak_signals
@@ -240,7 +238,7 @@ def test_a_map_counts_cells_by_what_is_noticed_in_half_of_the_directions(small):
     assert (den.name, den.cells, den.dead, den.once, den.overlap) == ("den", 2, 1, 0, 1)
     assert (hall.dead, hall.once, hall.share) == (1, 1, 0.5)
     assert small.total().share == 0.5
-    assert colours.levels(small).tolist() == [3, 1, 0, 2]
+    assert picture.levels(small).tolist() == [3, 1, 0, 2]
     assert "den" in table(small) and "50.0 %" in table(small)
 
 
@@ -254,7 +252,7 @@ def test_the_csv_has_a_row_a_cell(small):
 
 
 def test_colours_get_lighter_with_what_is_noticed():
-    light = colours.linear(colours.VIRIDIS) @ np.array([0.2126, 0.7152, 0.0722])
+    light = picture.linear(picture.VIRIDIS) @ np.array([0.2126, 0.7152, 0.0722])
     # Each step is told apart in grey (contrast by WCAG).
     assert ((light[1:] + 0.05) / (light[:-1] + 0.05) > 1.5).all()
 
@@ -272,4 +270,4 @@ def test_the_picture_is_xml_and_escapes_names(small):
     assert ElementTree.fromstring(text).tag.endswith("svg")
     assert "&lt;one&gt;" in text and "two &amp; a half" in text
     for level in (0, 1, 2, 3):
-        assert f'fill="{colours.css(level)}" d="' in text
+        assert f'fill="{picture.css(level)}" d="' in text

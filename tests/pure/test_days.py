@@ -25,7 +25,7 @@ from angen_sensors.residents.days.rows import DAY_US, Day, DayRows, attributed, 
 from angen_sensors.residents.days.sun import Site, direction, position, skylight, sunlight
 from angen_sensors.residents.days.truth import Whereabouts, activities, people
 from angen_sensors.sensor_logic.formats.log import LoggedActivity
-from angen_sensors.sensor_logic.log.event_log import Event
+from angen_sensors.sensor_logic.log import Event
 
 D = math.radians
 

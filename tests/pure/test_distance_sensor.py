@@ -7,14 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.kind import RAYS, REFLECTANCE
-from angen_sensors.sensor_logic.kinds.distance import KIND
-from angen_sensors.sensor_logic.kinds.distance.model import (
+from angen_sensors.sensor_logic.kinds.distance import (
+    KIND,
+    DistanceParameters,
     DistanceSensor,
     range_of,
     zone_distances,
     zone_rays,
 )
-from angen_sensors.sensor_logic.kinds.distance.parameters import DistanceParameters
 from angen_sensors.sensor_logic.model import Pose
 from angen_sensors.sensor_logic.noise import generator
 

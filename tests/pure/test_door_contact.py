@@ -6,8 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.kinds.contact import KIND
-from angen_sensors.sensor_logic.kinds.contact.model import ContactParameters, DoorContact
+from angen_sensors.sensor_logic.kinds.contact import KIND, ContactParameters, DoorContact
 from angen_sensors.sensor_logic.model import Pose
 
 PARTS = [ContactParameters(magnet="m", **preset.values) for preset in KIND.presets]

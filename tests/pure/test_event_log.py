@@ -5,7 +5,7 @@ import csv
 import io
 
 import pytest
-from angen_sensors.sensor_logic.log.event_log import (
+from angen_sensors.sensor_logic.log import (
     Event,
     differences,
     events_csv,

@@ -21,7 +21,7 @@ from angen_sensors.sensor_logic.faults import (
     undo,
 )
 from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log.event_log import Event, read_events, rows_csv
+from angen_sensors.sensor_logic.log import Event, read_events, rows_csv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.kinds.pressure.force_resistor import (
+from angen_sensors.sensor_logic.kinds.pressure import (
     ForceResistor,
+    PressureParameters,
     spread_factor,
     typical_resistance,
 )
-from angen_sensors.sensor_logic.kinds.pressure.parameters import PressureParameters
 from angen_sensors.sensor_logic.parameters import is_chosen, specs
 from hypothesis import given
 from hypothesis import strategies as st

@@ -11,11 +11,10 @@ import pytest
 from angen_sensors.angen_addon.process.standalone import load_extension
 from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.formats import FORMATS, mcap
-from angen_sensors.sensor_logic.formats.key import mended_word
 from angen_sensors.sensor_logic.formats.log import SensorFacts
 from angen_sensors.sensor_logic.formats.reading import read_log
-from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log.event_log import HEADER, Event
+from angen_sensors.sensor_logic.formats.source import make_log, mended_word
+from angen_sensors.sensor_logic.log import HEADER, Event
 
 load_extension()
 from angen_sensors.angen_addon.commands import compare, convert, replay  # noqa: E402

@@ -5,13 +5,13 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.kinds.light.photoresistor import conductance, equivalent_lux, follow
-from angen_sensors.sensor_logic.physics.divider import voltage
-from angen_sensors.sensor_logic.physics.photometry import (
+from angen_sensors.sensor_logic.kinds.light import conductance, equivalent_lux, follow
+from angen_sensors.sensor_logic.physics import (
     counts,
     illuminance,
     luminance,
     luminance_percent,
+    voltage,
 )
 from hypothesis import given
 from hypothesis import strategies as st

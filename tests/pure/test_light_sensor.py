@@ -6,8 +6,7 @@ import math
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.kind import LIGHT
-from angen_sensors.sensor_logic.kinds.light.model import LightParameters, LightSensor
-from angen_sensors.sensor_logic.kinds.light.photoresistor import conductance
+from angen_sensors.sensor_logic.kinds.light import LightParameters, LightSensor, conductance
 from angen_sensors.sensor_logic.model import LightSample, Pose, Update
 from angen_sensors.sensor_logic.noise import generator
 from hypothesis import given

@@ -4,10 +4,7 @@
 import math
 
 import numpy as np
-from angen_sensors.sensor_logic.kinds.optical_switch.model import (
-    OpticalSwitchParameters,
-    SlottedSwitch,
-)
+from angen_sensors.sensor_logic.kinds.optical_switch import OpticalSwitchParameters, SlottedSwitch
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
 from angen_sensors.sensor_logic.noise import generator
 

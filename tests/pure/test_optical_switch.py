@@ -7,7 +7,7 @@ import random
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.kinds.optical_switch.model import (
+from angen_sensors.sensor_logic.kinds.optical_switch import (
     OpticalSwitchParameters,
     SlottedSwitch,
     aperture_offsets,

@@ -4,7 +4,7 @@
 import random
 
 import pytest
-from angen_sensors.sensor_logic.log.partner_names import joined, split
+from angen_sensors.sensor_logic.wording import joined, split
 
 CASES = [
     [],

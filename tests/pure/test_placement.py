@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.coverage.placement import choose
+from angen_sensors.sensor_logic.coverage.grid import choose
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from angen_sensors.sensor_logic.kind import RAYS
 from angen_sensors.sensor_logic.kinds import KINDS
-from angen_sensors.sensor_logic.kinds.optical_switch.model import SlottedSwitch
-from angen_sensors.sensor_logic.kinds.pressure.force_resistor import ForceResistor
+from angen_sensors.sensor_logic.kinds.optical_switch import SlottedSwitch
+from angen_sensors.sensor_logic.kinds.pressure import ForceResistor
 from angen_sensors.sensor_logic.model import Pose, Update
 from angen_sensors.sensor_logic.parameters import defaults, is_chosen, specs
 

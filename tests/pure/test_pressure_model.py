@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.contact.world import PadForces, Partner
-from angen_sensors.sensor_logic.kinds.pressure.model import PressurePad, pad_reading
-from angen_sensors.sensor_logic.kinds.pressure.parameters import PressureParameters
+from angen_sensors.sensor_logic.kinds.pressure import PressurePad, PressureParameters, pad_reading
 from angen_sensors.sensor_logic.model import PadContact, Pose
 
 IDEAL = PressureParameters()

@@ -12,11 +12,11 @@ from functools import lru_cache, partial
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.kind import WARMTH
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import PyroelectricDetector
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric import PyroelectricDetector
 from angen_sensors.sensor_logic.model import Emission, Pose, Update, Updates
 from angen_sensors.sensor_logic.noise import generator
-from angen_sensors.sensor_logic.physics.output_timing import RadioTiming
+from angen_sensors.sensor_logic.physics import RadioTiming
 from pyro_bodies import (
     DOWN,
     LEVEL,

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from angen_sensors.sensor_logic.coverage.detectors import Walker
 from angen_sensors.sensor_logic.kind import WARMTH
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.detector import (
+from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
     PyroelectricDetector,
     response_of,
     threshold_of,
     zones_of,
 )
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import zone_rays
 from angen_sensors.sensor_logic.model import Emission, Pose, Update
 from pyro_bodies import DOWN, ZERO, level_at, peak, pyro, walk
 from walks import peak_signals

@@ -3,7 +3,7 @@
 
 import json
 
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import LENSES
+from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES
 
 from benchmarks.page import DOCS
 from benchmarks.pir_pyroelectric_report import COMMAND, PAGE, filled

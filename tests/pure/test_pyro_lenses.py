@@ -6,20 +6,17 @@ import math
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.calibration import crossing_peak, threshold
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.lenses import (
+from angen_sensors.sensor_logic.kinds.pir.lenses import (
     LENS_PRESETS,
     LENSES,
-    dual,
-    seen_through,
-)
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.response import Response
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import (
     Zone,
+    dual,
     read_table,
+    seen_through,
     write_table,
     zone_rays,
 )
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric import Response, crossing_peak, threshold
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
 from angen_sensors.sensor_logic.parameters import specs
 from hypothesis import given

@@ -5,13 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.response import (
-    Chain,
-    Response,
-    expm,
-    filtered,
-    step,
-)
+from angen_sensors.sensor_logic.kinds.pir.pyroelectric import Chain, Response, expm, filtered, step
 from scipy import linalg, signal
 
 USUAL = Response(electrical=1.0, thermal=0.15, low_cut=0.3, high_cut=8.0)

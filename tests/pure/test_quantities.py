@@ -5,10 +5,10 @@ import math
 
 import pytest
 from angen_sensors.sensor_logic.kinds import KINDS
-from angen_sensors.sensor_logic.kinds.light.model import LightParameters
+from angen_sensors.sensor_logic.kinds.light import LightParameters
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
 from angen_sensors.sensor_logic.parameters import format_quantity, specs
-from angen_sensors.sensor_logic.quantities import Lengths, measured, short, typed
+from angen_sensors.sensor_logic.wording import Lengths, measured, short, typed
 
 CENTIMETRES, FEET = Lengths("cm", 0.01), Lengths("ft", 0.3048)
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.geometry.ray_tree import RayTree
+from angen_sensors.sensor_logic.geometry.trees import RayTree
 from tiers import mostly_slow
 
 

@@ -11,15 +11,15 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
-from angen_sensors.sensor_logic.compare.intervals import read as read_home
-from angen_sensors.sensor_logic.compare.statistics import measures
+from angen_sensors.sensor_logic.compare import measures
+from angen_sensors.sensor_logic.compare import read as read_home
 from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.files import write_files
 from angen_sensors.sensor_logic.formats import FORMATS, outputs
 from angen_sensors.sensor_logic.formats.log import SensorFacts
 from angen_sensors.sensor_logic.formats.reading import read_log
 from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log.event_log import Event, rows_csv
+from angen_sensors.sensor_logic.log import Event, rows_csv
 from log_of_a_year import AWKWARD, ROWS, SENSORS, START, year
 
 ROOT = Path(__file__).resolve().parent.parent.parent

@@ -8,11 +8,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.clock import Clock, Schedule
-from angen_sensors.sensor_logic.log.event_log import samples_csv
+from angen_sensors.sensor_logic.log import samples_csv
 from angen_sensors.sensor_logic.model import Reading
 from angen_sensors.sensor_logic.recording.columns import CHUNK, Column, EvenSpacing
+from angen_sensors.sensor_logic.recording.file import from_bytes, to_bytes
 from angen_sensors.sensor_logic.recording.tracks import Recording, Track
-from angen_sensors.sensor_logic.recording.writer import from_bytes, to_bytes
 from tiers import mostly_slow
 
 MANY = 3 * CHUNK + 17

@@ -14,8 +14,8 @@ from angen_sensors.sensor_logic.clock import Clock, Schedule
 from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds import KINDS
 from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.file import TITLE, VERSION, from_bytes, to_bytes
 from angen_sensors.sensor_logic.recording.tracks import Recording, Track
-from angen_sensors.sensor_logic.recording.writer import TITLE, VERSION, from_bytes, to_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiers import mostly_slow
@@ -289,6 +289,6 @@ def test_many_tracks_are_counted_together():
 
 
 def test_what_a_file_would_refuse_is_not_written(monkeypatch):
-    monkeypatch.setattr("angen_sensors.sensor_logic.recording.writer.VALUES", 30 * 6 - 1)
+    monkeypatch.setattr("angen_sensors.sensor_logic.recording.file.VALUES", 30 * 6 - 1)
     with pytest.raises(AngenError, match="more readings"):
         to_bytes(small(), {})

@@ -23,8 +23,17 @@ from angen_sensors.sensor_logic.report.facts import (
     SensorInPlan,
 )
 from angen_sensors.sensor_logic.report.sections import Line
-from angen_sensors.sensor_logic.report.svg import fitting, safe, text_width, ticks
-from angen_sensors.sensor_logic.report.theme import HUES, INKS, hue, plain_style, style
+from angen_sensors.sensor_logic.report.svg import (
+    HUES,
+    INKS,
+    fitting,
+    hue,
+    plain_style,
+    safe,
+    style,
+    text_width,
+    ticks,
+)
 
 SVG = "{http://www.w3.org/2000/svg}"
 SQUARE = np.array([(0, 0), (5, 0), (5, 4), (0, 4)], float)

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.report.labels import spread
 from angen_sensors.sensor_logic.report.sections import Line, cut, from_above, joined, simplified
+from angen_sensors.sensor_logic.report.svg import spread
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import spatial

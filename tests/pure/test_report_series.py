@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.recording.tracks import Track
-from angen_sensors.sensor_logic.report import time_axis
-from angen_sensors.sensor_logic.report.figures import figures, quantity
-from angen_sensors.sensor_logic.report.series import columns, runs
+from angen_sensors.sensor_logic.report import timeline
+from angen_sensors.sensor_logic.report.facts import figures, quantity
+from angen_sensors.sensor_logic.report.timeline import columns, runs
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -120,5 +120,5 @@ def test_figures_count_changes_after_the_first_update() -> None:
     ],
 )
 def test_ticks_of_time_are_round(span: tuple[float, float], labels: list[str]) -> None:
-    found = time_axis.moments(*span, 9)
-    assert [time_axis.label(t, span[1] - span[0]) for t in found] == labels
+    found = timeline.moments(*span, 9)
+    assert [timeline.time_label(t, span[1] - span[0]) for t in found] == labels

@@ -14,7 +14,7 @@ from angen_sensors.residents.days.truth import Whereabouts
 from angen_sensors.sensor_logic.choice import SensorChoice
 from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.formats.log import LoggedActivity
-from angen_sensors.sensor_logic.log.event_log import Event
+from angen_sensors.sensor_logic.log import Event
 from angen_sensors.sensor_logic.study import draws, summary, targets, truth
 from angen_sensors.sensor_logic.study.study import Study, read
 from angen_sensors.sensor_logic.study.targets import HomeFacts

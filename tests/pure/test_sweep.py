@@ -5,10 +5,16 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
-from angen_sensors.sensor_logic.geometry.sweep import RayCrossings, _intersections, crossings
-from angen_sensors.sensor_logic.geometry.triangle_tree import TriangleTree
-from angen_sensors.sensor_logic.kinds.optical_switch.breaks import light_between
+from angen_sensors.sensor_logic.geometry.sweep import (
+    Movement,
+    RayCrossings,
+    _intersections,
+    crossings,
+    pieces_needed,
+    seen_from,
+)
+from angen_sensors.sensor_logic.geometry.trees import TriangleTree
+from angen_sensors.sensor_logic.kinds.optical_switch import light_between
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiers import mostly_slow
@@ -315,7 +321,7 @@ def test_where_they_are_found_does_not_depend_on_how_many_are_compared_at_once(m
     rng = np.random.default_rng(2)
     ways, tree = turning_past(1.0, 3, rng), TriangleTree(sphere(20, rng))
     whole = crossings(ways, np.ones(3), tree, 1)
-    monkeypatch.setattr("sensor_logic.geometry.triangle_tree.PAIRS_AT_ONCE", 7)
+    monkeypatch.setattr("angen_sensors.sensor_logic.geometry.trees.PAIRS_AT_ONCE", 7)
     np.testing.assert_array_equal(columns(crossings(ways, np.ones(3), tree, 1)), columns(whole))
 
 

@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 from angen_sensors.sensor_logic.geometry.sweep import RayCrossings
 from angen_sensors.sensor_logic.kind import CROSSINGS
-from angen_sensors.sensor_logic.kinds.optical_switch.model import (
-    OpticalSwitchParameters,
-    SlottedSwitch,
-)
+from angen_sensors.sensor_logic.kinds.optical_switch import OpticalSwitchParameters, SlottedSwitch
 
 ONE = OpticalSwitchParameters(swept=True)
 FIVE = replace(ONE, aperture_rays=5, aperture=0.001)

@@ -14,9 +14,9 @@ from angen_sensors.sensor_logic.coverage.detectors import (
     filtered,
     zone_rays,
 )
-from angen_sensors.sensor_logic.kinds.pir.pyroelectric.zones import Zones
+from angen_sensors.sensor_logic.kinds.pir.lenses import Zones
 from angen_sensors.sensor_logic.model import Array, Pose
-from angen_sensors.sensor_logic.quantities import ZERO_CELSIUS
+from angen_sensors.sensor_logic.wording import ZERO_CELSIUS
 
 
 def peak_signals(

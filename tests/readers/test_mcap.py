@@ -6,10 +6,9 @@ from __future__ import annotations
 import math
 from datetime import UTC
 
-from angen_sensors.sensor_logic.formats.log import SensorFacts
-from angen_sensors.sensor_logic.formats.names import slug
+from angen_sensors.sensor_logic.formats.log import SensorFacts, slug
 from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.log.event_log import Event
+from angen_sensors.sensor_logic.log import Event
 from log_of_a_year import ABOUT, AWKWARD, ROWS, START, YEAR, year
 
 EPOCH_NS = int(START.replace(tzinfo=UTC).timestamp()) * 10**9

@@ -3,13 +3,10 @@
 
 from __future__ import annotations
 
-from ...authoring.placing import looking_level
+from ...authoring.housing import looking_level
 from ...view.appearance import Appearance
 from .explain import explain_motion, lacking
-from .figure import lit_figure, rays_figure, scan_figure
-from .housing import HOUSINGS
-from .panel import draw
-from .plan import plan_rays
+from .figure import HOUSINGS, draw, lit_figure, plan_rays, rays_figure, scan_figure
 
 APPEARANCE = Appearance(
     HOUSINGS,

@@ -4,20 +4,421 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections import Counter
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.physics.output_timing import waiting
-from ....sensor_logic.wording import capital, quoted
-from ...explain.facts import Explanation, Facts
+from ....sensor_logic.kind import WARMTH
+from ....sensor_logic.kinds.pir.lenses import zone_rays
+from ....sensor_logic.kinds.pir.pyroelectric import (
+    STEFAN_BOLTZMANN,
+    radiosity,
+    threshold_of,
+    zones_of,
+)
+from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
+from ....sensor_logic.model import Array, Emission, Pose
+from ....sensor_logic.physics import waiting
+from ....sensor_logic.wording import Lengths, capital, quoted
+from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay
-from .explain_scan import SAME as CHANGED
-from .explain_scan import explain_range_scan
-from .explain_warmth import WarmCause, explain_pyroelectric
+
+# Explains a motion detector that compares ranges by the ray that changed most.
+
+# m: a range whose change without noise is smaller did not change.
+SAME = 1e-6
+NAMES_SHOWN = 4
+NOISE = "noise"
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One update: the numbers of its `tilts`; `ranges` (tilts, rays) in m; `clean`: the same
+    without noise; `names` of the objects that the rays hit, in the same order."""
+
+    tilts: range
+    ranges: Array
+    clean: Array
+    names: list[str]
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class RayChange:
+    """The ray that changed most between two scans. Lengths in m, angles in radians. `culprit`: the
+    object that changed it, or "noise"; `names`: the objects that the ray hit before and after,
+    empty for none; `over`: the number of rays that each culprit changed by more than the
+    threshold."""
+
+    tilt: int
+    ray: int
+    azimuth: float
+    elevation: float
+    before: float
+    after: float
+    names: tuple[str, str]
+    culprit: str
+    threshold: float
+    over: tuple[tuple[str, int], ...]
+    triggered: bool
+
+    @property
+    def change(self) -> float:
+        return abs(self.after - self.before)
+
+    @property
+    def because(self) -> str:
+        return self.culprit if self.triggered and self.culprit != NOISE else ""
+
+
+def explain_range_scan(replay: Replay, index: int) -> Explanation:
+    """Explains update `index` of a detector that compares ranges. Raises AngenError."""
+    track, sensor = replay.track, replay.sensor
+    set_up = sensor.settings.pir
+    back = 1 if set_up.sweep == "ALL" else _tilts(replay)
+    earlier = replay.index_of(replay.number(index) - back, index)
+    old = None if earlier is None else scan(replay, earlier)
+    new = scan(replay, index)
+    if new is None:
+        return replay.off(index)
+    parameters, now, triggered, angle = new
+    if old is None or old[1].ranges.shape != now.ranges.shape or earlier is None:
+        text = (
+            "No motion yet: this is the first scan at its tilt, there is nothing to compare it with"
+        )
+        return replay.explanation(index, text, ())
+    cause = _change(parameters, old[1], now, triggered)
+    lengths = replay.lengths
+    facts = list(_facts(cause, parameters, lengths))
+    facts.insert(3, ("Compared with", at_frame(track.frames[earlier], track.times[earlier])))
+    moved = _own_movement(old[1].pose, now.pose, lengths)
+    if moved:
+        facts.append(("Sensor", moved))
+    return replay.explanation(
+        index,
+        _headline(cause, parameters, bool(track.active[index]), lengths),
+        tuple(facts),
+        _doubt(replay, index, parameters, triggered, angle),
+        cause,
+    )
+
+
+def _tilts(replay: Replay) -> int:
+    pir = replay.sensor.settings.pir
+    return PirParameters(vertical_fov=pir.vertical_fov, vertical_step=pir.vertical_step).tilt_count
+
+
+def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] | None:
+    """Replays an update: the detector's parameters, its scan, whether its model finds movement in
+    it, and the tilt (rad) that it publishes. None where the detector is off."""
+    pending = replay.take(index)
+    if pending is None:
+        return None
+    # Without hold, blocking and warm-up time the model reports this scan alone.
+    bare = replace(pending.parameters, hold_time=0.0, blocking_time=0.0, warm_up_time=0.0)
+    reading = replay.runner.model.update(bare, pending.update)
+    parameters: PirParameters = pending.parameters
+    fan = fan_directions(parameters)
+    first = pending.update.number % len(fan)
+    tilts = range(len(fan)) if parameters.sweep == "ALL" else range(first, first + 1)
+    shape = len(tilts), parameters.rays
+    seen = replay.seen
+    reach = parameters.range_max - parameters.range_min
+    ahead = seen.ranges * replay.metres
+    clean = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
+    ranges = clean
+    if parameters.noise_sigma > 0.0:
+        noise = pending.update.noise().normal(0.0, parameters.noise_sigma, len(clean))
+        ranges = clean + noise
+    ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
+    found = Scan(
+        tilts, ranges.reshape(shape), clean.reshape(shape), seen.names, pending.update.pose
+    )
+    return parameters, found, reading.active, reading.value
+
+
+def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) -> RayChange:
+    changes = np.abs(new.ranges - old.ranges)
+    row, ray = (int(i) for i in np.unravel_index(int(np.argmax(changes)), changes.shape))
+    rays = parameters.rays
+    culprits = Counter(
+        _culprit(old, new, int(r), int(i)) for r, i in np.argwhere(changes > parameters.threshold)
+    )
+    spacing = parameters.horizontal_fov / (rays - 1) if rays > 1 else 0.0
+    tilt = new.tilts[row]
+    return RayChange(
+        tilt,
+        ray,
+        -parameters.horizontal_fov / 2 + ray * spacing if rays > 1 else 0.0,
+        -tilt * parameters.vertical_step,
+        float(old.ranges[row, ray]),
+        float(new.ranges[row, ray]),
+        (old.names[row * rays + ray], new.names[row * rays + ray]),
+        _culprit(old, new, row, ray),
+        parameters.threshold,
+        tuple(sorted(culprits.items(), key=lambda item: (-item[1], item[0]))),
+        triggered,
+    )
+
+
+def _culprit(old: Scan, new: Scan, row: int, ray: int) -> str:
+    """The object that changed a ray: the nearer of the two that it hit was there only once."""
+    before, after = float(old.clean[row, ray]), float(new.clean[row, ray])
+    if abs(before - after) <= SAME:
+        return NOISE
+    nearer = old if before < after else new
+    return nearer.names[row * new.ranges.shape[1] + ray]
+
+
+def _ray_text(cause: RayChange, parameters: PirParameters) -> str:
+    tilt = f"tilt {cause.tilt} ({abs(math.degrees(cause.elevation)):.0f}° below the horizon)"
+    azimuth = math.degrees(cause.azimuth) + 0.0
+    return f"{cause.ray} of 0 to {parameters.rays - 1}, at {azimuth:+.1f}°, {tilt}"
+
+
+def _met(name: str, parameters: PirParameters, lengths: Lengths) -> str:
+    return quoted(name) if name else f"nothing within {lengths.typed(parameters.range_max)}"
+
+
+def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> list[tuple[str, str]]:
+    facts = [("Ray", _ray_text(cause, parameters))]
+    for word, length, name in zip(
+        ("Before", "After"), (cause.before, cause.after), cause.names, strict=True
+    ):
+        facts.append((word, f"{lengths.text(length)}, {_met(name, parameters, lengths)}"))
+    limit = f"threshold {lengths.typed(parameters.threshold)}"
+    facts.append(("Change", f"{lengths.text(cause.change)}, {limit}"))
+    if parameters.noise_sigma > 0.0:
+        sigma = lengths.typed(parameters.noise_sigma)
+        facts.append(("Noise", f"{sigma} (standard deviation) on each range"))
+    if cause.over:
+        shown = [f"{count} by {_named(name)}" for name, count in cause.over[:NAMES_SHOWN]]
+        more = len(cause.over) - NAMES_SHOWN
+        facts.append(("Rays changed", ", ".join(shown) + (f" and {more} more" if more > 0 else "")))
+    return facts
+
+
+def _named(name: str) -> str:
+    return name if name == NOISE else quoted(name)
+
+
+def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths: Lengths) -> str:
+    if not cause.triggered:
+        held = f" in the hold time of {parameters.hold_time:g} s" if parameters.hold_time else ""
+        where = "" if parameters.sweep == "ALL" else f" at tilt {cause.tilt}, the one looked at,"
+        text = (
+            f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; "
+            f"the largest change was {lengths.text(cause.change)}"
+        )
+        return f"{'Held on' if active else f'Still, no movement{held}'}: {text}"
+    name = quoted(cause.culprit)
+    ignored = "" if active else " (ignored: warm-up or blocking time)"
+    old, new = cause.names
+    if cause.culprit == NOISE:
+        what = "nothing moved, the noise alone exceeded the threshold"
+    elif old == new:
+        what = f"{name} moved {'away' if cause.after > cause.before else 'nearer'}"
+    elif cause.after < cause.before:
+        what = (
+            f"{name} came in front of {_met(old, parameters, lengths)}"
+            if old
+            else f"{name} came in"
+        )
+    else:
+        what = f"{name} left" + (f", {quoted(new)} is behind" if new else "")
+    return f"Motion{ignored}: {what}; ray {cause.ray} changed by {lengths.text(cause.change)}"
+
+
+def _own_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
+    """How the sensor itself moved, or empty: then everything seems to move."""
+    if old is new:
+        return ""
+    way = float(np.linalg.norm(new.origin - old.origin))
+    cosine = (float(np.trace(old.axes.T @ new.axes)) - 1.0) / 2.0
+    turn = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
+    if way <= SAME and turn <= 1e-3:
+        return ""
+    return f"moved itself by {lengths.text(way)} and turned by {turn:.2f}°"
+
+
+def _doubt(
+    replay: Replay, index: int, parameters: PirParameters, triggered: bool, angle: float
+) -> str:
+    track: Any = replay.track
+    recorded = bool(track.active[index])
+    delayed = parameters.hold_time or parameters.blocking_time or parameters.warm_up_time
+    recorded_angle = float(track.columns["angle_rad"][index])
+    if abs(recorded_angle - angle) > 1e-6 or (triggered != recorded and not delayed):
+        return (
+            "the rays hit something else now than at the run: something has changed since. "
+            "Simulate again"
+        )
+    return ""
+
+
+# Explains a pyroelectric detector by the object that changed the power on its elements most.
+
+# s: changes longer ago than this have mostly decayed in the amplifier.
+WINDOW = 0.5
+# s: the signal may swing over the threshold once more this long after a movement.
+SWING_BACK = 2.0
+MOST_UPDATES = 12
+ZERO_CELSIUS = 273.15
+THINGS_SHOWN = 4
+
+
+@dataclass(frozen=True)
+class WarmObject:
+    """An object that changed the power on the elements. `change`: that power in W per m² of
+    lenslet, summed over the window without sign; its mean temperature in K; the number of rays that
+    hit it at the update."""
+
+    name: str
+    change: float
+    temperature: float
+    rays: int
+
+
+@dataclass(frozen=True)
+class WarmCause:
+    """`things`: the objects that changed the power, the greatest change first; `signal`: as
+    recorded, in multiples of the threshold; `threshold` in W per m² of lenslet; `ambient` in K."""
+
+    things: tuple[WarmObject, ...]
+    signal: float
+    threshold: float
+    ambient: float
+
+    @property
+    def because(self) -> str:
+        return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
+
+
+@dataclass(frozen=True)
+class _Update:
+    """One update, for each ray (n,): power on the elements above that of the room, in W per m² of
+    lenslet; temperature in K; range in Blender units; name of the object hit. And the ambient in
+    K."""
+
+    power: Array
+    temperature: Array
+    ranges: Array
+    names: list[str]
+    ambient: float
+
+
+def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
+    """Explains update `index` of a pyroelectric detector. Raises AngenError."""
+    track = replay.track
+    signal = float(track.columns["signal"][index])
+    looks = _replay_window(replay, index, WINDOW)
+    if abs(signal) > 1.0 and looks and not _things([look for _, look in looks]):
+        # After a movement the amplifier swings back: look further into the past.
+        looks = _replay_window(replay, index, SWING_BACK)
+    if not looks:
+        return replay.off(index)
+    parameters, now = looks[-1]
+    things = _things([look for _, look in looks])
+    cause = WarmCause(things, signal, threshold_of(parameters), now.ambient)
+    facts = [
+        ("Signal", f"{signal:+.2f} of the threshold"),
+        ("Around", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
+    ]
+    facts += [(thing.name, _thing_text(thing)) for thing in things[:THINGS_SHOWN]]
+    headline = _warm_headline(cause, bool(track.active[index]))
+    return replay.explanation(index, headline, tuple(facts), "", cause)
+
+
+def _replay_window(
+    replay: Replay, index: int, window: float
+) -> list[tuple[PirParameters, _Update]]:
+    """The updates of the last `window` seconds, without those before the detector was last off."""
+    times = replay.track.times
+    first = index
+    while first > 0 and times[index] - times[first - 1] <= window + 1e-9:
+        first -= 1
+    stride = max(1, math.ceil((index - first) / MOST_UPDATES))
+    looks: list[tuple[PirParameters, _Update]] = []
+    for at in sorted({*range(index, first - 1, -stride)}):
+        look = _replay_update(replay, at)
+        if look is None:
+            looks.clear()
+        else:
+            looks.append(look)
+    return looks
+
+
+def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _Update] | None:
+    pending = replay.take(index)
+    if pending is None:
+        return None
+    parameters: PirParameters = pending.parameters
+    update = pending.update
+    emissions: list[Emission] = []
+
+    def warmth(*asked: Any) -> Emission:
+        emissions.append(update.ask(WARMTH, *asked))
+        return emissions[-1]
+
+    replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
+    emission, seen = emissions[-1], replay.seen
+    weights = zone_rays(zones_of(parameters), parameters.zone_rays).weights
+    surroundings = STEFAN_BOLTZMANN * emission.ambient**4
+    power = weights * (radiosity(emission) - surroundings) / math.pi
+    look = _Update(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
+    return parameters, look
+
+
+def _things(looks: list[_Update]) -> tuple[WarmObject, ...]:
+    """The objects that changed the power, the greatest change first."""
+    changes: dict[str, float] = {}
+    temperatures: dict[str, list[float]] = {}
+    for old, new in pairwise(looks):
+        step: dict[str, float] = {}
+        if len(old.power) != len(new.power):
+            continue
+        delta = new.power - old.power
+        for ray in np.flatnonzero(np.abs(delta) > 0.0).tolist():
+            # The nearer of the two objects hit was there only once.
+            nearer = old if old.ranges[ray] < new.ranges[ray] else new
+            name = nearer.names[ray]
+            step[name] = step.get(name, 0.0) + float(delta[ray])
+            temperatures.setdefault(name, []).append(float(nearer.temperature[ray]))
+        for name, change in step.items():
+            changes[name] = changes.get(name, 0.0) + abs(change)
+    found = [
+        WarmObject(name, change, float(np.mean(temperatures[name])), looks[-1].names.count(name))
+        for name, change in sorted(changes.items())
+        if name and change > 0.0
+    ]
+    return tuple(sorted(found, key=lambda thing: -thing.change))
+
+
+def _thing_text(thing: WarmObject) -> str:
+    celsius = thing.temperature - ZERO_CELSIUS
+    return f"changed {thing.change:.3g} W/m², {celsius:.1f} °C, {thing.rays} rays on it now"
+
+
+def _warm_headline(cause: WarmCause, active: bool) -> str:
+    over = abs(cause.signal) > 1.0
+    moving = cause.things[0] if cause.things else None
+    who = (
+        f"{quoted(moving.name)} changed the power on the elements most"
+        if moving
+        else "nothing warmer or colder than the room moved through its zones"
+    )
+    if over:
+        ignored = "" if active else " (ignored: warm-up or blocking time)"
+        return f"Motion{ignored}: {who}; the signal is {abs(cause.signal):.2f} of the threshold"
+    held = "Held on" if active else "Still"
+    return f"{held}: the signal is {abs(cause.signal):.2f} of the threshold; {who}"
+
 
 # m: smaller movements count as none.
-SAME = 1e-6
+UNCHANGED = 1e-6
 
 
 def explain_motion(replay: Replay, index: int) -> Explanation:
@@ -80,7 +481,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     moving = {
         name: now[name]
         for name in now.keys() & before.keys()
-        if np.abs(now[name] - before[name]).max() > SAME
+        if np.abs(now[name] - before[name]).max() > UNCHANGED
     }
     if not moving:
         return "nothing moves"
@@ -111,4 +512,4 @@ def _noticed(found: Explanation) -> set[str]:
     cause = found.cause
     if isinstance(cause, WarmCause):
         return {thing.name for thing in cause.things}
-    return {cause.culprit} if cause.change > CHANGED else set()
+    return {cause.culprit} if cause.change > SAME else set()

@@ -4,16 +4,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from bpy.types import Context
 from numpy.typing import NDArray
 
-from ....sensor_logic.kinds.pir.pyroelectric.detector import zones_of
-from ....sensor_logic.kinds.pir.pyroelectric.zones import Zones
+from ....panels import warmth
+from ....panels.lines import draw_lines
+from ....panels.readings import ReadingText
+from ....sensor_logic.kinds.pir.lenses import Zone, Zones
+from ....sensor_logic.kinds.pir.pyroelectric import zones_of
 from ....sensor_logic.model import Array
-from ...runtime.trace import RaysMet
+from ...advice import sensing as advice
+from ...authoring.housing import Housing, looking
+from ...runtime.trace import RaysMet, SensorRays, Trace
+from ...scene.sensors import Sensor
 from ...view.overlay.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
 
 # Neighbouring rays hit different surfaces where their ranges differ by more than this share of the
@@ -121,3 +129,82 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
     both = lit[:, :-1] & lit[:, 1:]
     drawn.fill("lit", triangles(starts[:, :-1][both], ends[:, :-1][both], ends[:, 1:][both]))
     return drawn
+
+
+# Housings of motion detectors.
+
+
+def _hc_sr501() -> Housing:
+    """32 × 24 × 25 mm with a lens of 23 mm, as sold: innovatorsguru.com, purplebearsshopnearn.com.
+    The share of the lens in the depth is chosen."""
+    lens = [(0.0115 * math.sin(a), 0.0115 * (1 - math.cos(a)))
+            for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
+    housing = Housing().lathe([*lens, (0.0115, 0.0165)])
+    return looking(housing.box((-0.016, -0.012, 0.0165), (0.016, 0.012, 0.025)))
+
+
+def _pmod_pir() -> Housing:
+    """Board of 1.2 × 0.8 inches, 0.55 inches high: Digilent Pmod PIR reference manual."""
+    housing = Housing().lathe([(0.0, 0.0), (0.0035, 0.001), (0.0047, 0.004), (0.0047, 0.0124)])
+    return looking(housing.box((-0.01524, -0.01016, 0.0124), (0.01524, 0.01016, 0.01397)))
+
+
+def _wall_detector() -> Housing:
+    """A detector for walls, as in the sample home: a flat body of 68 × 110 mm with a bulging lens,
+    40 mm deep."""
+    lens = [(0.026 * math.sin(a), 0.014 * (1 - math.cos(a)))
+            for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
+    return looking(Housing().lathe(lens).box((-0.034, -0.055, 0.014), (0.034, 0.055, 0.04)))
+
+
+HOUSINGS = {
+    "": _hc_sr501,
+    "EKMC1601111": _pmod_pir,
+    "EKMC1601111_SCAN": _pmod_pir,
+    "HAA53_SCAN": _wall_detector,
+    "EKMC1604111": _wall_detector,
+    "EKMC1604111_SCAN": _wall_detector,
+    "PET_IMMUNE": _wall_detector,
+    "CURTAIN": _wall_detector,
+    "SPACETI_WALL": _wall_detector,
+}
+
+
+# Rows in the panel of a motion detector below its parameters.
+
+
+def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
+    """Shows why it may report nothing, with buttons that help."""
+    late = advice.warm_up(sensor, context.scene)
+    if late:
+        box = draw_lines(layout, late.text, "INFO")
+        if not sensor.holders:
+            button = box.operator("wm.context_set_float", text="Set to 0 s", icon="CHECKMARK")
+            button.data_path, button.value = "object.angen_sensor.pir.warm_up_time", 0.0
+    warmth.draw_detector(layout, context, sensor, seen)
+
+
+# The rays of a motion detector in the plan.
+
+RAYS_A_ZONE = 5
+
+
+def plan_rays(sight: Trace, metres: float) -> SensorRays:
+    """The rays that its model casts; of a lens, each zone as a level fan as wide as the zone and as
+    long as the detection distance in its datasheet."""
+    parameters, pose = sight.parameters, sight.pose
+    if parameters.model != "PYROELECTRIC":
+        return replace(sight.rays(metres), rows=parameters.tilt_count)
+    zones = zones_of(parameters)
+    directions = np.array([_across(zone) for zone in zones]).reshape(-1, 3)
+    directions = directions @ pose.axes.T
+    origins = np.broadcast_to(pose.origin / metres, directions.shape)
+    reach = np.full(len(directions), parameters.range_max / metres)
+    return SensorRays(origins, directions, reach, len(zones))
+
+
+def _across(zone: Zone) -> list[tuple[float, float, float]]:
+    """Unit vectors from side to side of a zone at its middle height, in the sensor's axes."""
+    level, rise = math.cos(zone.elevation), math.sin(zone.elevation)
+    sides = np.linspace(-zone.width / 2, zone.width / 2, RAYS_A_ZONE) + zone.azimuth
+    return [(-math.sin(a) * level, rise, -math.cos(a) * level) for a in sides.tolist()]

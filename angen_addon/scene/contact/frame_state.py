@@ -10,8 +10,7 @@ import numpy as np
 from ....sensor_logic.contact.world import Support
 from ....sensor_logic.model import Array
 from ..rays.solids import Solids
-from .body_settings import BodySettings
-from .contact_bodies import MARGIN, ContactBodies, ContactBody, Key
+from .bodies import MARGIN, BodySettings, ContactBodies, ContactBody, Key
 from .posed_bodies import PosedBody, posed_body
 
 

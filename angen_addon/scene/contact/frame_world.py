@@ -16,10 +16,17 @@ from ....sensor_logic.contact.patches import contact_patch
 from ....sensor_logic.contact.shapes import Shape, perpendiculars
 from ....sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
 from ....sensor_logic.model import Array
-from .body_settings import FRICTION, BodySettings, is_simulated, read_settings
-from .colliders import Collider
-from .constraints import read_constraint
-from .contact_bodies import FIELDS, ContactBodies, ContactBody, Key
+from .bodies import (
+    FIELDS,
+    FRICTION,
+    BodySettings,
+    ContactBodies,
+    ContactBody,
+    Key,
+    is_simulated,
+    read_settings,
+)
+from .colliders import Collider, read_constraint
 from .frame_state import FrameState
 
 # Contacts of two bodies by reach, with the poses and scales of both, until the scene is edited:

@@ -16,8 +16,8 @@ from ....sensor_logic.contact.shapes import perpendiculars
 from ....sensor_logic.contact.world import BareSurface
 from ....sensor_logic.model import Array
 from ..rays.solids import Solid
-from . import parallel_rays
-from .contact_bodies import Key
+from . import posed_bodies
+from .bodies import Key
 from .frame_state import FrameState
 from .supports import DEPTH, FLUSH, Surroundings
 
@@ -156,6 +156,6 @@ class MissingMass:
 
     def _cast(self, starts: Array, solid: Solid, sign: float, length: float) -> Array:
         triangles = self._around.surfaces.of(self._around.depsgraph, solid, self._metres)
-        return parallel_rays.hit_distances(
+        return posed_bodies.hit_distances(
             triangles, starts, sign * self._up, np.full(len(starts), length)
         )

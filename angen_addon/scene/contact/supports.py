@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.contact.feet import held_by_pads
+from ....sensor_logic.contact.pad_forces import held_by_pads
 from ....sensor_logic.contact.underside import Samples, clustered, firmness, looks_up, underside
 from ....sensor_logic.contact.world import BareSurface, Support
 from ....sensor_logic.model import Array
 from ..rays.caster import NOTHING
 from ..rays.solids import Solid, Solids
-from . import parallel_rays
-from .contact_bodies import GROUND, ContactBodies, ContactBody, Key
+from . import posed_bodies
+from .bodies import GROUND, ContactBodies, ContactBody, Key
 from .posed_bodies import PosedBody, surface_state, unchanged
 
 Rows = NDArray[np.intp]
@@ -39,7 +39,7 @@ class Surroundings:
 
     depsgraph: Any
     solids: Solids
-    surfaces: parallel_rays.WorldTriangles
+    surfaces: posed_bodies.WorldTriangles
     bodies: ContactBodies
     up: Array
     metres: float
@@ -107,7 +107,7 @@ def _find_below(
 
 def _rays_down(
     around: Surroundings, tolerance: float, posed: PosedBody, rows: Rows
-) -> tuple[Samples, Array, parallel_rays.ParallelRays] | None:
+) -> tuple[Samples, Array, posed_bodies.ParallelRays] | None:
     """Of a body's underside above some solids: samples (n, 3), how far above each its ray starts
     (n,), and the rays; None where the body has no underside there."""
     solids, up, metres = around.solids, around.up, around.metres
@@ -126,7 +126,7 @@ def _rays_down(
         return None
     if posed.down is None or posed.down[0] != tolerance:
         starts = samples.points + up * height[:, None]
-        posed.down = tolerance, parallel_rays.ParallelRays(starts, -up, height + tolerance)
+        posed.down = tolerance, posed_bodies.ParallelRays(starts, -up, height + tolerance)
     return samples, height, posed.down[1]
 
 
@@ -134,7 +134,7 @@ def _nearest_below(
     around: Surroundings,
     tolerance: float,
     posed: PosedBody,
-    down: parallel_rays.ParallelRays,
+    down: posed_bodies.ParallelRays,
     rows: Rows,
 ) -> tuple[Array, NDArray[np.int64]]:
     """How far (n,) the rays go to the nearest of some solids, and its number (n,)."""
@@ -153,7 +153,7 @@ def _nearest_below(
     return ranges, met
 
 
-def _upper_side(around: Surroundings, solid: Solid) -> parallel_rays.Triangles:
+def _upper_side(around: Surroundings, solid: Solid) -> posed_bodies.Triangles:
     """The triangles of a solid that others can lie on. A closed animated body supports nothing from
     its underside: else a cushion would hang on the person who has sunk into it."""
     depsgraph, bodies = around.depsgraph, around.bodies
@@ -164,7 +164,7 @@ def _upper_side(around: Surroundings, solid: Solid) -> parallel_rays.Triangles:
     if not other.is_closed([part.geometry.triangles(depsgraph) for part in other.solids]):
         return found
     chosen = looks_up(found.corners, around.up)
-    return parallel_rays.Triangles(found.corners[chosen], found.lo[chosen], found.hi[chosen])
+    return posed_bodies.Triangles(found.corners[chosen], found.lo[chosen], found.hi[chosen])
 
 
 def _room_above(posed: PosedBody, points: Array, up: Array) -> Array:
@@ -172,8 +172,8 @@ def _room_above(posed: PosedBody, points: Array, up: Array) -> Array:
     length = np.full(len(points), DEPTH)
     if not len(points):
         return length
-    far = parallel_rays.hit_distances(
-        parallel_rays.with_bounds(posed.triangles), points + up * SKIN, up, length
+    far = posed_bodies.hit_distances(
+        posed_bodies.with_bounds(posed.triangles), points + up * SKIN, up, length
     )
     return np.minimum(far, length)
 

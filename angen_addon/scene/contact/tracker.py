@@ -14,12 +14,11 @@ from ....sensor_logic.contact.world import PadForces
 from ....sensor_logic.model import NOT_YET, Array
 from ..instances import Uid
 from ..rays.solids import Solids
-from .body_settings import is_simulated, read_settings
-from .contact_bodies import ContactBodies, Key, Pad
+from .bodies import ContactBodies, Key, Pad, is_simulated, read_settings
 from .frame_state import FrameState
 from .frame_world import FrameWorld, KnownContacts
 from .missing_mass import MissingMass
-from .parallel_rays import WorldTriangles
+from .posed_bodies import WorldTriangles
 from .supports import Surroundings, find_supports
 
 MOST_KNOWN_CONTACTS = 20_000

@@ -16,7 +16,7 @@ from mathutils import Matrix
 from ....sensor_logic.model import Array
 from . import engine
 from .faces import face, face_size, white
-from .four_walls import NEAREST_CLIP, WALLS, WIDEST
+from .views import NEAREST_CLIP, WALLS, WIDEST
 
 # The least that Blender renders.
 PIXELS = 4

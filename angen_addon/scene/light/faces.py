@@ -11,7 +11,7 @@ import numpy as np
 
 from ....sensor_logic.model import Array
 from .materials import Nodes
-from .picture import CORNERS, Picture, Seen
+from .views import CORNERS, Picture, Seen
 
 # Pixels of a request; of their radiance, the light on a white face.
 COUNT, FACTOR = 1, math.pi

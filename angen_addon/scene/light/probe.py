@@ -15,11 +15,10 @@ import numpy as np
 
 from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array, LightSample
-from ....sensor_logic.physics.photometry import EFFICACY, illuminance, luminance_percent
+from ....sensor_logic.physics import EFFICACY, illuminance, luminance_percent
 from . import eevee, engine
 from .changes import LightState
-from .cycles import CyclesLight, Light
-from .cycles_scene import Steps, finished
+from .cycles import CyclesLight, Light, Steps, finished
 from .scene import LightScene, quietly
 
 # A sensor farther from the origin than this many metres stands on a grid, in single precision,

@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Array
 from .geometry import Surface, read_surface
-from .listed import pointers_of
-from .matrices import invertible, matrices_of, world_bounds
-from .solids import Solids
+from .solids import Solids, invertible, matrices_of, pointers_of, world_bounds
 
 Index = NDArray[np.intp]
 # Frames that are kept at once, and bytes that they may take.

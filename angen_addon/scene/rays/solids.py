@@ -16,12 +16,105 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Array
 from ..animation import may_set
-from ..instances import Paths, Uid, parts_of_instances
+from ..instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
 from ..timed import INSTANCING_MODIFIERS
-from .geometry import SURFACE_TYPES, Geometry, mesh_shared_by
-from .listed import is_own_surface, is_transient, name_of, owners_of, pointers_of
-from .made_by_nodes import MadeByNodes, made_shape
-from .matrices import inverted, invertible, matrices_of, world_bounds
+from .geometry import SURFACE_TYPES, Geometry, MadeByNodes, made_shape, mesh_shared_by
+
+# Compares the objects and instances that a depsgraph lists with earlier ones.
+
+
+def pointers_of(depsgraph: Any) -> list[int]:
+    """What tells whether its objects are the same: what is evaluated has no session uid."""
+    return [evaluated.as_pointer() for evaluated in depsgraph.objects]
+
+
+def name_of(original: Any, owner: Any, made_by_nodes: bool) -> str:
+    """The object's name, and for an instance also that of what brings it forth."""
+    if original == owner or made_by_nodes:
+        return str(owner.name)
+    return f"{original.name} in {owner.name}"
+
+
+def is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
+    """Curves, text and the like come twice: as themselves and as an instance of their mesh."""
+    return (
+        original == owner and original.type != "MESH" and instance.persistent_id[1] == UNUSED_LEVEL
+    )
+
+
+def is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
+    """Whether an instance is of a mesh that nodes made, not of the object it is listed under."""
+    data = original.evaluated_get(depsgraph).data
+    return data is None or seen.data.as_pointer() != data.as_pointer()
+
+
+def owners_of(owner: Any) -> frozenset[Uid]:
+    return frozenset(obj.session_uid for obj in chain(owner))
+
+
+# Matrices of many objects at once, and the bounds that their shapes have in the world.
+
+# A box is padded by this many units, and by the rounding of single precision at its distance, so
+# that a flat object's box still catches the rays that hit it.
+PADDING = 1e-5
+RELATIVE_PADDING = 1e-6
+# Of each row or column of a 3 × 3 matrix, the next one and the one after, in turn.
+BELOW = RIGHT = np.array([1, 2, 0])
+ABOVE = LEFT = np.array([2, 0, 1])
+
+
+def matrices_of(flat: NDArray[np.float32]) -> Array:
+    """(n, 4, 4) from what `foreach_get` gives (n, 16), which is column by column."""
+    return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
+
+
+def invertible(matrix: Array) -> NDArray[np.bool_]:
+    """Which matrices (…, 4, 4) have an inverse."""
+    with np.errstate(all="ignore"):
+        determinant = _determinant(matrix, _cofactors(matrix))
+        good = np.isfinite(matrix).all(axis=(-2, -1)) & (determinant != 0.0)
+        result: NDArray[np.bool_] = good & np.isfinite(determinant)
+    return result
+
+
+def inverted(matrix: Array) -> Array:
+    """The inverses (…, 4, 4) of affine matrices that have one, by their cofactors.
+
+    numpy's `inv` calls LAPACK, whose threads wait for each other: in Blender, where others are at
+    work beside them, that took 4 ms for a single matrix.
+    """
+    cofactors = _cofactors(matrix)
+    inverse = np.zeros_like(matrix)
+    turn = inverse[..., :3, :3]
+    turn[...] = cofactors.swapaxes(-2, -1) / _determinant(matrix, cofactors)[..., None, None]
+    inverse[..., :3, 3] = -(turn @ matrix[..., :3, 3:])[..., 0]
+    inverse[..., 3, 3] = 1.0
+    return inverse
+
+
+def _cofactors(matrix: Array) -> Array:
+    """(…, 3, 3) of the linear parts of matrices (…, 4, 4)."""
+    right, left = matrix[..., RIGHT], matrix[..., LEFT]
+    return right[..., BELOW, :] * left[..., ABOVE, :] - left[..., BELOW, :] * right[..., ABOVE, :]
+
+
+def _determinant(matrix: Array, cofactors: Array) -> Array:
+    return np.asarray((matrix[..., 0, :3] * cofactors[..., 0, :]).sum(axis=-1))
+
+
+def world_bounds(
+    matrix: Array, invertible: NDArray[np.bool_], lo: Array, hi: Array
+) -> tuple[Array, Array]:
+    """Bounds (…, 3) in the world of what has the bounds `lo`, `hi` (…, 3) before its matrix
+    (…, 4, 4); of what is flattened or not a number, such that nothing is in them."""
+    turn = matrix[..., :3, :3]
+    with np.errstate(all="ignore"):
+        good = (invertible & np.isfinite(lo).all(axis=-1))[..., None]
+        centre = (turn @ ((lo + hi) / 2)[..., None])[..., 0] + matrix[..., :3, 3]
+        half = (np.abs(turn) @ ((hi - lo) / 2)[..., None])[..., 0]
+        half += PADDING + RELATIVE_PADDING * (np.abs(centre) + half)
+    return np.where(good, centre - half, np.inf), np.where(good, centre + half, -np.inf)
+
 
 Key = tuple[int, ...]
 # To be looked up once: at each evaluation it is asked of everything that changed.

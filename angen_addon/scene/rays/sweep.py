@@ -14,9 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.geometry.movement import Movement, pieces_needed, seen_from
-from ....sensor_logic.geometry.sweep import RayCrossings, crossings, joined, no_crossings
-from ....sensor_logic.geometry.triangle_tree import TriangleTree
+from ....sensor_logic.geometry.sweep import (
+    Movement,
+    RayCrossings,
+    crossings,
+    joined,
+    no_crossings,
+    pieces_needed,
+    seen_from,
+)
+from ....sensor_logic.geometry.trees import TriangleTree
 from ....sensor_logic.model import Array
 from ..instances import Uid
 from .caster import RayCaster

@@ -14,9 +14,8 @@ import bpy
 from ....panels.readings import ReadingTexts
 from ...runtime import state
 from . import labels, refresh
-from .drawn_sensors import DrawnSensors, SensorRow
 from .figures import Figure
-from .picture import Primitives, joined, passing, picture
+from .picture import DrawnSensors, Primitives, SensorRow, joined, passing, picture
 
 THIN, BOLD = 1.2, 2.2
 # So many draws a figure has stayed as it is before it is joined with others that have.

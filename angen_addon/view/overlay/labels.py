@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -10,11 +11,139 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....panels.readings import IDLE, UNKNOWN, ReadingText
-from ....sensor_logic.quantities import NOTHING
-from .covered import covered
-from .drawn_sensors import DrawnSensors, SensorRow
-from .label_layout import Point, Rect, arrange
-from .looks import LOOKS, disc
+from ....sensor_logic.wording import NOTHING
+from .picture import LOOKS, DrawnSensors, SensorRow, disc
+
+# Which labels find a place beside their markers, where it is plain whose they are. Pixels.
+
+Point = tuple[float, float]
+# Left, low, right, high.
+Rect = tuple[float, float, float, float]
+
+# A label stays this many times as far from other markers as from its own.
+APART = 2.0
+# Where labels may stand, from the marker: sideways, upwards, in the order they are tried.
+SIDES = ((1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1))
+DIAGONAL = 0.7
+
+
+def arrange(
+    markers: Sequence[Point],
+    sizes: Sequence[Point],
+    order: Iterable[int],
+    wanted: frozenset[int],
+    free: Rect,
+    covered: Sequence[Rect],
+    off: float,
+) -> dict[int, Rect]:
+    """Plates of `sizes` beside `markers`, `off` from them, by their number; of those in `order`
+    the ones that fit. They lie in `free`, on nothing that is `covered`, on no other plate, and
+    near no marker but their own. Those `wanted` come first and are shown wherever there is room.
+    """
+    placed: dict[int, Rect] = {}
+    turns = list(order)
+    for number in [n for n in turns if n in wanted] + [n for n in turns if n not in wanted]:
+        taken = [*covered, *placed.values()]
+        plates = _beside(markers[number], sizes[number], off)
+        inside = [plate for plate in plates if _holds(free, plate)]
+        fit = (p for p in inside if not any(_meet(p, other) for other in taken))
+        if number in wanted:
+            others: Sequence[Point] = ()
+            least = [p for p in inside if not any(_meet(p, other) for other in covered)]
+        else:
+            others = [m for n, m in enumerate(markers) if n != number]
+            least = []
+        clear = [p for p in fit if not any(_near(p, m, APART * off) for m in others)]
+        found = clear or least
+        if found:
+            placed[number] = min(found, key=lambda p: _crowd(p, markers, number, off))
+    return placed
+
+
+def _crowd(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
+    """The number of other markers near a plate."""
+    return sum(n != own and _near(plate, m, APART * off) for n, m in enumerate(markers))
+
+
+def _beside(marker: Point, size: Point, off: float) -> list[Rect]:
+    (x, y), (width, height) = marker, size
+    found = []
+    for aside, up in SIDES:
+        away = off * DIAGONAL if aside and up else off
+        left = x - width / 2 if not aside else x + away if aside > 0 else x - away - width
+        low = y - height / 2 if not up else y + away if up > 0 else y - away - height
+        found.append((left, low, left + width, low + height))
+    return found
+
+
+def _holds(free: Rect, plate: Rect) -> bool:
+    return (
+        free[0] <= plate[0] and free[1] <= plate[1] and plate[2] <= free[2] and plate[3] <= free[3]
+    )
+
+
+def _meet(one: Rect, two: Rect) -> bool:
+    return one[0] < two[2] and two[0] < one[2] and one[1] < two[3] and two[1] < one[3]
+
+
+def _near(plate: Rect, point: Point, distance: float) -> bool:
+    """Whether a point is less than a distance from a plate."""
+    x = max(plate[0] - point[0], 0.0, point[0] - plate[2])
+    y = max(plate[1] - point[1], 0.0, point[1] - plate[3])
+    return x * x + y * y < distance * distance
+
+
+# What lies over a 3D view: sidebar, toolbar and headers, Blender's gizmos and texts. Pixels.
+
+# At an interface scale of 1: around the axes that turn the view, the buttons below them, and
+# Blender's texts at the upper left.
+ROUND_AXES, AXES_ONLY, BUTTON, BUTTONS = 26.0, 60.0, 34.0, 4
+TEXT_WIDTH, TEXT_HEIGHT, STATISTICS = 230.0, 46.0, 150.0
+
+
+def covered(area: Any, region: Any, space: Any, preferences: Any) -> list[Rect]:
+    """The parts of a region (WINDOW) of a 3D view that something else lies over."""
+    scale = preferences.system.ui_scale
+    found = [rect for other in area.regions if (rect := _over(other, region)) is not None]
+    left, right, top = 0.0, float(region.width), float(region.height)
+    for rect in found:
+        if rect[2] - rect[0] > 0.6 * region.width:
+            top = min(top, rect[1]) if rect[1] > region.height / 2 else top
+        elif rect[0] <= 0.0:
+            left = max(left, rect[2])
+        elif rect[2] >= region.width:
+            right = min(right, rect[0])
+    if space.show_gizmo and space.show_gizmo_navigate:
+        found += _navigation(right, top, preferences.view, scale)
+    if space.overlay.show_overlays and space.overlay.show_text:
+        height = TEXT_HEIGHT + (STATISTICS if space.overlay.show_stats else 0.0)
+        found.append((left, top - height * scale, left + TEXT_WIDTH * scale, top))
+    return found
+
+
+def _over(other: Any, region: Any) -> Rect | None:
+    """Where another region of the area lies over this one."""
+    if other.type == "WINDOW" or other.width <= 1 or other.height <= 1:
+        return None
+    left, low = float(other.x - region.x), float(other.y - region.y)
+    right, high = left + other.width, low + other.height
+    if right <= 0.0 or high <= 0.0 or left >= region.width or low >= region.height:
+        return None
+    return left, low, right, high
+
+
+def _navigation(right: float, top: float, view: Any, scale: float) -> list[Rect]:
+    """The axes, and the buttons below them."""
+    size = AXES_ONLY
+    if view.mini_axis_type == "GIZMO":
+        size = view.gizmo_size_navigate_v3d + ROUND_AXES
+    size *= scale
+    low = top - size
+    found = [(right - size, low, right, top)]
+    if view.show_navigate_ui:
+        found.append((right - BUTTON * 1.4 * scale, low - BUTTONS * BUTTON * scale, right, low))
+    return found
+
 
 # Pixels at a scale of 1.
 SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0

@@ -3,18 +3,98 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ....panels import readings
 from ....panels.readings import ACTIVE, ReadingText
-from .figures import Figure
-from .looks import BROKEN, LOOKS, Look
+from ....sensor_logic.error import AngenError
+from ....sensor_logic.model import Array, Pose
+from ...kinds import appearance_of
+from ...runtime.live import live_of
+from ...runtime.sensor_runner import SensorRunner
+from ...runtime.trace import RaysMet, Trace
+from ...scene.sensors import Sensor, all_sensors, unit_scale
+from .figures import Figure, surface_outline
 
-Array = NDArray[np.float32]
+# How each state of a sensor looks: a colour that colour-blind people can tell from the others
+# (after Okabe and Ito), a sign of its own shape, and whether its lines are whole or broken.
+
+Colour = tuple[float, float, float]
+Points = NDArray[np.float32]
+
+
+def _ring(radius: float, parts: int = 16, gaps: int = 1) -> list[list[tuple[float, float]]]:
+    """A circle as lines; `gaps` 2: every other one is missing."""
+    at = [2 * math.pi * n / parts for n in range(parts + 1)]
+    points = [(radius * math.cos(a), radius * math.sin(a)) for a in at]
+    return [[points[n], points[n + 1]] for n in range(0, parts, gaps)]
+
+
+def _disc(radius: float, parts: int = 16) -> list[list[tuple[float, float]]]:
+    return [[(0.0, 0.0), *edge] for edge in _ring(radius, parts)]
+
+
+def disc() -> Points:
+    """(n, 3, 2): a filled circle of radius 1."""
+    return _array(_disc(1.0), 3)
+
+
+def _array(shape: list[list[tuple[float, float]]], corners: int) -> Points:
+    return np.array(shape, np.float32).reshape(-1, corners, 2)
+
+
+@dataclass(frozen=True)
+class Look:
+    """`lines` (n, 2, 2) and `faces` (m, 3, 2) are those of its sign, about the origin, of a radius
+    of about 1. `strength` multiplies how opaque the field is."""
+
+    colour: Colour
+    strength: float
+    lines: Points = field(default_factory=lambda: _array([], 2))
+    faces: Points = field(default_factory=lambda: _array([], 3))
+
+
+_CROSS = [[(-0.7, -0.7), (0.7, 0.7)], [(-0.7, 0.7), (0.7, -0.7)]]
+_TRIANGLE = [(-1.0, -0.8), (1.0, -0.8), (0.0, 1.0)]
+_SIDES = [[_TRIANGLE[n], _TRIANGLE[(n + 1) % 3]] for n in range(3)]
+_HANDS = [[(0.0, 0.65), (0.0, 0.0)], [(0.0, 0.0), (0.5, 0.0)]]
+_DOTS = [[(x - 0.12, 0.0), (x + 0.12, 0.0)] for x in (-0.5, 0.0, 0.5)]
+_DIAMOND = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)]
+_EXCLAMATION = [[(0.0, 0.45), (0.0, -0.2)], [(0.0, -0.45), (0.0, -0.6)]]
+
+# By the icons that panels show, so that both always agree.
+LOOKS = {
+    readings.ACTIVE: Look((1.0, 0.62, 0.05), 1.0, _array(_ring(1.0), 2), _array(_disc(1.0), 3)),
+    readings.IDLE: Look((0.34, 0.71, 0.96), 0.75, _array(_ring(1.0), 2)),
+    readings.OFF: Look((0.62, 0.62, 0.62), 0.4, _array(_CROSS, 2)),
+    readings.DOUBTFUL: Look((0.80, 0.80, 0.76), 0.5, _array(_SIDES + _EXCLAMATION, 2)),
+    readings.WRONG: Look((0.93, 0.53, 0.80), 0.75, _array(_SIDES + _EXCLAMATION, 2)),
+    readings.UNKNOWN: Look((0.80, 0.80, 0.76), 0.5, _array(_ring(1.0, 12, 2), 2)),
+    readings.NOT_SURE: Look((0.80, 0.80, 0.76), 0.5, _array(_ring(1.0) + _DOTS, 2)),
+    readings.OLD: Look((0.94, 0.89, 0.26), 0.5, _array(_ring(1.0) + _HANDS, 2)),
+    readings.BAKED: Look(
+        (0.80, 0.80, 0.76), 0.5, _array([[_DIAMOND[n], _DIAMOND[n - 1]] for n in range(4)], 2)
+    ),
+}
+# States whose fields are drawn in broken lines: what they show is not what is sensed.
+BROKEN = {
+    readings.NOT_SURE,
+    readings.DOUBTFUL,
+    readings.WRONG,
+    readings.UNKNOWN,
+    readings.OLD,
+    readings.BAKED,
+}
+
+
+Array32 = NDArray[np.float32]
 # How opaque the lines of a meaning are; those in BOLD are thick, those ON_TOP show through walls
 # and people.
 LINES = {
@@ -44,8 +124,8 @@ SELECTED, OTHER = 1.0, 0.8
 class Primitives:
     """`points` (n, 3) in the world, `colours` (n, 4); `corners`: 2, lines, or 3, triangles."""
 
-    points: Array
-    colours: Array
+    points: Array32
+    colours: Array32
     corners: int
 
 
@@ -60,7 +140,7 @@ def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]:
 
 
 def _picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]:
-    found: dict[str, list[tuple[Array, Any]]] = {}
+    found: dict[str, list[tuple[Array32, Any]]] = {}
     look = LOOKS[icon]
     emphasis = look.strength * (SELECTED if selected else OTHER)
     for meaning, lines in figure.lines.items():
@@ -75,11 +155,11 @@ def _picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]
     return {name: part for name, part in made.items() if len(part.points)}
 
 
-def _rgba(look: Look, alpha: float) -> Array:
+def _rgba(look: Look, alpha: float) -> Array32:
     return np.array([*look.colour, min(alpha, 1.0)], np.float32)
 
 
-def _join(parts: list[tuple[Array, Array]], corners: int) -> Primitives:
+def _join(parts: list[tuple[Array32, Array32]], corners: int) -> Primitives:
     points = np.concatenate([part.reshape(-1, 3) for part, _ in parts])
     counts = [part.shape[0] * corners for part, _ in parts]
     colours = np.repeat(np.array([colour for _, colour in parts]), counts, axis=0)
@@ -126,3 +206,183 @@ def _of_reading(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
         seen.of_reading = read, look.reading_figure(seen.pose, fields, metres)
     found: Figure | None = seen.of_reading[1]
     return found
+
+
+# Makes lines and surfaces of what all sensors of a scene see: from the hits of their own rays when
+# they sensed last, and only anew where those changed.
+
+NEVER = -(2**31)
+
+
+class DrawnSensor:
+    """One sensor with what is drawn of it.
+
+    `matrix`: its place in the world; `parameters` and `pose`: what it senses with, None where it
+    does not; `rays`: what its rays met; `outline` (n, 3): of a pad; `figures`: what it sees; `now`:
+    what it scanned at its last update, and `lit`: where it saw movement then; `of_reading`: what a
+    reading adds, with that; `revision` grows where `figures` change.
+    """
+
+    def __init__(self, sensor: Sensor) -> None:
+        self.sensor = sensor
+        self.uid = sensor.uid
+        self.appearance = appearance_of(sensor.kind)
+        self.matrix: Any = None
+        self.parameters: Any = None
+        self.pose: Pose | None = None
+        self.rays: Trace | None = None
+        self.outline: Array | None = None
+        self.figures: list[Figure] = []
+        self.now: list[Figure] = []
+        self.lit: list[Figure] = []
+        self.of_reading: tuple[Any, Figure | None] | None = None
+        # The texts of its reading, kept while all that they depend on is equal: 20 µs a frame.
+        self.texts: tuple[Any, ReadingText] | None = None
+        self.revision = 0
+        # What the figures were made of: of the sensor itself, of its rays, of its last update.
+        self._read_at: tuple[Any, ...] = ()
+        self._own: list[Figure] = []
+        self._rays: tuple[Any, ...] = ()
+        self._scan: tuple[Any, ...] = ()
+        # By what draws them and the bundle's number, what was drawn of which rays.
+        self._drawn: dict[tuple[str, int], tuple[RaysMet, Figure | None]] = {}
+
+    @property
+    def selected(self) -> bool:
+        return self.sensor.selected
+
+    def place(self, depsgraph: Any) -> None:
+        matrix = self.sensor.world_matrix(depsgraph)
+        if matrix != self.matrix:
+            self.matrix = matrix.copy()
+
+    def follow(
+        self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
+    ) -> None:
+        """Makes those figures anew whose sensor, rays or readings have changed."""
+        if not self._follow_sensor(runner, depsgraph, edits, metres) or runner is None:
+            self.rays = None
+            return
+        rays = self.rays = runner.trace
+        if self._rays != (rays, rays.revision):
+            self._rays = rays, rays.revision
+            self.figures = [*self._own, *self._of_bundles("rays_figure", rays.bundles, metres)]
+            self.revision += 1
+        scan = rays, rays.step, rays.revision
+        if self._scan != scan:
+            self._scan = scan
+            now = {n: rays.bundles[n] for n in rays.scan if n in rays.bundles}
+            self.now = [*self._of_bundles("scan_figure", now, metres)]
+            self.lit = []
+            for number, before in rays.scan.items():
+                if before is not None and number in now:
+                    found = self.appearance.lit_figure(self, number, now[number], before, metres)
+                    self.lit += [found] if found is not None else []
+
+    def _follow_sensor(
+        self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
+    ) -> bool:
+        """Draws what stands apart from rays; whether it senses."""
+        if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
+            return self.pose is not None
+        self._read_at = runner, edits, metres
+        read = None
+        if runner is not None:
+            with suppress(AngenError):
+                read = runner.read(depsgraph, edits)
+        if read is None:
+            self._begin(None, None)
+        elif self.parameters is not read.parameters or self.pose is not read.pose:
+            self._begin(read.parameters, read.pose)
+            evaluated = self.sensor.object.evaluated_get(depsgraph)
+            outlined = self.appearance.outlined
+            self.outline = surface_outline(evaluated, self.matrix) if outlined else None
+            self._own = self.figures = [self.appearance.figure(self, metres)]
+        return read is not None
+
+    def _begin(self, parameters: Any, pose: Pose | None) -> None:
+        """Forgets the figures of a sensor that has changed."""
+        self.parameters, self.pose = parameters, pose
+        self._rays, self._scan, self._drawn = (), (), {}
+        self.of_reading, self._own, self.figures, self.now, self.lit = None, [], [], [], []
+        self.revision += 1
+
+    def _of_bundles(self, draws: str, bundles: dict[int, RaysMet], metres: float) -> list[Figure]:
+        """The figures of some bundles, each made anew only where its rays met something else."""
+        found = []
+        for number, met in bundles.items():
+            known = self._drawn.get((draws, number))
+            if known is None or known[0] is not met:
+                drawn = getattr(self.appearance, draws)(self, number, met, metres)
+                known = self._drawn[draws, number] = met, drawn
+            if known[1] is not None:
+                found.append(known[1])
+        return found
+
+
+class SensorRow(NamedTuple):
+    """A sensor that a view shows, what it reads, and whether it is selected."""
+
+    seen: DrawnSensor
+    shown: ReadingText
+    selected: bool
+
+
+class DrawnSensors:
+    """The sensors of one scene. `frame` is that at which they were looked at; `outdated` after an
+    edit since then; `unseen`: not all of their rays were cast at it."""
+
+    def __init__(self, scene: Any) -> None:
+        self.scene_uid = scene.session_uid
+        self.unseen = True
+        # By the clock of time.monotonic.
+        self.followed_at = 0.0
+        self.frame = NEVER
+        self.outdated = True
+        self.metres = 1.0
+        self.seen: list[DrawnSensor] = []
+        # What was drawn last of them, and in which region.
+        self.rows: tuple[int, list[SensorRow]] = (0, [])
+        # What labels.py and draw.py show in each region, by the region's address; and the uid of
+        # the sensor whose sign the mouse is over.
+        self.boards: dict[int, Any] = {}
+        self.joined: dict[int, Any] = {}
+        self.hovered: int | None = None
+        # Whether what the sensors see was looked for, not their places alone.
+        self.has_fields = False
+
+    def fail(self, scene: Any) -> None:
+        """Keeps still until the next edit."""
+        self.seen, self.boards, self.joined = [], {}, {}
+        self.frame, self.outdated, self.unseen = scene.frame_current, False, False
+        self.has_fields = True
+
+    def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
+        """Brings all figures up to date with the evaluated scene, after its sensors have sensed."""
+        live = live_of(scene)
+        edited = self.outdated
+        self.frame, self.outdated = scene.frame_current, False
+        self.metres = unit_scale(scene)
+        if edited:
+            self._list(view_layer)
+        fields = self.has_fields = bool(scene.angen_overlay.fields)
+        # The live sensors know of what was changed before the playhead moved.
+        kept = live.places_are_kept(scene) and not edited
+        for seen in self.seen:
+            runner = live.runner(seen.uid)
+            if not kept or runner is None or seen.matrix is None or not runner.steady:
+                seen.place(depsgraph)
+            if fields:
+                seen.follow(runner, depsgraph, live.edits, self.metres)
+
+    def _list(self, view_layer: Any) -> None:
+        """Lists the sensors again; those that were listed before keep their figures."""
+        known = {seen.uid: seen for seen in self.seen}
+        self.seen = []
+        for sensor in all_sensors(view_layer):
+            before = known.get(sensor.uid)
+            seen = DrawnSensor(sensor)
+            if before is not None and before.sensor.kind is sensor.kind:
+                seen = before
+                seen.sensor = sensor
+            self.seen.append(seen)

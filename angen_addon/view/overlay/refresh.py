@@ -15,7 +15,7 @@ import bpy
 
 from ...runtime import handlers, state
 from ...runtime.live import live_of
-from .drawn_sensors import DrawnSensors
+from .picture import DrawnSensors
 from .settings import redraw_views
 
 # s: after an edit; while something is dragged, the drawing follows in steps of this.

@@ -12,8 +12,17 @@ from bpy.types import SpaceDopeSheetEditor
 from ...runtime import state
 from ...scene.instances import Uid
 from ...scene.sensors import Sensor
-from .history import HISTORIES, History
-from .layout import CHIP, Colour, TimelinePicture, TimelineRegion, TimelineText, labels, strips
+from .layout import (
+    CHIP,
+    HISTORIES,
+    Colour,
+    History,
+    TimelinePicture,
+    TimelineRegion,
+    TimelineText,
+    labels,
+    strips,
+)
 
 MODES = {"TIMELINE", "DOPESHEET"}
 # Pixels at an interface scale of 1: the scrubbing area, the scroll bar, the row of markers.

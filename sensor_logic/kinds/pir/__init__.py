@@ -4,10 +4,29 @@
 from __future__ import annotations
 
 from ...kind import RAYS, WARMTH, Field, Kind
-from ...quantities import OF_THRESHOLD
-from .model import MotionDetector
+from ...model import Model, Readings, Updates
+from ...wording import OF_THRESHOLD
 from .presets import PRESETS
-from .range_scan import PYRO, SCAN, PirParameters
+from .pyroelectric import PyroelectricDetector
+from .range_scan import PYRO, SCAN, PirParameters, RangeScan
+
+# The motion detector: it senses by the one of its two models that its parameters choose.
+
+
+class MotionDetector(Model):
+    """One detector. Its state starts anew where its model is changed."""
+
+    def __init__(self) -> None:
+        self._model = ""
+        self._sensing: RangeScan | PyroelectricDetector
+
+    def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
+        if parameters.model != self._model:
+            self._model = parameters.model
+            pyroelectric = parameters.model == "PYROELECTRIC"
+            self._sensing = PyroelectricDetector() if pyroelectric else RangeScan()
+        return self._sensing.sense(parameters, updates)
+
 
 KIND = Kind(
     "PIR",

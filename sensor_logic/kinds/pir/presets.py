@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from ...kind import Preset
-from .pyroelectric.lenses import LENS_PRESETS, LENSES
+from .lenses import LENS_PRESETS, LENSES
 
 
 def _range_scan(

@@ -19,10 +19,9 @@ from ...error import InputError
 from ...kind import RAYS
 from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...parameters import Choice, Parameters, parameter
-from ...physics.output_timing import OutputTiming
-from ...quantities import METRES, Lengths
-from .pyroelectric.lenses import LENSES
-from .pyroelectric.zones import read_table
+from ...physics import OutputTiming
+from ...wording import METRES, Lengths
+from .lenses import LENSES, read_table
 
 THESIS = "range scan of the thesis's Gazebo plugin"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"

@@ -98,7 +98,7 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
     (found,) = world.sensors()
     shown = addon_part("panels.readings").shown(found, world.scene)
     assert shown.text.startswith(("Near, 0.500 m", "Tipped, 57°"))
-    seen = addon_part("angen_addon.view.overlay.drawn_sensors").DrawnSensors(world.scene)
+    seen = addon_part("angen_addon.view.overlay.picture").DrawnSensors(world.scene)
     seen.follow(world.scene, bpy.context.view_layer, world.update())
     (one,) = seen.seen
     figures = [figure for figure in one.figures if figure.lines]
@@ -117,7 +117,7 @@ def test_it_is_simulated_kept_and_loaded(world, sensor, kind, tmp_path, addon_pa
     track = cache.recording(world.scene).tracks["new"]
     assert len(track) == 48
     assert list(track.columns[reading])[:20] == pytest.approx([first] * 19 + [last], abs=1e-5)
-    history = addon_part("angen_addon.view.timeline.history")
+    history = addon_part("angen_addon.view.timeline.layout")
     rows = history.history_of(cache.recording(world.scene), world.sensors()).rows
     assert [row.name for row in rows] == ["new"] and list(rows[0].spans.starts) == [1.0, 20.0]
     layout = addon_part("angen_addon.view.timeline.layout")

@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of a home's size, and of walls that rays pass through."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.kind import LIGHT
+from ...sensor_logic.model import Array
+from ...sensor_logic.wording import capital, named
+from ..advice import lacking
+from ..advice import sensing as advice
+from ..scene.animation import motion_paths
+from ..scene.instances import chain
+from ..scene.rays.caster import NOTHING
+from ..scene.rays.solids import SURFACE_TYPES, invertible
+from ..scene.timed import INSTANCING_MODIFIERS
+from .examined import Examined, Found
+
+# m: a larger home with a larger median object is too large, a smaller one with a smaller median
+# object too small.
+LARGE, LARGE_THINGS = 100.0, 8.0
+SMALL, SMALL_THINGS = 3.0, 0.1
+# m: usual length of a home, and of the median object in it.
+USUAL, USUAL_THING = 12.0, 1.0
+# m: an object that is longer, thinner and higher than this is a wall. If all objects are below LOW,
+# nobody walks upright between the walls.
+WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
+UPRIGHT = 2.4
+# Metres in the other units that files often have.
+UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
+# Penalty in `_unlikely` for units that files seldom have.
+RARE = {"inches": 1.5, "feet": 1.5}
+BUNDLE = -40
+DIRECTIONS = 600
+# A home is open where more than this share of the directions from a sensor lead out; an open door
+# or a window without a pane is less.
+OPEN = 0.08
+SIDES = ("+X", "-X", "+Y", "-Y", "above", "below")
+
+
+def scale(home: Examined) -> Iterator[Found]:
+    """Reports a home that is some 100 times too large or too small, or too low to walk in."""
+    lo, hi = home.home.lo, home.home.hi
+    there = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
+    if not there.any():
+        return
+    sizes = (hi - lo)[there].max(axis=1)
+    whole = float((hi[there].max(axis=0) - lo[there].min(axis=0)).max())
+    things = float(np.median(sizes))
+    large = whole > LARGE and things > LARGE_THINGS
+    small = whole < SMALL / 2 or (whole < SMALL and things < SMALL_THINGS)
+    if not (large or small):
+        yield from _low_walls(home, (hi - lo)[there])
+        return
+    much = "large" if large else "small"
+    yield (
+        f"The home is too {much}: {_length(whole)} from end to end, and half of its things are "
+        f"{'larger' if large else 'smaller'} than {_length(things)}",
+        _other_unit(home.metres, whole, things, large),
+    )
+
+
+def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
+    """Reports a home at half its size, as files for games often are; `size` (n, 3) m of its
+    objects."""
+    along, across = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
+    walls = (along > WALL_LONG) & (across < WALL_THIN) & (size[:, 2] > WALL_HIGH)
+    highest = float(size[walls, 2].max(initial=0.0))
+    if walls.sum() > 1 and size[:, 2].max() < LOW:
+        yield (
+            f"The walls are no higher than {_length(highest)}: nobody walks upright between them",
+            f"Scale all of it up {UPRIGHT / highest:.2g} times under one empty, or set Unit Scale "
+            f"to {home.metres * UPRIGHT / highest:.2g} (Scene tab, Units)",
+        )
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.3g} m" if metres >= 0.1 else f"{metres * 1000:.3g} mm"
+
+
+def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
+    if large:
+        unit = min(UNITS, key=lambda name: _unlikely(name, whole, things))
+        return (
+            f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
+            "Units), or scale all of it down by that and apply the scale"
+        )
+    # At least ten, or the advice would change nothing.
+    factor = 10.0 ** max(round(math.log10(1.0 / things)), 1) if things > 0.0 else 100.0
+    return (
+        f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale all of it up "
+        f"{factor:g} times and apply the scale"
+    )
+
+
+def _unlikely(unit: str, whole: float, things: float) -> float:
+    """How unusual a home would be that was drawn in this unit, by its length and median object."""
+    size = math.log(whole * UNITS[unit] / USUAL) ** 2
+    return size + math.log(things * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
+
+
+def hidden_but_rendered(home: Examined) -> Iterator[Found]:
+    """Reports objects that renders show and sensors cannot meet."""
+    hidden = [
+        obj.name
+        for obj in home.view_layer.objects
+        if obj is not None
+        and obj.type in SURFACE_TYPES
+        and not (obj.hide_render or obj.angen_ignored)
+        and not obj.visible_get(view_layer=home.view_layer)
+    ]
+    if hidden:
+        yield (
+            "Hidden from the viewport but rendered, so that no sensor meets it: "
+            f"{named(sorted(hidden))}",
+            "Show it (eye or monitor icon in the Outliner, of its collection too), or hide it from "
+            "renders as well (camera icon)",
+            tuple(sorted(hidden)),
+        )
+
+
+def background_sets(home: Examined) -> Iterator[Found]:
+    """Reports background sets, whose objects the viewport shows and sensors do not meet."""
+    if home.sensors:
+        yield from advice.background_sets(home.scene)
+
+
+def without_faces(home: Examined) -> Iterator[Found]:
+    """Reports meshes without faces."""
+    bare = []
+    for obj in home.shown():
+        if obj.type == "MESH" and not obj.is_instancer:
+            mesh = obj.evaluated_get(home.depsgraph).data
+            makes_more = any(m.type in INSTANCING_MODIFIERS for m in obj.modifiers)
+            if len(mesh.edges) and not len(mesh.polygons) and not makes_more:
+                bare.append(obj.name)
+    if bare:
+        yield (
+            f"No faces, so that every ray passes: {named(sorted(bare))}",
+            "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if it is a mark",
+            tuple(sorted(bare)),
+        )
+
+
+def flattened(home: Examined) -> Iterator[Found]:
+    """Reports surfaces of scale 0 along an axis, which rays pass; keys that shrink something away
+    mean to."""
+    flat = [
+        obj.name
+        for obj, matrix in home.seen
+        if obj.type in SURFACE_TYPES
+        and np.isfinite(matrix).all()
+        and not invertible(matrix)
+        and not any("scale" in path for part in chain(obj) for path in motion_paths(part))
+    ]
+    if flat:
+        yield (
+            f"Scale 0 along an axis, so that rays and light pass: {named(sorted(flat))}",
+            "Apply the scale (Ctrl+A), which keeps the shape; or set it to 1 there (N, Item)",
+        )
+
+
+def holes(home: Examined) -> Iterator[Found]:
+    """Reports rooms that rays leave without a hit."""
+    directions = _all_directions()
+    open_to: dict[str, list[str]] = {}
+    for sensor in [s for s in home.sensors if s.kind.in_room]:
+        origin = np.array(sensor.world_matrix(home.depsgraph).translation, np.float64)
+        origins = np.tile(origin, (len(directions), 1))
+        far = np.full(len(directions), _reach(home, origin))
+        met = home.home.caster.cast_met(sensor.uid, BUNDLE, origins, directions, far)[1]
+        out = met == NOTHING
+        if out.mean() > OPEN:
+            open_to.setdefault(_side(directions[out]), []).append(sensor.name)
+    for side, sensors in open_to.items():
+        place = side if side in {"above", "below"} else f"towards {side}"
+        yield (
+            f"The room is open {place}, seen from {named(sensors)}: rays leave the home there",
+            "Close it with faces: a ceiling, a floor, panes in windows; or show what closes it",
+            tuple(sensors),
+        )
+
+
+def _all_directions() -> Array:
+    """(n, 3): unit vectors evenly in all directions (golden spiral)."""
+    at = np.arange(DIRECTIONS) + 0.5
+    up = 1.0 - 2.0 * at / DIRECTIONS
+    turn = np.pi * (1.0 + math.sqrt(5.0)) * at
+    level = np.sqrt(1.0 - up * up)
+    return np.stack([np.cos(turn) * level, np.sin(turn) * level, up], axis=1)
+
+
+def _reach(home: Examined, origin: Array) -> float:
+    """A distance in Blender units beyond which there is nothing."""
+    lo, hi = home.home.caster.solids.lo, home.home.caster.solids.hi
+    there = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
+    if not there.any():
+        return 1.0
+    corners = np.concatenate([lo[there], hi[there]])
+    return 2.0 * float(np.abs(corners - origin).max()) + 1.0
+
+
+def _side(directions: Array) -> str:
+    """The side towards which most of the directions lead."""
+    axis = np.abs(directions).argmax(axis=1)
+    counts = [
+        int(((axis == number // 2) & ((directions[:, number // 2] < 0) == bool(number % 2))).sum())
+        for number in range(6)
+    ]
+    return SIDES[int(np.argmax(counts))]
+
+
+# Checks of doors: those without a hinge, and those with a switch that never move.
+
+WORD = re.compile(r"door|tür|tuer|dörr|porte|puerta|deur", re.IGNORECASE)
+# Parts and surroundings of doors, whose names hold the word too.
+PARTS = (
+    "frame", "mat", "handle", "knob", "lock", "bell", "flag", "hinge", "jamb", "lining", "panel",
+    "stop", "glass", "outdoor", "indoor",
+)  # fmt: skip
+PART = re.compile("|".join(PARTS), re.IGNORECASE)
+# m: limits of the height, width and thickness of a door's leaf.
+HEIGHT, WIDTH, THICK = (1.6, 3.0), (0.4, 1.8), 0.3
+# An origin nearer to the middle than this share of the width is not at a hinge.
+MIDDLE = 0.3
+# m: a switch this near to a leaf watches it.
+NEAR = 0.5
+
+
+def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
+    """The leaves of doors, found by name and size, with their world bounds lo, hi (3,) in m."""
+    for obj, matrix in home.seen:
+        if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
+            continue
+        corners = np.array(obj.bound_box, np.float64)
+        size = (corners.max(axis=0) - corners.min(axis=0)) * _scale(obj) * home.metres
+        thick, wide, high = np.sort(size).tolist()
+        if not (HEIGHT[0] <= high <= HEIGHT[1] and WIDTH[0] <= wide <= WIDTH[1] and thick <= THICK):
+            continue
+        placed = (corners @ matrix[:3, :3].T + matrix[:3, 3]) * home.metres
+        yield obj, placed.min(axis=0), placed.max(axis=0)
+
+
+def without_hinges(home: Examined) -> Iterator[Found]:
+    """Reports leaves that turn about their middle, or would."""
+    bad = []
+    for leaf, *_ in leaves(home):
+        moved = [part for part in chain(leaf) if any(motion_paths(part))]
+        slides = moved and not any("rotation" in path for path in motion_paths(moved[0]))
+        if not slides and _is_middle(leaf, moved[0] if moved else leaf, home):
+            bad.append(leaf.name)
+    if bad:
+        yield (
+            f"Doors without a hinge, whose origin is in their middle: {named(sorted(bad))}",
+            "Put the 3D cursor on the hinge's edge, then Object, Set Origin, Origin to 3D Cursor; "
+            "or Fit Door with Switch, which finds the hinge",
+            tuple(sorted(bad)),
+        )
+
+
+def standing_still(home: Examined) -> Iterator[Found]:
+    """Reports doors with switches if none of them ever moves, nor is marked for residents."""
+    switches = [
+        np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
+        for s in home.sensors
+        if s.kind.publishes("opening")
+    ]
+    watched = [
+        leaf
+        for leaf, lo, hi in leaves(home)
+        if any(((at >= lo - NEAR) & (at <= hi + NEAR)).all() for at in switches)
+    ]
+    parts = [part for leaf in watched for part in chain(leaf)]
+    if watched and not any(
+        part in home.moved_without_keys or any(motion_paths(part)) for part in parts
+    ):
+        yield (
+            f"No door with a switch is animated: {named(sorted(leaf.name for leaf in watched))}",
+            "Key the leaf's rotation about its hinge: shut, open, shut again (I in the 3D view)",
+            tuple(sorted(leaf.name for leaf in watched)),
+        )
+
+
+def _is_middle(leaf: Any, pivot: Any, home: Examined) -> bool:
+    """Whether a pivot's origin is near the middle of the leaf's width."""
+    corners = np.array(leaf.bound_box, np.float64)
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    place = leaf.evaluated_get(home.depsgraph).matrix_world.inverted_safe() @ (
+        pivot.evaluated_get(home.depsgraph).matrix_world.translation
+    )
+    size = (hi - lo) * _scale(leaf)
+    wide = int(np.argsort(size)[1])
+    off = abs(place[wide] - (lo[wide] + hi[wide]) / 2.0) / max(hi[wide] - lo[wide], 1e-9)
+    return bool(off < MIDDLE)
+
+
+def _scale(obj: Any) -> Array:
+    return np.abs(np.array(obj.matrix_world.to_scale(), np.float64))
+
+
+# Checks of missing files, and of names.
+
+
+def lacks(home: Examined) -> Iterator[Found]:
+    """Reports missing libraries and files, drivers that cannot run, sensors of unknown kinds."""
+    for text, mend in lacking.lacks(home.view_layer, bool(home.requiring(LIGHT))):
+        yield capital(text), capital(mend)
+
+
+def same_names(home: Examined) -> Iterator[Found]:
+    """Reports sensors of the same name, which a log cannot tell apart."""
+    for name, count in Counter(sensor.name for sensor in home.sensors).items():
+        if count > 1:
+            files = [s.library or "this file" for s in home.sensors if s.name == name]
+            yield (
+                f"{count} sensors are called '{name}' (from {', '.join(files)})",
+                "Rename one (F2), so that the log can tell them apart",
+                (name,),
+            )

@@ -1,0 +1,433 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks of where sensors are, and of whether there is anything for them to notice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, WARMTH
+from ...sensor_logic.model import Array
+from ...sensor_logic.parameters import specs
+from ...sensor_logic.wording import capital, named, uncapitalized
+from ..advice import sensing, warmth
+from ..advice import sensing as advice
+from ..runtime.sensor_runner import all_rays
+from ..runtime.time_base import clock_of
+from ..runtime.trace import Trace
+from ..scene.animation import curves, idle_keys, is_animated, playing
+from ..scene.lengths import lengths_of
+from ..scene.light.engine import why_no_eevee
+from ..scene.light.materials import has_nodes
+from ..scene.light.scene import is_portal
+from ..scene.rays.caster import NOTHING
+from ..scene.rays.geometry import faces_along
+from ..scene.rays.solids import Solid
+from ..scene.sensors import NotPlaced, Sensor, placed_matrix
+from ..scene.timed import frames_to_step_from, may_follow_frame
+from .examined import Examined, Found
+
+BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
+# m: a solid that opposite rays hit at distances of together less than this is a wall.
+THICKEST = 0.6
+# More than this share of a sensor's rays hit something too near: it is built in, or faces a wall.
+BLOCKED = 0.25
+# m: half of the width of the thinnest gap that a beam passes whole. Both its sides are equally far
+# from the sensor, within LEVEL, and what is seen through it is BEHIND them.
+SLIT, LEVEL, BEHIND = 0.01, 0.15, 0.5
+# Datablocks whose animation moves no surface.
+BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
+
+
+def nothing_moves(home: Examined) -> Iterator[Found]:
+    """Reports detectors of movement in a scene where nothing moves, and nobody by a routine."""
+    sensors = home.requiring(RAYS, WARMTH, POSES)
+    if sensors and not home.moved_without_keys and not _moves(home):
+        yield (
+            f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
+            "nothing but their first reading",
+            "Key a person's or a door's place (I in the 3D view), bring in a walk cycle, or add a "
+            "resident, mark places, and let `angen day` run a routine",
+            tuple(s.name for s in sensors),
+        )
+
+
+def _moves(home: Examined) -> bool:
+    if frames_to_step_from(home.scene):
+        return True
+    owners = [evaluated.original for evaluated in home.depsgraph.ids]
+    return any(map(_is_animated, owners)) or any(
+        may_follow_frame(owner) for owner in owners if owner.id_type == "OBJECT"
+    )
+
+
+def _is_animated(datablock: Any) -> bool:
+    """Whether keys, strips or drivers that play move something, other than lamps and outputs."""
+    if getattr(datablock, "animation_data", None) is None or datablock.id_type in BY_LIGHT_ALONE:
+        return False
+    curves, strips = playing(datablock)
+    return bool(strips) or any(not c.data_path.startswith("angen_sensor.") for c in curves)
+
+
+def keys_that_do_not_play(home: Examined) -> Iterator[Found]:
+    """Reports keys, strips and drivers that are there and do nothing."""
+    scene = home.scene
+    found: dict[tuple[str, str], list[str]] = {}
+    for owner in dict.fromkeys(evaluated.original for evaluated in home.depsgraph.ids):
+        for reason in idle_keys(owner, scene.frame_start, scene.frame_end):
+            found.setdefault(reason, []).append(owner.name)
+    for (what, mend), names in found.items():
+        yield f"{what}: {named(sorted(names))}", mend, tuple(sorted(names))
+
+
+def inside_walls(home: Examined) -> Iterator[Found]:
+    """Reports sensors inside something solid."""
+    for sensor in home.requiring(RAYS, WARMTH, LIGHT):
+        inside = _surrounded_by(home, sensor)
+        if inside:
+            yield (
+                f"'{sensor.name}' is inside '{inside}': it sees nothing but that",
+                "Move it out of the wall, or place it anew: Shift+A, Sensor, … on Surface",
+                (sensor.name, inside),
+            )
+
+
+def _surrounded_by(home: Examined, sensor: Sensor) -> str:
+    """The name of the solid that a sensor is inside, or empty: opposite rays both hit it nearby,
+    and each leaves it through an odd number of faces, whichever way these point."""
+    matrix = sensor.world_matrix(home.depsgraph)
+    axes = np.concatenate([np.eye(3), np.array(matrix.to_3x3().normalized(), np.float64).T])
+    directions = np.concatenate([axes, -axes])
+    origins = np.tile(np.array(matrix.translation, np.float64), (len(directions), 1))
+    far = np.full(len(directions), THICKEST / home.metres)
+    caster = home.home.caster
+    ranges, met = caster.cast_met(sensor.uid, BUNDLE_AXES, origins, directions, far)
+    for one in range(len(axes)):
+        two = one + len(axes)
+        near = (ranges[one] + ranges[two]) * home.metres < THICKEST
+        if met[one] == NOTHING or met[one] != met[two] or not near:
+            continue
+        solid = next(s for s in caster.solids.solids if s.number == met[one])
+        faces = (_crossings(home, solid, origins[0], directions[side]) for side in (one, two))
+        if all(count % 2 for count in faces):
+            return solid.name
+    return ""
+
+
+def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) -> int:
+    """The number of a solid's faces along a ray; 0 where they are too many to count."""
+    inverse = home.home.caster.solids.inverse[solid.row]
+    tree = solid.geometry.tree(home.depsgraph)
+    point = inverse[:3, :3] @ origin + inverse[:3, 3] - solid.geometry.pivot
+    ahead = inverse[:3, :3] @ direction
+    size = float(np.linalg.norm(solid.geometry.hi - solid.geometry.lo))
+    return faces_along(tree, point, ahead / np.linalg.norm(ahead), size * 1e-6)
+
+
+def looks_into_something(home: Examined) -> Iterator[Found]:
+    """Reports sensors with surfaces nearer than their range min, which they cannot see."""
+    for sensor in home.requiring(RAYS):
+        try:
+            sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
+        except AngenError as error:
+            yield str(error), "Mend its parameters in the sidebar, Active Sensor", (sensor.name,)
+            continue
+        if sight is None or not sight.bundles:
+            continue
+        shortest = float(getattr(sight.parameters, "range_min", 0.0))
+        directions = np.ascontiguousarray(sight.rays(home.metres).directions)
+        origins = np.tile(sight.pose.origin / home.metres, (len(directions), 1))
+        far = np.full(len(directions), shortest / home.metres)
+        met = home.home.caster.cast_met(sensor.uid, BUNDLE_NEAR, origins, directions, far)[1]
+        blocked = met != NOTHING
+        if blocked.mean() > BLOCKED:
+            numbers, counts = np.unique(met[blocked], return_counts=True)
+            name = home.home.caster.solids.name_of(int(numbers[counts.argmax()]))
+            yield (
+                f"'{sensor.name}' looks into '{name}', nearer than its range min of "
+                f"{shortest * 100:g} cm: {blocked.mean():.0%} of its rays pass it unseen",
+                f"Move it away from '{name}' or turn it (it looks along its -Z axis); or parent "
+                "to it what is its own housing",
+                (sensor.name, name),
+            )
+
+
+def slits(home: Examined) -> Iterator[Found]:
+    """Reports slits that a motion detector's rays pass, which are thinner than a real beam."""
+    for sensor in home.requiring(RAYS):
+        if not any(field.quantity == "motion" for field in sensor.kind.events):
+            continue
+        with suppress(AngenError):
+            sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
+            for one, other in _slits(home, sight) if sight is not None else ():
+                yield (
+                    f"'{sensor.name}' sees through a slit between '{one}' and '{other}', thinner "
+                    f"than {2000.0 * SLIT:.0f} mm: it notices what moves behind them",
+                    "Let one overlap the other, as a door's frame does its leaf",
+                    (sensor.name, one, other),
+                )
+
+
+def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
+    """Names of the solids on both sides of each slit."""
+    rays, caster, sensor = sight.rays(home.metres), home.home.caster, sight.sensor
+    directions, reach = np.ascontiguousarray(rays.directions), rays.reach
+    if not len(directions):
+        return []
+    helper = np.where(np.abs(directions[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    across = np.cross(directions, helper)
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    origins = np.ascontiguousarray(rays.origins)
+    far, _ = caster.cast_met(sensor.uid, BUNDLE_SLIT, origins, directions, reach)
+    found: dict[tuple[str, str], None] = {}
+    for side in (across, np.cross(directions, across)):
+        sides = [
+            caster.cast_met(sensor.uid, BUNDLE_SLIT, origins + turn * side, directions, reach)
+            for turn in (SLIT / home.metres, -SLIT / home.metres)
+        ]
+        (one, met_one), (two, met_two) = sides
+        beside = np.maximum(one, two) * home.metres
+        passed = (np.abs(one - two) * home.metres < LEVEL) & (beside + BEHIND < far * home.metres)
+        for pair in zip(met_one[passed].tolist(), met_two[passed].tolist(), strict=True):
+            names = sorted(caster.solids.name_of(number) for number in pair)
+            # Through what is open in itself, such as a chair's back, real beams pass too.
+            if names[0] != names[1]:
+                found[names[0], names[1]] = None
+    return list(found)
+
+
+def names_nothing(home: Examined) -> Iterator[Found]:
+    """Reports sensors that need an object and have none, such as contacts without a magnet."""
+    for sensor in home.requiring(POSES):
+        for name, spec in specs(sensor.kind.parameters).items():
+            if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
+                yield (
+                    f"'{sensor.name}' has no {spec.label.lower()}: it always reads the same",
+                    f"Choose its {spec.label} in the sidebar, Active Sensor",
+                    (sensor.name,),
+                )
+
+
+def unplaced(home: Examined) -> Iterator[Found]:
+    """Reports sensors that Blender does not place, and objects without a place that sensors, lamps
+    or residents name."""
+    for sensor in home.unplaced:
+        yield (
+            f"'{sensor.name}' is disabled in viewports, so Blender does not place it",
+            "Enable it there (monitor icon), or switch the sensor off",
+        )
+    for owner, obj in _named_objects(home):
+        try:
+            placed_matrix(obj, home.depsgraph)
+        except NotPlaced as error:
+            yield f"'{owner}' needs '{obj.name}': {error.problem}", capital(error.mend)
+
+
+def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
+    """Names of sensors, lamps and residents, each with an object that it points at."""
+    for sensor in home.sensors:
+        for name, spec in specs(sensor.kind.parameters).items():
+            used = getattr(sensor.parameters, name) if spec.pointer == "Object" else None
+            if used is not None and not sensor.holders:
+                yield sensor.name, used
+    for obj in home.view_layer.objects:
+        for used in (obj.angen_place.switch, obj.angen_resident.walking_frame):
+            if used is not None:
+                yield obj.name, used
+
+
+def nothing_warm(home: Examined) -> Iterator[Found]:
+    """Reports pyroelectric detectors where nothing is warm."""
+    found = warmth.pyroelectric(home.sensors)
+    warning = warmth.nothing_warm(home.view_layer) if found else None
+    if warning:
+        names = tuple(s.name for s in found)
+        yield f"{warning.problem} ({named(names)})", warning.mend, names
+
+
+def unreachable(home: Examined) -> Iterator[Found]:
+    """Reports sensors whose parameters never let the output switch on, or never off."""
+    for sensor in home.sensors:
+        for found in sensing.unreachable(sensor, lengths_of(home.scene)):
+            text = f"'{sensor.name}': {uncapitalized(found.problem)}"
+            yield text, found.mend, (sensor.name,)
+
+
+# Checks of pressure pads, and of the rigid bodies that press on them.
+
+BUNDLE = -41
+# m: a pad with nothing this near below it hangs in the air.
+GAP = 0.05
+
+
+def advised(home: Examined) -> Iterator[Found]:
+    """Reports pads that nothing can press on, or that sink."""
+    for pad in home.requiring(FORCES):
+        for warning in (
+            advice.without_surface(pad.object),
+            advice.sinks(pad.object, home.scene),
+            advice.weightless(pad.object, home.scene, home.view_layer),
+            advice.hidden_partner(pad, home.view_layer),
+        ):
+            if warning:
+                yield f"'{pad.name}': {uncapitalized(warning.problem)}", warning.mend, (pad.name,)
+
+
+def margins(home: Examined) -> Iterator[Found]:
+    """Reports active meshes, whose collision margin pads feel: readings are not valid while they
+    hop."""
+    if not home.requiring(FORCES):
+        return
+    margins = {
+        part.name: part.rigid_body.collision_margin * home.metres * 1000.0
+        for body in advice.simulated_bodies(home.scene)
+        for part in (body, *body.children)
+        if part.rigid_body is not None and part.rigid_body.collision_shape == "MESH"
+    }
+    if margins:
+        yield (
+            f"Active meshes, which Blender holds off pads by their collision margin (up to "
+            f"{max(margins.values()):.3g} mm) and lets hop: {named(sorted(margins))}",
+            "Choose Convex Hull or Compound as their shape (Physics tab, Collisions)",
+        )
+
+
+def hanging_in_the_air(home: Examined) -> Iterator[Found]:
+    """Reports pads that nothing is below and that are fixed to nothing."""
+    for pad in home.requiring(FORCES):
+        if pad.object.parent is not None or pad.object.rigid_body is not None:
+            continue
+        solids = home.home.caster.solids
+        own = solids.owned_by(pad.uid)
+        lo, hi = solids.lo[own], solids.hi[own]
+        if not len(lo) or not np.isfinite(lo).all():
+            continue
+        middle = (lo.min(axis=0) + hi.max(axis=0)) / 2.0
+        start = np.array([[middle[0], middle[1], hi[:, 2].max()]])
+        length = np.array([float(hi[:, 2].max() - lo[:, 2].min()) + GAP / home.metres])
+        down = np.array([[0.0, 0.0, -1.0]])
+        met = home.home.caster.cast_met(pad.uid, BUNDLE, start, down, length)[1]
+        if met[0] == NOTHING:
+            yield (
+                f"'{pad.name}' hangs in the air: nothing is within {GAP * 100:g} cm below it",
+                "Lower it onto the floor (its faces may be missing or hidden), or parent it to "
+                "what it is part of",
+                (pad.name,),
+            )
+
+
+def caches(home: Examined) -> Iterator[Found]:
+    """Reports a rigid-body cache that is too short, or older than the last edit."""
+    if home.requiring(FORCES):
+        yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))
+
+
+# Checks of the light on light sensors.
+
+# W of light: no household lamp emits more. The electrical power of a lamp is several times its
+# light.
+MOST_WATTS = 50.0
+# W/m² of light: the sun gives no more.
+MOST_SUN = 150.0
+USUAL_LUMENS = 800
+
+
+def electrical_watts(home: Examined) -> Iterator[Found]:
+    """Reports lamps that seem to be set to their electrical power."""
+    if not home.requiring(LIGHT):
+        return
+    efficacy = home.scene.angen_luminous_efficacy
+    for lamp in _lamps(home):
+        data, sun = lamp.data, lamp.data.type == "SUN"
+        most, unit = (MOST_SUN, "W/m²") if sun else (MOST_WATTS, "W")
+        power = _peak(data)
+        if power <= most:
+            continue
+        what = "lx" if sun else "lm"
+        usual = "up to 100 W/m² at noon" if sun else f"{USUAL_LUMENS / efficacy:.2g} W"
+        yield (
+            f"'{lamp.name}' shines with {power:g} {unit} of light, "
+            f"{power * efficacy:,.0f} {what}: is that the lamp's electrical power?",
+            f"Blender's watts are light: divide lumens by {efficacy:g} (a household lamp of "
+            f"{USUAL_LUMENS} lm: {usual}); Light tab, {'Strength' if sun else 'Power'}",
+            (lamp.name,),
+        )
+
+
+def none_lit(home: Examined) -> Iterator[Found]:
+    """Reports light sensors in a scene without any light."""
+    sensors = home.requiring(LIGHT)
+    lit = any(lamp.data.energy > 0 or _is_switched(lamp.data) for lamp in _lamps(home))
+    if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
+        return
+    yield (
+        f"No lamp, no sky and nothing that glows lights {named(s.name for s in sensors)}",
+        "Add a lamp (Shift+A, Light) or a sky (World tab, Color), or show those that are hidden",
+        tuple(s.name for s in sensors),
+    )
+
+
+def opaque_glass(home: Examined) -> Iterator[Found]:
+    """Reports glass that keeps lamps and the sun from light sensors."""
+    if home.requiring(LIGHT):
+        yield from sensing.opaque_glass(home.view_layer)
+
+
+def eevee_cannot_run(home: Examined) -> Iterator[Found]:
+    """Reports light sensors that are set to EEVEE where it cannot run."""
+    sensors = [s for s in home.requiring(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
+    reason = why_no_eevee() if sensors else ""
+    if reason:
+        names = tuple(s.name for s in sensors)
+        yield f"{named(names)}: {reason}", "Set Engine to Cycles", names
+
+
+def _lamps(home: Examined) -> list[Any]:
+    """The visible lamps."""
+    lamps = dict.fromkeys(obj for obj, _ in home.seen if obj.type == "LIGHT")
+    return [lamp for lamp in lamps if not is_portal(lamp)]
+
+
+def _peak(lamp: Any) -> float:
+    """Its greatest power among its setting and its keys."""
+    keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
+    return float(max([lamp.energy, *keyed]))
+
+
+def _is_switched(lamp: Any) -> bool:
+    return is_animated(lamp, "energy")
+
+
+def _world_shines(world: Any) -> bool:
+    if world is None:
+        return False
+    if not has_nodes(world):
+        return any(part > 0 for part in world.color)
+    return any(_shines(node) for node in world.node_tree.nodes if node.type == "BACKGROUND")
+
+
+def _shines(node: Any) -> bool:
+    """Whether an emission or background node gives light, or may, since an input is linked."""
+    strength = next((s for s in node.inputs if s.name in {"Strength", "Emission Strength"}), None)
+    names = {"Color", "Emission Color", "Emission"}
+    colour = next((s for s in node.inputs if s.name in names), None)
+    lit = strength is None or strength.is_linked or strength.default_value > 0
+    coloured = (
+        colour is None or colour.is_linked or any(part > 0 for part in colour.default_value[:3])
+    )
+    return bool(lit and coloured)
+
+
+def _something_shines(home: Examined) -> bool:
+    return any(
+        _shines(node)
+        for obj in home.shown()
+        for slot in obj.material_slots
+        if slot.material is not None and slot.material.node_tree is not None
+        for node in slot.material.node_tree.nodes
+        if node.type in {"EMISSION", "BSDF_PRINCIPLED"}
+    )

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Appearance of distance sensors: a module that looks level from a wall, and its zones."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.kinds.distance import DistanceParameters, sigma, zone_rays
+from ...sensor_logic.model import Array, Pose
+from ...sensor_logic.wording import named, quoted
+from ..authoring.housing import Housing, looking, looking_level
+from ..explain.facts import Explanation, Facts, at_frame
+from ..explain.replay import Replay
+from ..runtime.trace import RaysMet, SensorRays, Trace
+from ..view.appearance import Appearance
+from ..view.overlay.figures import Figure, corners_of, pairs
+
+# Explains the reading of a distance sensor: its nearest zone, and what the rays there hit.
+
+# m: if the recorded distance differs by more, the scene has changed.
+TOLERANCE = 1e-6
+NAMES_SHOWN = 3
+
+
+@dataclass(frozen=True)
+class DistanceCause:
+    """`zone`: the nearest one, counted row by row from the upper left, or None; `met`: the objects
+    that its rays hit with the number of rays, the most first; `distance` in m; `targets`: the
+    number of zones that see something."""
+
+    zone: int | None
+    met: tuple[tuple[str, int], ...]
+    distance: float
+    targets: int
+
+    @property
+    def because(self) -> str:
+        return self.met[0][0] if self.met else ""
+
+
+def explain_distance(replay: Replay, index: int) -> Explanation:
+    """Explains update `index` of a distance sensor. Raises AngenError."""
+    pending = replay.take(index)
+    if pending is None:
+        return replay.off(index)
+    parameters: DistanceParameters = pending.parameters
+    reading = replay.runner.model.update(parameters, pending.update)
+    cause = _cause(replay, parameters, reading.fields["zones_m"], reading.value)
+    track, text = replay.track, replay.lengths.text
+    recorded = float(track.value[index])
+    doubt = ""
+    if abs(recorded - cause.distance) > TOLERANCE:
+        doubt = (
+            f"{text(recorded)} was recorded, {text(cause.distance)} is found now: something has "
+            "changed since. Simulate again"
+        )
+    facts = _facts(replay, parameters, cause)
+    if index > 0:
+        when = at_frame(track.frames[index - 1], track.times[index - 1])
+        facts.append(("Before", f"{text(track.value[index - 1])}, at {when}"))
+    word = replay.sensor.kind.active_label if track.active[index] else replay.sensor.kind.idle_label
+    headline = f"{word}: {_headline(replay, parameters, cause)}"
+    return replay.explanation(index, headline, facts, doubt, cause)
+
+
+def _cause(
+    replay: Replay, parameters: DistanceParameters, zones: str, distance: float
+) -> DistanceCause:
+    read = [float(text) if text else float("inf") for text in zones.split(";")]
+    nearest = min(range(len(read)), key=lambda zone: read[zone])
+    targets = sum(value < float("inf") for value in read)
+    if not targets:
+        return DistanceCause(None, (), distance, 0)
+    rays = parameters.rays**2
+    names = replay.seen.names[nearest * rays : (nearest + 1) * rays]
+    met = Counter(name for name in names if name)
+    return DistanceCause(nearest, tuple(met.most_common()), distance, targets)
+
+
+def _facts(replay: Replay, parameters: DistanceParameters, cause: DistanceCause) -> Facts:
+    lengths = replay.lengths
+    limit = f"threshold {lengths.typed(parameters.threshold)}"
+    facts = [("Distance", f"{lengths.text(cause.distance)}, {limit}")]
+    zones = parameters.zones_across * parameters.zones_up
+    if cause.zone is None:
+        return [*facts, ("Seen", f"nothing within {lengths.typed(parameters.range_max)}")]
+    if zones > 1:
+        row, column = divmod(cause.zone, parameters.zones_across)
+        where = f"row {row + 1} from above, column {column + 1} from the left"
+        facts += [("Nearest zone", where), ("Zones that see", f"{cause.targets} of {zones}")]
+    rays = parameters.rays**2
+    met = [f"{quoted(name)} by {count} of {rays} rays" for name, count in cause.met[:NAMES_SHOWN]]
+    facts.append(("It meets", ", ".join(met)))
+    spread = float(sigma(parameters, cause.distance))
+    if spread > 0.0:
+        facts.append(("Noise", f"{lengths.text(spread)} (standard deviation) at this distance"))
+    return facts
+
+
+def _headline(replay: Replay, parameters: DistanceParameters, cause: DistanceCause) -> str:
+    lengths = replay.lengths
+    if cause.zone is None:
+        return f"it sees nothing within {lengths.typed(parameters.range_max)}"
+    what = named(name for name, _ in cause.met[:NAMES_SHOWN])
+    return f"{what}, {lengths.text(cause.distance)} away"
+
+
+# Draws where each zone of a distance sensor ends.
+
+# Number of rays from side to side in the plan.
+ACROSS = 25
+
+
+def plan_rays(sight: Trace, metres: float) -> SensorRays:
+    """A level fan as wide as all zones together."""
+    wide = replace(sight.parameters, zones_across=1, zones_up=1, rays=ACROSS)
+    origins, directions, reach = zone_rays(wide, sight.pose)
+    level = slice(ACROSS * (ACROSS // 2), ACROSS * (ACROSS // 2 + 1))
+    return SensorRays(origins[level] / metres, directions[level], reach[level] / metres)
+
+
+def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+    """A frame where each zone ends, filled where all its rays meet something; and the edges of all
+    zones together."""
+    drawn = Figure()
+    across, up = seen.parameters.zones_across, seen.parameters.zones_up
+    corners = zone_corners(seen.parameters, seen.pose)
+    ends = corners_of(met, seen.pose.origin, corners, metres)
+    hits = np.all((met.ranges < met.reach).reshape(len(corners), -1), axis=1).tolist()
+    for zone, hit in zip(ends, hits, strict=True):
+        edges = pairs(zone, np.roll(zone, -1, axis=0))
+        drawn.add("outline" if hit else "limit", edges)
+        if hit:
+            drawn.fill("pad", (zone[[0, 1, 2]], zone[[0, 2, 3]]))
+    outer = ((0, 0), (across - 1, 1), (across * up - 1, 2), (across * (up - 1), 3))
+    for one, corner in outer:
+        drawn.add("edge", (seen.pose.origin / metres, ends[one, corner]))
+    return drawn
+
+
+def zone_corners(parameters: Any, pose: Pose) -> Array:
+    """(zones, 4, 3): unit vectors along the edges of each zone, from the upper left one round."""
+    across, up = parameters.zones_across, parameters.zones_up
+    x = np.tan(parameters.horizontal_fov / 2) * np.linspace(-1.0, 1.0, across + 1)
+    y = -np.tan(parameters.vertical_fov / 2) * np.linspace(-1.0, 1.0, up + 1)
+    column, row = np.arange(across * up) % across, np.arange(across * up) // across
+    corners = [(column + a, row + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    directions = np.stack([np.stack([x[a], y[b], np.full(len(a), -1.0)], 1) for a, b in corners], 1)
+    world = directions @ pose.axes.T
+    found: Array = world / np.linalg.norm(world, axis=-1, keepdims=True)
+    return found
+
+
+# Housings of distance sensors; chips have the sizes of ST's data sheets, boards usual ones.
+
+
+def _chip(across: float, up: float, deep: float) -> Housing:
+    """A chip of this size (m) on a board of 25 × 18 mm, as sold as modules."""
+    x, y = across / 2, up / 2
+    housing = Housing().box((-x, -y, 0.0), (x, y, deep))
+    return looking(housing.box((-0.0125, -0.009, deep), (0.0125, 0.009, deep + 0.0016)))
+
+
+def _hc_sr04() -> Housing:
+    """45 × 20 × 15 mm with two transducers of 16 mm, 26 mm apart, as sold (hackster.io)."""
+    housing = Housing()
+    for x in (-0.013, 0.013):
+        barrel = Housing().lathe([(0.008, 0.0), (0.008, 0.012)])
+        moved = [(px + x, py, pz) for px, py, pz in barrel.points]
+        first = len(housing.points)
+        housing.points += moved
+        housing.faces += [tuple(first + i for i in face) for face in barrel.faces]
+    return looking(housing.box((-0.0225, -0.01, 0.012), (0.0225, 0.01, 0.015)))
+
+
+HOUSINGS = {
+    "": lambda: _chip(0.0049, 0.0025, 0.00156),
+    "VL53L5CX": lambda: _chip(0.0064, 0.003, 0.0015),
+    "HC_SR04": _hc_sr04,
+}
+
+
+APPEARANCE = Appearance(
+    HOUSINGS, looking_level, plan_rays, rays_figure=zones_figure, explain=explain_distance
+)

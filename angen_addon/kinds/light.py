@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Appearance of light sensors: a photoresistor, with its four views or the lobe of its face."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from bpy.types import Context
+
+from ...panels.lines import draw_lines
+from ...panels.readings import ReadingText
+from ...sensor_logic.kind import LIGHT, Field
+from ...sensor_logic.model import LightSample, LightShare, Pose
+from ...sensor_logic.wording import capital, listed, named, quoted
+from ..authoring.housing import Housing, looking
+from ..explain.facts import Explanation, Facts, at_frame, more_needed
+from ..explain.replay import Replay
+from ..runtime.sensor_runner import light_request
+from ..runtime.trace import RaysMet, SensorRays, Trace
+from ..scene.light.views import view_rays
+from ..scene.sensors import Sensor
+from ..view.appearance import Appearance
+from ..view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
+
+# Explains the reading of a light sensor: the share of each lamp, and the lamp that changed.
+
+SHOWN = 6
+# Shares of the whole light below this get no line.
+LITTLE = 1e-3
+# A share must change by this part of the whole light to be named.
+NOTABLE = 0.01
+
+
+@dataclass(frozen=True)
+class LightCause:
+    """The shares of the light at the update and at the one before, in the unit of `field`; empty
+    where the engine does not tell lamps apart, or there was no update before."""
+
+    now: tuple[LightShare, ...]
+    before: tuple[LightShare, ...]
+    field: Field
+
+    @property
+    def because(self) -> str:
+        """The lamp that changed most."""
+        changed = _most_changed(self)
+        return changed[1].names[0] if changed is not None and changed[1].names else ""
+
+    @property
+    def given(self) -> float:
+        """The light that comes, without what lamps of negative power take away again."""
+        return max(sum(max(share.light, 0.0) for share in self.now), 1e-9)
+
+
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """Adds why the sensor is not lit, before the other facts."""
+    if found.cause is None:
+        return found
+    light = replay.sensor.parameters
+    level = light.threshold + light.hysteresis / 2
+    value, unit = replay.track.value[index], replay.sensor.reading.unit
+    return found.after([("To be lit", more_needed(level, value, unit))])
+
+
+def explain_light(replay: Replay, index: int) -> Explanation:
+    """Explain update `index` of a light sensor by the light groups of its picture. Raises
+    AngenError."""
+    track, sensor, text = replay.track, replay.sensor, replay.sensor.reading.text
+    before = _light(replay, index - 1) if index > 0 else None
+    now = _light(replay, index)
+    if now is None:
+        return replay.off(index)
+    cause = LightCause(now.shares or (), (before and before.shares) or (), sensor.reading)
+    engines = sensor.parameters.bl_rna.properties["engine"].enum_items
+    facts = [("Reading", f"{text(track.value[index])} ({engines[sensor.parameters.engine].name})")]
+    if index > 0:
+        when = at_frame(track.frames[index - 1], track.times[index - 1])
+        facts.append(("Before", f"{text(track.value[index - 1])}, at {when}"))
+    facts += _share_facts(cause)
+    if now.note:
+        facts.append(("Note", now.note))
+    word = sensor.kind.active_label if track.active[index] else sensor.kind.idle_label
+    return replay.explanation(index, f"{word}: {_headline(cause)}", tuple(facts), "", cause)
+
+
+def _light(replay: Replay, index: int) -> LightSample | None:
+    """Return the light of an update, without its shares where it is EEVEE's; None where the sensor
+    is off."""
+    taken = replay.take(index)
+    if taken is None or taken.parameters.engine == "EEVEE":
+        return None if taken is None else LightSample()
+    replay.measure_light(taken)
+    found: LightSample = taken.update.ask(LIGHT)
+    return found
+
+
+def _share_facts(cause: LightCause) -> Facts:
+    """Return a line for each source that gives or takes light, and one for their sum."""
+    if not cause.now:
+        return []
+    text, whole = cause.field.text, cause.given
+    ordered = sorted(cause.now, key=lambda share: -share.light)
+    giving = [share for share in ordered if share.light > LITTLE * whole]
+    facts = [(_label(s), f"{s.light / whole:.0%}: {text(s.light)}") for s in giving[:SHOWN]]
+    if len(giving) > SHOWN:
+        left = sum(share.light for share in giving[SHOWN:])
+        facts.append((f"{len(giving) - SHOWN} more", f"{left / whole:.0%}: {text(left)}"))
+    taking = [share for share in ordered[::-1] if share.light < -LITTLE * whole]
+    for share in taking[:SHOWN]:
+        facts.append((_label(share), f"takes {-share.light / whole:.0%}: {text(share.light)}"))
+    return [*facts, ("All light", text(sum(share.light for share in cause.now)))]
+
+
+def _headline(cause: LightCause) -> str:
+    if not cause.now:
+        return "EEVEE cannot tell lamps apart, Cycles can"
+    changed, text = _most_changed(cause), cause.field.text
+    if changed is not None:
+        then, now = changed
+        return f"{_quoted(now)} changed from {text(then.light)} to {text(now.light)}"
+    most = max(cause.now, key=lambda share: share.light)
+    least = min(cause.now, key=lambda share: share.light)
+    if least.light < 0.0 and sum(s.light for s in cause.now) <= LITTLE * cause.given:
+        return f"{_quoted(least)} takes the light away"
+    if most.light <= 0.0:
+        return "no light reaches it"
+    return f"{_quoted(most)} gives {most.light / cause.given:.0%} of the light"
+
+
+def _most_changed(cause: LightCause) -> tuple[LightShare, LightShare] | None:
+    """Return the share that changed most since the update before, then and now; None where none
+    changed notably."""
+    if not cause.before or not cause.now:
+        return None
+    then, now = ({(s.names, s.source): s for s in found} for found in (cause.before, cause.now))
+    pairs = [
+        (then.get(key, LightShare(*key, 0.0)), now.get(key, LightShare(*key, 0.0)))
+        for key in dict.fromkeys([*now, *then])
+    ]
+    best = max(pairs, key=lambda pair: abs(pair[1].light - pair[0].light))
+    whole = max(cause.given, sum(max(s.light, 0.0) for s in cause.before))
+    return best if abs(best[1].light - best[0].light) > NOTABLE * whole else None
+
+
+def _label(share: LightShare) -> str:
+    return listed([*share.names], 2) if share.names else share.source
+
+
+def _quoted(share: LightShare) -> str:
+    return named(share.names, 2) if share.names else quoted(share.source)
+
+
+# Draws what a light sensor looks at: four views, or the lobe before its face.
+
+# m: how far the lobe of an illuminance sensor is drawn.
+LOBE = 0.25
+
+
+def plan_rays(sight: Trace, metres: float) -> SensorRays:
+    """Each view as its axis: the views are narrow."""
+    if sight.parameters.method != "FOUR_WALL":
+        return sight.rays(metres)
+    request = light_request(sight.sensor, sight.parameters, sight.pose, metres, False)
+    origins, directions, reach = (part[:, 0] for part in view_rays(request))
+    return SensorRays(origins, directions, reach, apart=True)
+
+
+def figure(seen: Any, metres: float) -> Figure:
+    """Draws for a face how much light counts from each direction, its cosine; for views see
+    `view_figure`."""
+    if seen.parameters.method == "FOUR_WALL":
+        return Figure()
+    return _lobe(seen.pose, metres)
+
+
+def view_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+    """The axis of a view and its picture where it ends."""
+    drawn = Figure()
+    (start,), (end,), _ = ends_of(met, metres)
+    drawn.add("dark", dashes(seen.pose.origin / metres, start[0]))
+    drawn.add("axis", (start[0], end[0]))
+    corners, feet = end[1:], start[1:]
+    drawn.add("edge", pairs(feet, corners))
+    drawn.add("picture", pairs(corners, np.roll(corners, -1, axis=0)))
+    drawn.fill("picture", (corners[[0, 1, 2]], corners[[0, 2, 3]]))
+    return drawn
+
+
+def _lobe(pose: Pose, metres: float) -> Figure:
+    drawn = Figure()
+    angles = np.linspace(-math.pi / 2, math.pi / 2, ROUND + 1)
+    for side in (0, 1):
+        directions = np.outer(np.sin(angles), pose.axes[:, side]) - np.outer(
+            np.cos(angles), pose.axes[:, 2]
+        )
+        curve = (pose.origin + directions * np.cos(angles)[:, None] * LOBE) / metres
+        drawn.add("axis", pairs(curve[:-1], curve[1:]))
+    ring = circle(pose.origin / metres, pose.axes[:, 0], pose.axes[:, 1], LOBE / 4 / metres)
+    drawn.add("edge", pairs(ring, np.roll(ring, -1, axis=0)))
+    return drawn
+
+
+# A photoresistor.
+
+
+def _photoresistor() -> Housing:
+    """GL55: a disk of 5 mm (ednieuw.home.xs4all.nl, GL55xx LDRs); its 2 mm are chosen."""
+    return looking(Housing().lathe([(0.0025, 0.0), (0.0025, 0.002)]))
+
+
+HOUSINGS = {"": _photoresistor}
+
+
+# Rows in the panel of a light sensor below its parameters.
+
+
+def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
+    """Shows the note of the last live reading, such as on a view that is narrower than asked."""
+    note = seen.fields.get("note", "") if seen.fields is not None else ""
+    if note:
+        draw_lines(layout, capital(note), "INFO")
+
+
+APPEARANCE = Appearance(
+    HOUSINGS,
+    plan_rays=plan_rays,
+    figure=figure,
+    rays_figure=view_figure,
+    explain=explain_light,
+    lacking=lacking,
+    details=draw,
+)

@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Appearance of optical switches: a fork that stands on a surface, its beam along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...sensor_logic.kinds.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
+from ...sensor_logic.wording import Lengths, quoted
+from ..authoring.housing import Housing, beside_it
+from ..explain.facts import Explanation, Facts, at_frame
+from ..explain.replay import Replay
+from ..runtime.trace import RaysMet
+from ..view.appearance import Appearance
+from ..view.overlay.figures import Figure, beams, dashes, ends_of
+
+# Explains why an optical switch is open or closed: what breaks its beam, or no longer does.
+
+RANGE_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Beam:
+    """One update: the nearest `range` (m), the `name` of what is there (empty: nothing), the share
+    of `light` that passes, and the number of `rays`. `ago`: how many seconds before the update
+    something went through the beam, if that alone broke it."""
+
+    range: float
+    name: str
+    light: float
+    rays: int
+    ago: float | None = None
+
+
+@dataclass(frozen=True)
+class BeamCause:
+    """The beam at the update before, if known, and at the update."""
+
+    before: Beam | None
+    now: Beam
+    open: bool
+    threshold: float
+
+    @property
+    def because(self) -> str:
+        """The object that breaks the beam, or did until now."""
+        if not self.open:
+            return self.now.name
+        return self.before.name if self.before and self.before.range < self.threshold else ""
+
+
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """Adds why the switch is not open, before the other facts."""
+    return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
+
+
+def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
+    now = cause.now
+    if now.rays > 1:
+        return [("To open", f"more light must pass: now {now.light:.0%}")]
+    short = cause.threshold - now.range
+    what = quoted(now.name) if now.name else "something"
+    if short <= 0.0:
+        return [("To open", "nothing may cross the beam until the next update")]
+    return [
+        (
+            "To open",
+            f"the beam must be clear to {lengths.typed(cause.threshold)}: {what} ends it "
+            f"{lengths.text(short)} before that",
+        )
+    ]
+
+
+def explain_switch(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a switch. Raises AngenError."""
+    track = replay.track
+    earlier = replay.index_of(replay.number(index) - 1, index)
+    before = None if earlier is None else _replay_swept(replay, earlier)
+    if earlier is not None:
+        replay.watch(earlier, index)
+    found = _replay_update(replay, index)
+    if found is None:
+        return replay.off(index)
+    parameters, now = found
+    is_open = bool(track.active[index])
+    cause = BeamCause(before[1] if before else None, now, is_open, parameters.threshold)
+    lengths = replay.lengths
+    facts = [("Now", _beam_text(now, parameters, lengths))]
+    if before and earlier is not None:
+        when = at_frame(track.frames[earlier], track.times[earlier])
+        facts.append(("Before", f"{_beam_text(before[1], parameters, lengths)}, at {when}"))
+    facts.append(("Opens from", lengths.typed(parameters.threshold)))
+    if now.rays > 1:
+        half = parameters.hysteresis / 2
+        levels = (
+            f"opens from {SWITCHING_LEVEL + half:.3g}, closes below {SWITCHING_LEVEL - half:.3g}"
+        )
+        facts.append(("Light", f"{now.light:.3g} of the full light; {levels}"))
+    if parameters.noise_sigma > 0.0:
+        sigma = lengths.typed(parameters.noise_sigma)
+        facts.append(("Noise", f"{sigma} (standard deviation) on the range"))
+    recorded = float(track.columns["range_m"][index])
+    doubt = ""
+    if abs(recorded - now.range) > RANGE_TOLERANCE:
+        doubt = (
+            f"{lengths.text(recorded)} was recorded, the beam reads {lengths.text(now.range)} now: "
+            "something has changed since. Simulate again"
+        )
+    return replay.explanation(
+        index,
+        _headline(cause, parameters, lengths),
+        tuple(facts),
+        doubt,
+        cause,
+    )
+
+
+def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
+    """Update `index`; a swept switch also watches the steps since the update before."""
+    earlier = replay.index_of(replay.number(index) - 1, index)
+    if replay.runner.watches and earlier is not None:
+        _replay_update(replay, earlier)
+        replay.watch(earlier, index)
+    return _replay_update(replay, index)
+
+
+def _replay_update(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
+    pending = replay.take(index)
+    if pending is None:
+        return None
+    parameters: OpticalSwitchParameters = pending.parameters
+    reading = replay.runner.model.update(parameters, pending.update)
+    seen = replay.seen
+    ahead = seen.ranges * replay.metres
+    reach = parameters.range_max - parameters.range_min
+    ranges = np.where(ahead >= reach, parameters.range_max, ahead + parameters.range_min)
+    if parameters.noise_sigma > 0.0:
+        ranges = ranges + pending.update.noise().normal(0.0, parameters.noise_sigma, len(ranges))
+    ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
+    nearest = int(np.argmin(ranges))
+    beam = Beam(
+        float(reading.value),
+        seen.names[nearest],
+        float(np.mean(ranges >= parameters.threshold)),
+        len(ranges),
+    )
+    caught = replay.runner.model.latched_break
+    if caught is not None:
+        name = replay.name_of(caught.solid)
+        seconds = caught.steps / float(replay.runner.clock.steps_per_second)
+        return parameters, replace(beam, name=name, ago=seconds)
+    return parameters, replace(beam, name=beam.name if ahead[nearest] < reach else "")
+
+
+def _beam_text(beam: Beam, parameters: OpticalSwitchParameters, lengths: Lengths) -> str:
+    if beam.ago is not None:
+        return f"{_crosser(beam)} at {lengths.text(beam.range)}, {beam.ago:.3f} s before"
+    if not beam.name:
+        return f"nothing within {lengths.typed(parameters.range_max)}"
+    return f"{quoted(beam.name)} at {lengths.text(beam.range)}"
+
+
+def _crosser(beam: Beam) -> str:
+    """The object that went through the beam, as a text."""
+    return quoted(beam.name) if beam.name else "something"
+
+
+def _headline(cause: BeamCause, parameters: OpticalSwitchParameters, lengths: Lengths) -> str:
+    now, before = cause.now, cause.before
+    if now.ago is not None:
+        return (
+            f"Closed: {_crosser(now)} went through the beam {lengths.text(now.range)} from the "
+            f"sensor, {now.ago:.3f} s before this update"
+        )
+    broken = now.range < parameters.threshold
+    if not cause.open:
+        if not broken:
+            return f"Closed still: not enough of the light passes yet ({now.light:.3g})"
+        return (
+            f"Closed: {quoted(now.name) if now.name else 'noise'} breaks the beam "
+            f"{lengths.text(now.range)} from the sensor"
+        )
+    if broken:
+        covers = quoted(now.name) if now.name else "noise"
+        return f"Open still: {covers} covers only part of the beam, {now.light:.3g} of it passes"
+    behind = f"it reaches {quoted(now.name)}" if now.name else "it meets nothing"
+    if before is not None and before.range < parameters.threshold and before.name:
+        return f"Open: {quoted(before.name)} no longer breaks the beam; {behind}"
+    return f"Open: nothing breaks the beam; {behind}"
+
+
+# Draws the beam of a switch, and where it is broken.
+
+# m: sizes of the marks on a beam.
+LARGEST_MARK, LEAST_MARK = 0.04, 0.004
+
+
+def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
+    """The beam up to where it is broken, a cross there and a dashed line behind; a bar at the range
+    that it must reach for the switch to be open."""
+    drawn = beams(seen, number, met, metres)
+    _, (ends,), (hit,) = ends_of(met, metres)
+    parameters, pose = seen.parameters, seen.pose
+    size = min(max(parameters.range_max / 10, LEAST_MARK), LARGEST_MARK) / metres
+    across, up = pose.axes[:, 0] * size, pose.axes[:, 1] * size
+    for place in ends[hit]:
+        drawn.add("break", (place - across - up, place + across + up))
+        drawn.add("break", (place - across + up, place + across - up))
+    far = (met.origins + met.directions * met.reach[:, None]) / metres
+    for place, end in zip(ends[hit], far[hit], strict=True):
+        drawn.add("dark", dashes(place, end))
+    gate = (pose.origin - pose.axes[:, 2] * parameters.threshold) / metres
+    drawn.add("gate", (gate - across / 2, gate + across / 2), (gate - up / 2, gate + up / 2))
+    return drawn
+
+
+# Forks of slotted switches. The default one fits around a flag on a door. Parts whose outer sizes
+# are unknown have their own gap, and otherwise the sizes of Vishay's (data sheet 83764).
+
+
+def fork(gap: float, across: float, along: float, height: float) -> Housing:
+    """Two arms with a gap between them, on a base: outer sizes across the arms, along them, and
+    above the surface (m). The beam is a quarter of the height below the open end."""
+    arm, x = (across - gap) / 2, along / 2
+    tip, base = -height / 4, height * 3 / 4
+    inner = base - height / 4
+    housing = Housing()
+    housing.box((-x, tip, 0.0), (x, inner, arm)).box((-x, tip, -gap - arm), (x, inner, -gap))
+    housing.box((-x, inner, -gap - arm), (x, base, arm))
+    return housing.lines([(0, 0, 0), (0, 0, -gap)], [(0, 1)])
+
+
+def _tcst() -> Housing:
+    return fork(0.0031, 0.0119, 0.0063, 0.0108)
+
+
+HOUSINGS = {
+    "": lambda: fork(0.05, 0.09, 0.024, 0.06),
+    "TCST1103": _tcst,
+    "TCST1202": _tcst,
+    "TCST1300": _tcst,
+    "GP1A51HR": lambda: fork(0.003, 0.0122, 0.0063, 0.01),
+    "GP1A53HR": lambda: fork(0.005, 0.0137, 0.0063, 0.01),
+    "EE_SX670": lambda: fork(0.005, 0.0138, 0.0063, 0.0108),
+}
+
+
+APPEARANCE = Appearance(
+    HOUSINGS, beside_it, rays_figure=beam_figure, explain=explain_switch, lacking=lacking
+)

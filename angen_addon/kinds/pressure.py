@@ -1,0 +1,345 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Appearance of pressure sensors: a pad that lies on a surface, and the force on it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from bpy.types import Context
+
+from ...panels.lines import draw_lines, draw_row
+from ...panels.readings import ReadingText
+from ...sensor_logic.kind import FORCES
+from ...sensor_logic.kinds.pressure import FORCE, KIND, PressureParameters, pad_reading
+from ...sensor_logic.model import NOT_YET, Pose
+from ...sensor_logic.wording import METRES, NOTHING, Lengths, capital, quoted, split, typed
+from ..advice import sensing as advice
+from ..authoring.housing import Housing, Point, lying, pad
+from ..explain.facts import Explanation, at_frame, more_needed
+from ..explain.replay import Replay
+from ..scene.lengths import UNITS, lengths_of
+from ..scene.sensors import Sensor
+from ..view.appearance import Appearance
+from ..view.overlay.figures import OFF_SURFACE, Figure, circle, pairs, triangles
+
+# Draws the outline of a pad, and the force on it.
+
+# Of the reading, what the arrow is drawn from.
+FIELDS = ("force_n", "cop_x_m", "cop_y_m")
+# m a newton, and the least and the longest arrow.
+ARROW_PER_N, LEAST_ARROW, LONGEST_ARROW = 0.001, 0.06, 1.2
+
+
+def figure(seen: Any, metres: float) -> Figure:
+    """The outline of the pad; the force is the reading's: see `force_figure`."""
+    drawn = Figure()
+    if seen.outline is not None:
+        corners = seen.outline
+        drawn.add("pad", pairs(corners, np.roll(corners, -1, axis=0)))
+        drawn.fill("pad", (corners[[0, 1, 2]], corners[[0, 2, 3]]))
+    return drawn
+
+
+def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, float]) -> Figure:
+    """An arrow that presses on a pad at its centre of pressure (m, along the pad's axes), as long
+    as the force (N); and a dot there."""
+    drawn = Figure()
+    x, y, z = pose.axes.T
+    place = (pose.origin + x * centre[0] + y * centre[1] + z * OFF_SURFACE) / metres
+    length = min(max(force * ARROW_PER_N, LEAST_ARROW), LONGEST_ARROW) / metres
+    width = min(length / 3, 0.04 / metres)
+    tail, neck = place + z * length, place + z * width * 1.6
+    drawn.add("force", (tail, neck))
+    for side in (x, y):
+        drawn.fill("force", (place, neck - side * width * 0.6, neck + side * width * 0.6))
+    dot = circle(place, x, y, 0.02 / metres)
+    drawn.fill("force", triangles(np.broadcast_to(place, dot.shape), dot, np.roll(dot, 1, 0)))
+    ring = circle(place, x, y, 0.035 / metres)
+    drawn.add("force", pairs(ring, np.roll(ring, -1, axis=0)))
+    return drawn
+
+
+def force_of_reading(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figure | None:
+    """The arrow of a reading, where its centre is known."""
+    centre = fields["cop_x_m"], fields["cop_y_m"]
+    if not all(math.isfinite(c) for c in centre):
+        return None
+    return force_figure(pose, metres, fields["force_n"], centre)
+
+
+# Housings of pads: the default is one for under furniture and on seats, the others have the sizes
+# of the data sheets FSR 400 series, FSR 402 and 406.
+
+
+def _force_resistor(diameter: float, length: float, side: float = 0.0) -> Housing:
+    """A disk (or square) with its tail along −Y, 0.45 mm thin. The tail senses nothing, so it
+    is lines without a surface; its width is chosen."""
+    thin, half = 0.00045, (diameter or side) / 2
+    housing = pad(side, thin) if side else Housing().lathe([(half, 0.0), (half, thin)])
+    end, w = half - length, min(half, 0.0032)
+    tail: list[Point] = [(-w, -half, 0.0), (-w, end, 0.0), (w, end, 0.0), (w, -half, 0.0)]
+    return housing.lines(tail, [(0, 1), (1, 2), (2, 3)])
+
+
+def _fsr_402() -> Housing:
+    return _force_resistor(0.01828, 0.056)
+
+
+HOUSINGS = {
+    "": lambda: pad(0.3, 0.01),
+    **dict.fromkeys(("FSR_402_IDEAL", "FSR_402", "FSR_402_3K3"), _fsr_402),
+    **dict.fromkeys(("FSR_402_47K", "FSR_402_100K"), _fsr_402),
+    "FSR_400": lambda: _force_resistor(0.0051, 0.038),
+    "FSR_406": lambda: _force_resistor(0.0, 0.083, side=0.04369),
+}
+
+
+# Writes a centre of pressure as text.
+
+
+def centre_text(x: float, y: float, lengths: Lengths) -> str:
+    """The text for a centre of pressure (m, from the pad's origin along its axes); in centimetres
+    where the scene's unit is metres, since pads are small."""
+    if math.isnan(x) or math.isnan(y):
+        return NOTHING
+    fine = UNITS["CENTIMETERS"] if lengths == METRES else lengths
+    along = KIND.fields["cop_x_m"]
+    return f"X {along.text(x, fine)}, Y {along.text(y, fine)}"
+
+
+# Explains the reading of a pad: which objects press on it, and with how much force.
+
+# Tolerance relative to the recorded force, or to 1 N where that is more.
+FORCE_TOLERANCE = 5e-3
+# N: objects that press with less are left out.
+LEAST_FORCE = 5e-3
+newtons = FORCE.text
+
+
+@dataclass(frozen=True)
+class PadCause:
+    """`partners`: the objects that press and their forces in N, the greatest first; `force`,
+    `own_weight` along the pad's −Z and `threshold` in N; `centre` of pressure in m along the pad's
+    axes; `problem`: why the forces are uncertain; `before`: the partners at the update before."""
+
+    partners: tuple[tuple[str, float], ...]
+    force: float
+    own_weight: float
+    threshold: float
+    centre: tuple[float, float]
+    problem: str
+    before: tuple[str, ...]
+
+    @property
+    def because(self) -> str:
+        """The object that presses most, or did at the update before."""
+        return next(iter([name for name, _ in self.partners] or self.before), "")
+
+
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """Adds why the pad is not pressed, before the other facts."""
+    cause = found.cause
+    if cause is None:
+        return found
+    facts = [("To be pressed", more_needed(cause.threshold, cause.force, "N"))]
+    if not cause.partners:
+        facts.append(("Nearest above", _nearest_above(replay, index) or "nothing stands above it"))
+    return found.after(facts)
+
+
+def _nearest_above(replay: Replay, index: int) -> str:
+    """The nearest object above a pad, and its distance; empty without any."""
+    found = replay.bounds(index, own=True)
+    name = replay.sensor.object.name
+    if name not in found:
+        return ""
+    low, high = found.pop(name)
+    gaps = {
+        n: float(b[0, 2] - high[2])
+        for n, b in found.items()
+        if (b[0, :2] < high[:2]).all() and (b[1, :2] > low[:2]).all() and b[0, 2] >= high[2]
+    }
+    if not gaps:
+        return ""
+    nearest = min(sorted(gaps), key=lambda n: gaps[n])
+    return f"{quoted(nearest)}, by {replay.lengths.text(gaps[nearest])}"
+
+
+def explain_pad(replay: Replay, index: int) -> Explanation:
+    """Update `index` of a pad. Raises AngenError."""
+    track, sensor = replay.track, replay.sensor
+    pending = replay.take_moved(index)
+    if pending is None:
+        return replay.off(index)
+    contact = pending.update.ask(FORCES)
+    reading = replay.runner.model.update(
+        pending.parameters, replace(pending.update, scene={FORCES: lambda: contact})
+    )
+    parameters: PressureParameters = pending.parameters
+    pose = pending.update.pose
+    weightless = replace(contact, weight=np.zeros(3))
+    shares: dict[str, float] = {}
+    for partner in contact.forces.partners:
+        alone = replace(weightless, forces=replace(contact.forces, partners=(partner,)))
+        force = pad_reading(parameters, pose, alone).force
+        if abs(force) > LEAST_FORCE:
+            shares[partner.name] = shares.get(partner.name, 0.0) + force
+    own = 0.0
+    if not parameters.subtract_own_weight:
+        own = float(contact.weight @ -pose.axes[:, 2])
+    cause = PadCause(
+        tuple(sorted(shares.items(), key=lambda item: (-item[1], item[0]))),
+        float(reading.value),
+        own,
+        parameters.threshold,
+        (reading.fields["cop_x_m"], reading.fields["cop_y_m"]),
+        reading.fields["problem"],
+        tuple(split(track.columns["partners"][index - 1])) if index else (),
+    )
+    recorded = float(track.value[index])
+    doubt = ""
+    if abs(recorded - cause.force) > FORCE_TOLERANCE * max(1.0, abs(recorded)):
+        doubt = (
+            f"{newtons(recorded)} was recorded, {newtons(cause.force)} is found now: something has "
+            "changed since, or the reading depends on frames long before. Simulate again"
+        )
+    elif cause.problem:
+        doubt = cause.problem
+    facts = _facts(cause, replay.lengths)
+    if index > 0:
+        names = ", ".join(cause.before)
+        by = f", {names}" if names else ""
+        when = at_frame(track.frames[index - 1], track.times[index - 1])
+        facts.append(("Before", f"{newtons(track.value[index - 1])}{by}, at {when}"))
+    headline = _headline(cause, sensor.kind.active_label, sensor.kind.idle_label)
+    return replay.explanation(index, headline, tuple(facts), doubt, cause)
+
+
+def _facts(cause: PadCause, lengths: Lengths) -> list[tuple[str, str]]:
+    facts = [(name, newtons(force)) for name, force in cause.partners]
+    if cause.own_weight:
+        facts.append(("Own weight", newtons(cause.own_weight)))
+    facts.append(("Force", f"{newtons(cause.force)}, threshold {typed(cause.threshold, 'N')}"))
+    if np.isfinite(cause.centre).all():
+        facts.append(("Centre", f"{centre_text(*cause.centre, lengths)} from the pad's origin"))
+    return facts
+
+
+def _headline(cause: PadCause, pressed: str, free: str) -> str:
+    by = " and ".join(f"{quoted(name)} with {force:.1f} N" for name, force in cause.partners[:3])
+    more = len(cause.partners) - 3
+    by += f" and {more} more" if more > 0 else ""
+    if cause.force > cause.threshold:
+        return f"{pressed} by {by}" if by else f"{pressed}: {newtons(cause.force)}"
+    if by:
+        return f"{free}: {by} is not more than the threshold of {typed(cause.threshold, 'N')}"
+    return capital(f"{free}: nothing presses on it")
+
+
+# Rows in the panel of a pressure pad below its parameters: its whole reading, and warnings.
+
+SECTIONS = (
+    (
+        "Force and Partners",
+        (
+            "threshold",
+            "report_step",
+            "partner_object",
+            "partner_collection",
+            "subtract_own_weight",
+            "noise_sigma",
+        ),
+    ),
+    (
+        "Resistor",
+        (
+            "resistor",
+            "resistance_at_1n",
+            "exponent",
+            "force_min",
+            "force_max",
+            "unloaded_resistance",
+            "area",
+            "hysteresis",
+            "drift",
+            "part_spread",
+            "repeatability",
+        ),
+    ),
+    ("Electronics", ("load_resistor", "supply_voltage", "adc_bits")),
+)
+
+
+def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
+    """Shows the reading, and warnings with buttons that help."""
+    pad, scene = sensor.object, context.scene
+    problem = advice.without_surface(pad)
+    if problem:
+        draw_lines(layout, problem.text, "ERROR")
+        return
+    if seen.fields is not None:
+        _draw_reading(layout, seen.fields, lengths_of(scene))
+    outdated = None if seen.recorded else advice.outdated_cache(scene)
+    if outdated:
+        draw_lines(layout, outdated.text, "ERROR")
+    elif seen.problem:
+        not_yet = seen.problem == NOT_YET
+        draw_lines(layout, _not_yet(seen) if not_yet else _not_valid(seen), seen.icon)
+    sinks = advice.sinks(pad, scene)
+    if sinks:
+        box = draw_lines(layout, sinks.text, "ERROR")
+        box.row().prop(pad.rigid_body, "type", expand=True)
+    for found in (
+        advice.weightless(pad, scene, context.view_layer),
+        advice.hidden_partner(sensor, context.view_layer),
+    ):
+        if found:
+            draw_lines(layout, found.text, "ERROR")
+    short = advice.short_cache(scene)
+    if short:
+        box = draw_lines(layout, short.text, "ERROR")
+        box.prop(scene.rigidbody_world.point_cache, "frame_end", text="Cache End")
+
+
+def _not_yet(seen: ReadingText) -> str:
+    text = f"Not yet sure: {seen.problem}. The force is that of bodies at rest"
+    return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
+
+
+def _not_valid(seen: ReadingText) -> str:
+    text = f"Not valid: {seen.problem}"
+    if seen.fields is None:
+        return text
+    text += ". This is the last known reading"
+    return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
+
+
+def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> None:
+    """Shows all but the force, which stands in the sensor's state above."""
+    column = layout.column(align=True)
+    of = KIND.fields
+    # Below its threshold a pad is free, and may carry a cushion.
+    label = "Pressed By" if fields["pressed"] else "On It"
+    draw_row(column, label, ", ".join(split(fields["partners"])) or NOTHING)
+    draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"], lengths))
+    draw_row(column, "Resistor", of["resistance_ohm"].text(fields["resistance_ohm"]))
+    voltage = of["voltage_v"].text(fields["voltage_v"])
+    draw_row(column, "Output", f"{voltage}, ADC {fields['adc']}")
+
+
+APPEARANCE = Appearance(
+    HOUSINGS,
+    lying,
+    figure=figure,
+    reading_figure=force_of_reading,
+    drawn_fields=FIELDS,
+    outlined=True,
+    explain=explain_pad,
+    lacking=lacking,
+    sections=SECTIONS,
+    details=draw,
+)

@@ -1,0 +1,392 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bodies of a scene that can press on pads: rigid bodies, animated bodies with a mass, pads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.contact.underside import is_closed
+from ....sensor_logic.model import Array
+from ..bearers import armatures, bearer, candidates
+from ..instances import Uid, chain
+from ..rays.solids import Solid, Solids
+from ..sensors import is_placed
+from .colliders import Collider, rigid_body_collider, surface_collider
+
+# The settings of a body that decide its weight and contacts, read at one frame: all of them can be
+# animated.
+
+# Friction of objects without a rigid body.
+FRICTION = 0.7
+
+
+@dataclass(frozen=True)
+class BodySettings:
+    """Masses in kg; `simulated`: the physics engine moves the body."""
+
+    load_mass: float
+    simulated: bool = False
+    mass: float = 0.0
+    friction: float = FRICTION
+    linear_damping: float = 0.0
+    angular_damping: float = 0.0
+
+
+def read_settings(evaluated: Any) -> BodySettings:
+    """The settings of an object that is evaluated at the frame."""
+    load = float(evaluated.angen_load.mass)
+    body = evaluated.rigid_body
+    if body is None:
+        return BodySettings(load)
+    return BodySettings(
+        load,
+        is_simulated(evaluated),
+        body.mass,
+        body.friction,
+        body.linear_damping,
+        body.angular_damping,
+    )
+
+
+def is_simulated(obj: Any) -> bool:
+    body = obj.rigid_body
+    return body is not None and body.enabled and body.type == "ACTIVE" and not body.kinematic
+
+
+Key = tuple[int, ...]
+GROUND: Key = ()
+# Force fields, each with the name of its weight.
+FIELDS = {
+    "FORCE": "force", "WIND": "wind", "VORTEX": "vortex", "MAGNET": "magnetic",
+    "HARMONIC": "harmonic", "CHARGE": "charge", "LENNARDJ": "lennardjones", "TEXTURE": "texture",
+    "TURBULENCE": "turbulence", "DRAG": "drag", "FLUID_FLOW": "smokeflow",
+}  # fmt: skip
+# Bounds are widened by the physics engine's margin of meshes, in Blender units.
+MARGIN = 0.05
+
+
+class Pad(NamedTuple):
+    """A pad's object, and its number, which differs where a collection instance shows it again."""
+
+    uid: Uid
+    original: Any
+
+
+class ContactBody:
+    """A rigid body, an animated body with a mass, a pad, or more than one of these.
+
+    `solids`: those that make up an animated body or a pad without physics. `owner`: the rigid body
+    that such a pad is a part of. `middle`, `half` (3,): bounds of its shapes, unscaled, in its own
+    space.
+    """
+
+    def __init__(self, key: Key, original: Any) -> None:
+        self.key = key
+        self.original = original
+        self.rigid = False
+        self.pad = False
+        self.animated = False
+        self.solids: list[Solid] = []
+        self.owner: Key | None = None
+        self.uid: Uid = original.session_uid
+        self.objects: frozenset[int] = frozenset({original.session_uid})
+        self.half = np.zeros(3)
+        self.middle = np.zeros(3)
+        # Shapes by scale, until the scene is edited: a convex hull takes milliseconds.
+        self._colliders: dict[tuple[float, ...], Collider] = {}
+        self._last: tuple[tuple[float, ...], Collider] | None = None
+        # The triangles that were tested last, and the result: a test sorts all of their edges.
+        self._closed: tuple[list[Any], bool] | None = None
+
+    @property
+    def tolerance(self) -> float:
+        """m: an animated body whose underside is at most this far above a surface stands on it."""
+        return max(float(self.original.angen_load.tolerance), 1e-4)
+
+    @property
+    def loose_pad(self) -> bool:
+        """Whether it is a pad that no physics, keys or parent moves: it lies on what is below it,
+        and passes on the weight of what is on it."""
+        return self.pad and not self.rigid and not self.animated and self.owner is None
+
+    @property
+    def stiff(self) -> bool:
+        """Whether no armature or shape keys bend it: a body that bends has soft soles."""
+        if self.original.type == "ARMATURE":
+            return False
+        bent = (s.original for s in self.solids if s.original is not None)
+        return not any(armatures(o) or getattr(o.data, "shape_keys", None) for o in bent)
+
+    @property
+    def weighs(self) -> bool:
+        """Whether it has a weight of its own: it is simulated, or animated with a mass."""
+        return self.animated or (self.rigid and is_simulated(self.original))
+
+    @property
+    def collides(self) -> bool:
+        return self.rigid or self.pad
+
+    def collider(self, depsgraph: Any, scale: Array, metres: float) -> Collider:
+        """Its shapes at a scale (3,)."""
+        exact = (*scale.tolist(), metres)
+        if self._last is not None and self._last[0] == exact:
+            return self._last[1]
+        # Rotation changes the last digits of a scale from frame to frame. The shapes are made
+        # without those digits, so that they do not depend on which frame needs them first.
+        rounded = np.array([float(f"{part:.6g}") for part in scale.tolist()])
+        named = (*rounded.tolist(), metres)
+        if named not in self._colliders:
+            evaluated = self.original.evaluated_get(depsgraph)
+            if len(self._colliders) > 4:
+                self._colliders.clear()
+            if self.rigid:
+                made = rigid_body_collider(depsgraph, evaluated, rounded, metres)
+            else:
+                made = surface_collider(evaluated, rounded, metres)
+            self._colliders[named] = made
+        self._last = exact, self._colliders[named]
+        return self._last[1]
+
+    def is_closed(self, topologies: list[Any]) -> bool:
+        """Whether all of its surfaces enclose a volume; each is given by its triangles (n, 3)."""
+        known = self._closed
+        if (
+            known is None
+            or len(known[0]) != len(topologies)
+            or any(a is not b for a, b in zip(known[0], topologies, strict=True))
+        ):
+            known = (topologies, all(is_closed(corners) for corners in topologies))
+            self._closed = known
+        return known[1]
+
+
+class ContactBodies:
+    """All contact bodies of a scene by key, and the body that each solid belongs to.
+
+    `keys` lists them in order and `row` has the index of each; in this order `middle`, `half`
+    (n, 3) are their unscaled bounds, and `even` (n,) says which bounds are cubes. `pads` has the
+    key of each pad by its number. `fields`: objects with a force field; `resting`: the solids of
+    active rigid bodies, with these, that weigh nothing unless physics moves them.
+    """
+
+    def __init__(self) -> None:
+        self.by_key: dict[Key, ContactBody] = {}
+        self.of_solid: dict[int, Key] = {}
+        self.constraints: list[Any] = []
+        self.fields: list[Any] = []
+        self.resting: list[tuple[Solid, Any]] = []
+        self.keys: list[Key] = []
+        self.row: dict[Key, int] = {}
+        self.middle, self.half = np.empty((0, 3)), np.empty((0, 3))
+        self.even = np.empty(0, bool)
+        self._supports: dict[Key, NDArray[np.intp]] = {}
+        self._listing = -1
+        self.pads: dict[Uid, Key] = {}
+        self._pad_uids: list[Uid] = []
+
+    def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Pad]) -> bool:
+        """Lists the bodies again where the scene was edited; returns whether it was."""
+        uids = [pad.uid for pad in pads]
+        if solids.listing == self._listing and uids == self._pad_uids:
+            return False
+        self._listing, self._pad_uids = solids.listing, uids
+        self.pads = {pad.uid: _key_of(pad, solids) for pad in pads}
+        self.by_key = {}
+        scene = depsgraph.scene.original
+        for original in rigid_bodies(scene):
+            body = self._body((original.session_uid,), original)
+            body.rigid = True
+            body.objects = frozenset(_family(original))
+            body.middle, body.half = _bounds(depsgraph, original)
+        for pad in pads:
+            body = self._body(self.pads[pad.uid], pad.original)
+            body.pad, body.uid = True, pad.uid
+            if not body.rigid:
+                body.middle, body.half = _box(pad.original.evaluated_get(depsgraph))
+        self._find_animated(solids)
+        self._find_owners(solids, pads)
+        self._find_resting(solids)
+        self.fields = fields_in(depsgraph)
+        world = scene.rigidbody_world
+        self._finish()
+        objects = world.constraints.objects if world and world.constraints else []
+        self.constraints = [obj for obj in objects if obj.rigid_body_constraint]
+        return True
+
+    def supports_of(self, body: ContactBody, solids: Solids) -> NDArray[np.intp]:
+        """Rows of the solids that a body may stand on: all but its own parts, of which it may stand
+        on the pads."""
+        rows = self._supports.get(body.key)
+        if rows is None:
+            chosen = []
+            for solid in solids.solids:
+                key = self.of_solid.get(solid.number, GROUND)
+                pad = key in self.by_key and self.by_key[key].pad
+                if key != body.key and (pad or body.uid not in solid.owners):
+                    chosen.append(solid.row)
+            rows = self._supports[body.key] = np.array(chosen, np.intp)
+        return rows
+
+    def _finish(self) -> None:
+        self._supports.clear()
+        known = list(self.by_key.values())
+        self.keys = list(self.by_key)
+        self.row = {key: row for row, key in enumerate(self.keys)}
+        self.middle = np.array([body.middle for body in known]).reshape(-1, 3)
+        self.half = np.array([body.half for body in known]).reshape(-1, 3)
+        self.even = self.half.max(axis=1, initial=0.0) == self.half.min(axis=1, initial=np.inf)
+
+    def _body(self, key: Key, original: Any) -> ContactBody:
+        return self.by_key.setdefault(key, ContactBody(key, original))
+
+    def _find_animated(self, solids: Solids) -> None:
+        together = {_together(s): s.key for s in solids.solids if _in_collection(s)}
+        for solid in solids.solids:
+            source = solid.original
+            heavy = bearer(source)
+            if heavy is None:
+                continue
+            body = self._body(_body_key(solid, heavy, together), heavy)
+            body.animated = True
+            body.solids.append(solid)
+            body.objects |= {obj.session_uid for obj in (solid.owner, *candidates(source))}
+
+    def _find_resting(self, solids: Solids) -> None:
+        self.resting = []
+        for solid in solids.solids:
+            body = next((obj for obj in chain(solid.original) if obj.rigid_body is not None), None)
+            if body is None or bearer(solid.original) is not None:
+                continue
+            while is_part_of_compound(body):
+                body = body.parent
+            pad = self.by_key.get(self.of_solid[solid.number])
+            if body.rigid_body.type == "ACTIVE" and not (pad is not None and pad.pad):
+                self.resting.append((solid, body))
+
+    def _find_owners(self, solids: Solids, pads: Sequence[Pad]) -> None:
+        """Finds the body of each solid, and the rigid body that a pad without physics is fixed
+        to."""
+        self.of_solid = {}
+        own = {solid.number: body.key for body in self.by_key.values() for solid in body.solids}
+        for solid in solids.solids:
+            key = own.get(solid.number)
+            if solid.key in self.by_key and self.by_key[solid.key].pad:
+                key = solid.key
+                self.by_key[key].solids = [solid]
+            if key is None:
+                key = next((found for found in _chain_keys(solid) if found in self.by_key), GROUND)
+            self.of_solid[solid.number] = key
+        for pad in pads:
+            body = self.by_key[self.pads[pad.uid]]
+            # Physics moves no instances.
+            if isinstance(pad.uid, int) and not body.rigid and not body.animated:
+                parents = ((obj.session_uid,) for obj in chain(pad.original.parent))
+                owner = next((key for key in parents if key in self.by_key), None)
+                if owner is not None and self.by_key[owner].rigid:
+                    body.owner = owner
+
+
+def _key_of(pad: Pad, solids: Solids) -> Key:
+    """The key of a pad; in a collection instance that of its solid there, or else its number."""
+    if isinstance(pad.uid, int):
+        return (pad.uid,)
+    own = pad.original.session_uid
+    return next((s.key for s in solids.solids if s.key[0] == own and pad.uid in s.owners), pad.uid)
+
+
+def rigid_bodies(scene: Any) -> Iterator[Any]:
+    """Objects that are bodies of their own: not the parts of a compound."""
+    world = scene.rigidbody_world
+    if world is None or not world.enabled or world.collection is None:
+        return
+    for original in world.collection.objects:
+        if original.rigid_body is not None and not is_part_of_compound(original):
+            yield original
+
+
+def is_part_of_compound(obj: Any) -> bool:
+    parent = obj.parent
+    body = parent.rigid_body if parent is not None else None
+    return body is not None and body.collision_shape == "COMPOUND"
+
+
+def fields_in(depsgraph: Any) -> list[Any]:
+    """The objects whose force fields act on rigid bodies."""
+    world = depsgraph.scene.original.rigidbody_world
+    group = world.effector_weights.collection if world is not None else None
+    objects = depsgraph.view_layer.objects if group is None else group.all_objects
+    return [
+        obj
+        for obj in objects
+        if obj.field is not None and obj.field.type in FIELDS and is_placed(obj, depsgraph)
+    ]
+
+
+def _family(original: Any) -> Iterator[int]:
+    yield original.session_uid
+    for child in original.children_recursive:
+        yield child.session_uid
+
+
+def _chain_keys(solid: Solid) -> Iterator[Key]:
+    """Keys of the solid and of what it is a part of, nearest first."""
+    yield solid.key
+    for obj in (*chain(solid.original), *chain(solid.owner)):
+        yield (obj.session_uid,)
+
+
+def _body_key(solid: Solid, heavy: Any, together: dict[Key, Key]) -> Key:
+    """The key of the body that a solid is a part of: the same for all parts of one person, another
+    for each instance of that person."""
+    uid = heavy.session_uid
+    own = uid == solid.key[0]
+    if own and not solid.geometry.lasting:
+        # All instances that its geometry nodes make are one body.
+        return (uid,)
+    if own or not _in_collection(solid):
+        return solid.key if own else (uid, *solid.key[1:])
+    same = (uid, *_together(solid)[1:])
+    return together.get(same, same)
+
+
+def _in_collection(solid: Solid) -> bool:
+    """Whether it is listed as a part of an instanced collection."""
+    return len(solid.key) > 1 and solid.owner.instance_type == "COLLECTION"
+
+
+def _together(solid: Solid) -> Key:
+    """Its key without its number in the instanced collection: but for the object, the same for
+    everything in that instance."""
+    return (*solid.key[:2], *solid.key[3:])
+
+
+def _box(evaluated: Any) -> tuple[Array, Array]:
+    corners = np.array(evaluated.bound_box, np.float64)
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    return (lo + hi) / 2.0, (hi - lo) / 2.0
+
+
+def _bounds(depsgraph: Any, original: Any) -> tuple[Array, Array]:
+    """Middle and half size (3,) of a rigid body's shapes, unscaled; never too small."""
+    body = original.rigid_body
+    middle, half = _box(original.evaluated_get(depsgraph))
+    kind = body.collision_shape
+    if kind in {"CONVEX_HULL", "MESH"}:
+        return middle, half + body.collision_margin
+    if kind == "COMPOUND":
+        reach = 0.0
+        for child in original.children:
+            if child.rigid_body is not None:
+                own, size = _bounds(depsgraph, child)
+                place = np.array(child.evaluated_get(depsgraph).matrix_local.translation)
+                reach = max(reach, float(np.linalg.norm(place + own) + np.linalg.norm(size)))
+        return np.zeros(3), np.full(3, reach)
+    if kind == "BOX":
+        return np.zeros(3), half
+    # Round shapes take a radius from one axis and may be scaled by another.
+    return np.zeros(3), np.full(3, float(np.linalg.norm(half)))

@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compares two logs: how long and how often sensors are on, and how much the logs differ."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .error import InputError
+from .formats.log import DEFAULT_START, Log
+from .formats.reading import read_log
+from .report.svg import BLUE, ORANGE, coordinate, safe, shown_number
+from .wording import shown_duration
+
+# The intervals in which each sensor of a log was on; the log can have any format.
+
+DAY_S = 86400.0
+
+
+@dataclass
+class SensorIntervals:
+    """The intervals in which a sensor was on, begin and end in seconds, without intervals that
+    begin before or end after the log. `starts`: all changes to on, that of an unfinished interval
+    too."""
+
+    quantity: str
+    starts: list[float] = field(default_factory=list)
+    intervals: list[tuple[float, float]] = field(default_factory=list)
+
+
+@dataclass
+class HomeIntervals:
+    """A log's sensors by name; `begin` and `end` of the log in seconds since its t = 0: a folder of
+    days ends at midnight, any other log with its last change. `notes`: a sentence for each thing
+    that was mended or left out when the log was read."""
+
+    name: str
+    begin: float
+    end: float
+    sensors: dict[str, SensorIntervals]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def length(self) -> float:
+        """How long the log is, in seconds; more than 0."""
+        return self.end - self.begin
+
+
+def read(path: Path) -> HomeIntervals:
+    """Reads an event log, a folder of days, or a log in any of the readable formats.
+
+    Raises InputError, which names the file and the problem, or OSError.
+    """
+    source = read_log(path)
+    log = source.log(start=source.start or DEFAULT_START)
+    home = _home(path, _log_changes(log), source.has_states)
+    end = home.end if source.end is None else source.end
+    if end <= home.begin:
+        raise InputError(f"{path} has changes at one time only: there is nothing to compare")
+    return replace(home, end=end, notes=source.notes)
+
+
+Row = tuple[float, str, str, bool]
+
+
+def _log_changes(log: Log) -> Iterator[Row]:
+    """(seconds since the log's start, sensor, quantity, on) of each boolean."""
+    for change in log.changes:
+        channel = change.channel
+        if isinstance(change.value, bool) and channel.quantity != "validity":
+            yield change.time / 1e6, channel.sensor.name, channel.quantity, change.value
+
+
+def _home(path: Path, rows: Iterable[Row], has_states: bool) -> HomeIntervals:
+    sensors: dict[str, SensorIntervals] = {}
+    since: dict[str, float] = {}
+    states: dict[str, bool] = defaultdict(bool)
+    begin, last = None, 0.0
+    for time, name, quantity, on in rows:
+        begin = time if begin is None else begin
+        last = time
+        first_of_it = name not in sensors
+        sensor = sensors.setdefault(name, SensorIntervals(quantity))
+        # A sensor that is on at the start of the log has been so for an unknown time.
+        if first_of_it and has_states:
+            states[name] = on
+            continue
+        # Logs of real homes repeat states.
+        if on and not states[name]:
+            sensor.starts.append(time)
+            since[name] = time
+        elif not on and name in since:
+            sensor.intervals.append((since.pop(name), time))
+        states[name] = on
+    if begin is None:
+        raise InputError(f"{path} has no sensor that is on or off")
+    return HomeIntervals(path.name, begin, last, sensors)
+
+
+# Measures of how sensors behave, and the distance between two homes in each.
+#
+# The distance is that of Kolmogorov and Smirnov: the greatest difference of the two empirical
+# distribution functions, 0 to 1 (Smirnov 1939; `scipy.stats.ks_2samp` gives the same).
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+# Fewer values tell no difference: the usual level of a test.
+CHANCE = 0.05
+Values = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One measure of a group of sensors: its values (n,) in each home, in `unit`."""
+
+    group: str
+    name: str
+    unit: str
+    values: tuple[Values, Values]
+
+    @property
+    def distance(self) -> float:
+        """The Kolmogorov-Smirnov distance; NaN where a home has too few values."""
+        return ks_distance(*self.values) if self.has_enough_values else math.nan
+
+    @property
+    def has_enough_values(self) -> bool:
+        """Whether a distance means something: both homes have more than one value, and two alike
+        are at the largest distance, 1, in at most CHANCE of all cases."""
+        n, m = map(len, self.values)
+        return min(n, m) > 1 and 2 / math.comb(n + m, n) <= CHANCE
+
+
+def ks_distance(a: Values, b: Values) -> float:
+    """The greatest difference of the empirical distributions of `a` (n,) and `b` (m,)."""
+    if not len(a) or not len(b):
+        return math.nan
+    a, b = np.sort(a), np.sort(b)
+    at = np.concatenate([a, b])
+    below_a = np.searchsorted(a, at, side="right") / len(a)
+    below_b = np.searchsorted(b, at, side="right") / len(b)
+    return float(np.abs(below_a - below_b).max())
+
+
+def quantiles(values: Values) -> list[float]:
+    """The interpolated QUANTILES; NaN without values."""
+    return [float(q) for q in np.quantile(values, QUANTILES)] if len(values) else [math.nan] * 6
+
+
+def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
+    """All measures of each group of sensors (motion, opening …) that either home has."""
+    groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
+    return [
+        Measure(group, name, unit, (of(one, group), of(two, group)))
+        for group in groups
+        for name, unit, of in (
+            ("on for", "s", on_times),
+            ("from on to on", "s", gaps),
+            ("on a sensor and day", "times", counts),
+            ("any on", "% of a day", shares),
+        )
+    ]
+
+
+def _of(home: HomeIntervals, group: str) -> list[SensorIntervals]:
+    return [sensor for sensor in home.sensors.values() if sensor.quantity == group]
+
+
+def on_times(home: HomeIntervals, group: str) -> Values:
+    """The durations in s of all complete intervals in which a sensor was on."""
+    return _seconds([end - begin for s in _of(home, group) for begin, end in s.intervals])
+
+
+def gaps(home: HomeIntervals, group: str) -> Values:
+    """The times in s from each change to on, of any sensor of the group, to the next."""
+    return _seconds(np.diff(np.sort([start for s in _of(home, group) for start in s.starts])))
+
+
+def _seconds(values: list[float] | Values) -> Values:
+    """Durations rounded to microseconds, the resolution of logs, so that equal ones stay equal."""
+    return np.round(np.asarray(values, float), 6)
+
+
+def counts(home: HomeIntervals, group: str) -> Values:
+    """Counts how often each sensor went on: a number for each sensor and day."""
+    edges, scale = _days(home)
+    found = [np.histogram(s.starts, edges)[0] * scale for s in _of(home, group)]
+    return np.concatenate(found) if found else np.empty(0)
+
+
+def shares(home: HomeIntervals, group: str) -> Values:
+    """The percentage of each day in which any sensor of the group was on, a value for each day."""
+    merged: list[list[float]] = []
+    for begin, end in sorted(i for s in _of(home, group) for i in s.intervals):
+        if merged and begin <= merged[-1][1]:
+            merged[-1][1] = max(merged[-1][1], end)
+        else:
+            merged.append([begin, end])
+    edges, scale = _days(home)
+    on = np.array(merged, float).reshape(-1, 2)
+    within = [np.clip(on, *day) for day in pairwise(edges)]
+    if not _of(home, group):
+        return np.empty(0)
+    return np.array([(w[:, 1] - w[:, 0]).sum() * scale / DAY_S * 100.0 for w in within])
+
+
+def _days(home: HomeIntervals) -> tuple[Values, float]:
+    """The edges (s) of the log's days, 24 hours each from its begin, and the factor for counts.
+    Time after the last whole day is ignored; a log of less than a day is scaled to one."""
+    whole = int(home.length // DAY_S)
+    if whole:
+        return np.array([home.begin + DAY_S * day for day in range(whole + 1)]), 1.0
+    return np.array([home.begin, home.end]), DAY_S / home.length
+
+
+# The comparison as text, and as data for programs.
+
+HEADS = ("n", *(f"{100 * q:g} %" for q in QUANTILES))
+
+
+def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
+    """For each measure a line with the distance, and a row for each home; last, which logs are
+    shorter than a day."""
+    width = max(len(one.name), len(two.name), 8)
+    lines = [f"{'':<{width}}" + "".join(f"{head:>10}" for head in HEADS)]
+    for measure in found:
+        shown = _distance(measure)
+        lines.append(f"\n{measure.group}: {measure.name} ({measure.unit}): {shown}")
+        for home, values in zip((one, two), measure.values, strict=True):
+            figures = [f"{len(values)}", *(_short(q) for q in quantiles(values))]
+            lines.append(f"{home.name:<{width}}" + "".join(f"{figure:>10}" for figure in figures))
+    for home in (one,) if one == two else (one, two):
+        if home.length < DAY_S:
+            lines.append(
+                f"\n{home.name} lasts {shown_duration(home.length)}: its times and % of a day are "
+                "scaled up from that to 24 hours"
+            )
+    return "\n".join(lines) + "\n"
+
+
+def _distance(measure: Measure) -> str:
+    if not all(map(len, measure.values)):
+        return "no values on one side"
+    if not measure.has_enough_values:
+        return "too few values for a distance"
+    return f"distance {measure.distance:.3f}"
+
+
+def _short(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.4g}"
+
+
+def data(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> dict[str, Any]:
+    """The comparison for programs; null where there are too few values. Figures a day of a log of
+    less than one day are scaled up to it."""
+    return {
+        "logs": [one.name, two.name],
+        "days": [home.length / DAY_S for home in (one, two)],
+        "measures": [
+            {
+                "group": measure.group,
+                "measure": measure.name,
+                "unit": measure.unit,
+                "ks_distance": _plain(measure.distance),
+                "logs": [
+                    {
+                        "n": len(values),
+                        "quantiles": {
+                            f"{q:g}": _plain(v)
+                            for q, v in zip(QUANTILES, quantiles(values), strict=True)
+                        },
+                    }
+                    for values in measure.values
+                ],
+            }
+            for measure in found
+        ],
+    }
+
+
+def _plain(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+# Draws the empirical distributions of both homes as SVG, a panel for each measure.
+
+PANEL_WIDTH, PANEL_HEIGHT, GAP, COLUMNS = 300.0, 190.0, 40.0, 4
+COLOURS = (BLUE, ORANGE)
+POINTS = 200
+
+
+def svg(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
+    """Panels of the share of values at or below x, over x on a logarithmic axis, a line per
+    home."""
+    shown = [m for m in found if any(len(values) for values in m.values)]
+    rows = -(-len(shown) // COLUMNS)
+    width = COLUMNS * (PANEL_WIDTH + GAP) + GAP
+    height = rows * (PANEL_HEIGHT + 2 * GAP) + 3 * GAP
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" '
+        'font-family="sans-serif" font-size="11">',
+        f'<rect width="{width:g}" height="{height:g}" fill="#fff"/>',
+    ]
+    x = GAP
+    for home, colour in zip((one, two), COLOURS, strict=True):
+        parts.append(
+            f'<text x="{x:g}" y="20" fill="{colour}" font-size="13">{safe(home.name)}</text>'
+        )
+        x += 320.0
+    for index, measure in enumerate(shown):
+        left = GAP + index % COLUMNS * (PANEL_WIDTH + GAP)
+        top = 2.5 * GAP + index // COLUMNS * (PANEL_HEIGHT + 2 * GAP)
+        parts.append(f'<g transform="translate({left:g} {top:g})">{_panel(measure)}</g>')
+    return "".join([*parts, "</svg>\n"])
+
+
+def _panel(measure: Measure) -> str:
+    values = np.concatenate(measure.values)
+    positive = values[values > 0.0]
+    low, high = (positive.min(), positive.max()) if len(positive) else (1.0, 10.0)
+    low, high = np.floor(np.log10(low)), np.ceil(np.log10(high) + 1e-9)
+    distance = measure.distance
+    shown = "" if np.isnan(distance) else f", distance {distance:.2f}"
+    title = f"{measure.group}: {measure.name} ({measure.unit}){shown}"
+    parts = [
+        f'<text y="-6" fill="#222">{safe(title)}</text>',
+        f'<rect width="{PANEL_WIDTH:g}" height="{PANEL_HEIGHT:g}" fill="none" stroke="#bbb"/>',
+    ]
+    for power in range(int(low), int(high) + 1):
+        x = _x(10.0**power, low, high)
+        parts.append(
+            f'<line x1="{x}" x2="{x}" y2="{PANEL_HEIGHT:g}" stroke="#eee"/>'
+            f'<text x="{x}" y="{PANEL_HEIGHT + 14:g}" text-anchor="middle" fill="#666">'
+            f"{shown_number(10.0**power)}</text>"
+        )
+    for of, colour in zip(measure.values, COLOURS, strict=True):
+        if len(of):
+            points = _steps(of, low, high)
+            parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
+    return "".join(parts)
+
+
+def _x(value: float, low: float, high: float) -> str:
+    power = np.log10(max(value, 10.0**low))
+    return coordinate(float((power - low) / (high - low) * PANEL_WIDTH))
+
+
+def _steps(values: Values, low: float, high: float) -> str:
+    """The points of the distribution's steps, at most POINTS steps."""
+    ordered = np.sort(values)
+    picked = np.unique(np.linspace(0, len(ordered) - 1, min(len(ordered), POINTS)).astype(int))
+    points, y = [], PANEL_HEIGHT
+    for index in picked:
+        x = _x(float(ordered[index]), low, high)
+        points.append(f"{x},{coordinate(y)}")
+        y = PANEL_HEIGHT * (1.0 - (index + 1) / len(ordered))
+        points.append(f"{x},{coordinate(y)}")
+    return " ".join(points)

@@ -1,0 +1,388 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Distance sensor: time of flight or ultrasound, in one zone or many."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset
+from ..model import Array, Model, PerPose, Pose, Reading, Update
+from ..parameters import Choice, Parameters, parameter
+from ..wording import METRES, Advice, Lengths
+
+# Parameters of the distance sensor.
+
+# Reflectance of the white and the grey target in data sheets, each as measured at 940 nm.
+WHITE, GREY = 0.88, 0.17
+MOST_ZONES = 16
+FIXED: dict[str, Any] = {"used_when": (("target", "FIXED"),)}
+SEVERAL = "VL53L5CX data sheet DS13754: 8 × 8 zones"
+
+
+@dataclass(frozen=True)
+class DistanceParameters(Parameters):
+    threshold: float = parameter(
+        1.0, "Threshold", "Near is on where a target is closer than this", unit="m"
+    )
+    hysteresis: float = parameter(
+        0.0,
+        "Hysteresis",
+        "Near goes off where the distance exceeds the threshold by this much",
+        unit="m",
+    )
+    report_step: float = parameter(
+        0.05,
+        "Report step",
+        "Least change of the distance that the event log records",
+        unit="m",
+        short="Report by",
+    )
+    range_min: float = parameter(0.04, "Range min", "Closer targets read this distance", unit="m")
+    range_max: float = parameter(
+        3.6,
+        "Range max",
+        "Greatest distance of a white target that fills a zone; the reading without a target",
+        unit="m",
+        positive=True,
+    )
+    range_grey: float = parameter(
+        1.7,
+        "Range of grey",
+        "Greatest distance of a target that reflects 17 %; ultrasound: the same as of a white one",
+        unit="m",
+        positive=True,
+        short="Of grey",
+    )
+    target: str = parameter(
+        "MATERIAL",
+        "Target",
+        "Where the reflectance of targets comes from",
+        choices=(
+            Choice("MATERIAL", "Materials", "The colours of their materials", 0),
+            Choice("FIXED", "Fixed", "One value for all targets", 1),
+        ),
+    )
+    reflectance: float = parameter(
+        WHITE, "Reflectance", "Share that targets reflect", minimum=0.01, maximum=1.0, **FIXED
+    )
+    horizontal_fov: float = parameter(
+        math.radians(19.3),
+        "Horizontal FOV",
+        "Horizontal angle of all zones together",
+        unit="rad",
+        maximum=math.radians(120),
+        short="FOV Across",
+    )
+    vertical_fov: float = parameter(
+        math.radians(19.3),
+        "Vertical FOV",
+        "Vertical angle of all zones together",
+        unit="rad",
+        maximum=math.radians(120),
+        short="FOV Up",
+    )
+    zones_across: int = parameter(
+        1, "Zones across", "Zones in a row", minimum=1, maximum=MOST_ZONES, source=SEVERAL
+    )
+    zones_up: int = parameter(1, "Zones up", "Rows of zones", minimum=1, maximum=MOST_ZONES)
+    rays: int = parameter(
+        5,
+        "Rays",
+        "Rays of each zone horizontally, and as many vertically",
+        minimum=1,
+        maximum=32,
+    )
+    echo: str = parameter(
+        "MEAN",
+        "Echo",
+        "Which distance a zone reads where its rays hit several targets",
+        choices=(
+            Choice("MEAN", "Mean", "The mean, weighted by the signal that each returns", 0),
+            Choice("STRONGEST", "Strongest", "The target that returns the strongest signal", 1),
+            Choice("FIRST", "First", "The nearest at which enough signal has returned", 2),
+        ),
+    )
+    separation: float = parameter(
+        0.6,
+        "Separation",
+        "Targets closer together than this give one echo",
+        unit="m",
+        used_when=(("echo", "STRONGEST"),),
+    )
+    noise_sigma: float = parameter(
+        0.0, "Noise", "Standard deviation of a reading at distance 0", unit="m"
+    )
+    noise_growth: float = parameter(
+        0.0, "Noise growth", "How much the standard deviation grows with each metre, in metres"
+    )
+    resolution: float = parameter(
+        0.0, "Resolution", "Readings are multiples of this; 0: exact", unit="m"
+    )
+
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        problems = self.must_be_smaller("range_min", "range_max", lengths)
+        if problems:
+            return problems
+        if self.range_grey > self.range_max:
+            return [
+                f"range_grey ({lengths.typed(self.range_grey)}) is beyond range_max "
+                f"({lengths.typed(self.range_max)}): white is seen at least as far as grey"
+            ]
+        return []
+
+    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        threshold, most = lengths.typed(self.threshold), lengths.typed(self.range_max)
+        if self.threshold <= self.range_min:
+            return [
+                Advice(
+                    f"The threshold ({threshold}) is not above the range min "
+                    f"({lengths.typed(self.range_min)}): near never goes on",
+                    "Raise the threshold",
+                )
+            ]
+        if self.threshold + self.hysteresis <= self.range_max:
+            return []
+        added = f" plus the hysteresis ({lengths.typed(self.hysteresis)})" * bool(self.hysteresis)
+        return [
+            Advice(
+                f"The threshold ({threshold}){added} is beyond the range max ({most}): near goes "
+                "off only where no zone detects anything",
+                "Lower the threshold or the hysteresis",
+            )
+        ]
+
+
+# Distance sensor: it measures the time in which its light or sound returns, in each zone along a
+# bundle of rays.
+#
+# The returned signal of a target at distance r falls with r²; a target of reflectance ρ that fills
+# a zone is detected up to R(ρ). Rays of a zone with k rays add up to a visibility of Σ
+# (R(ρ)/r)²/k, and targets with less than 1 are not detected. See docs/distance.md.
+
+# The least visibility that is detected: rounding must not hide a target exactly at range_max.
+JUST_SEEN = 1.0 - 1e-9
+
+
+class DistanceSensor(Model):
+    """One sensor. Its state is whether a target was near, for the hysteresis."""
+
+    def __init__(self) -> None:
+        self._near = False
+        self._rays = PerPose(zone_rays)
+
+    def update(self, parameters: DistanceParameters, update: Update) -> Reading:
+        rays = self._rays(parameters, update.pose)
+        ranges = update.ask(RAYS, 0, *rays)
+        if parameters.target == "MATERIAL":
+            reflectance = update.ask(REFLECTANCE, 0, *rays)
+        else:
+            reflectance = np.full(len(ranges), parameters.reflectance)
+        hit = ranges < rays[2]
+        shape = parameters.zones_across * parameters.zones_up, -1
+        zones = zone_distances(
+            parameters, *(a.reshape(shape) for a in (ranges, np.where(hit, reflectance, 0.0)))
+        )
+        seen = np.flatnonzero(np.isfinite(zones))
+        if len(seen):
+            noise = _noise(parameters, update, len(zones))
+            zones[seen] = _with_noise(parameters, zones[seen], noise[seen])
+        nearest = float(zones[seen].min()) if len(seen) else parameters.range_max
+        over = parameters.hysteresis if self._near else 0.0
+        self._near = len(seen) > 0 and nearest < parameters.threshold + over
+        zones_m = ";".join(f"{z:.4g}" if math.isfinite(z) else "" for z in zones.tolist())
+        fields = {"distance_m": nearest, "near": self._near, "zones_m": zones_m}
+        return Reading(self._near, nearest, fields)
+
+
+def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array, Array]:
+    """Origins (n, 3), unit directions (n, 3) and reach (n,) of all rays: zones row by row from the
+    upper left one in the sensor's view, and in each zone its rays in the same order. The rays go
+    through the middles of equal cells of a plane perpendicular to the axis."""
+    k = parameters.rays
+    x = _cell_middles(parameters.horizontal_fov, parameters.zones_across, k)
+    y = -_cell_middles(parameters.vertical_fov, parameters.zones_up, k)
+    zone = np.broadcast_to(
+        np.stack(np.broadcast_arrays(x[None, :, None, :], y[:, None, :, None]), axis=-1),
+        (parameters.zones_up, parameters.zones_across, k, k, 2),
+    ).reshape(-1, 2)
+    directions = np.column_stack([zone, np.full(len(zone), -1.0)]) @ pose.axes.T
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    origins = np.broadcast_to(pose.origin, directions.shape)
+    return origins, directions, np.full(len(directions), reach(parameters))
+
+
+def _cell_middles(angle: float, zones: int, rays: int) -> Array:
+    """(zones, rays): coordinates at which rays cross a plane at distance 1."""
+    cells = zones * rays
+    middles = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0
+    return (math.tan(angle / 2.0) * middles).reshape(zones, rays)
+
+
+def reach(parameters: DistanceParameters) -> float:
+    """The greatest distance in m at which any target is detected, one of reflectance 1 included."""
+    return max(parameters.range_max, float(range_of(parameters, np.ones(1))[0]))
+
+
+def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
+    """R(ρ) in m: the greatest distance of a target that fills a zone. A power of the reflectance ρ
+    through the data sheet's values for white and grey; an ideal receiver in the dark has ½."""
+    power = math.log(parameters.range_max / parameters.range_grey) / math.log(WHITE / GREY)
+    found: Array = parameters.range_max * (reflectance / WHITE) ** power
+    return np.where(reflectance > 0.0, found, 0.0)
+
+
+def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: Array) -> Array:
+    """The distance (z,) in m of each zone, without noise, from its rays' ranges (z, k) in m and
+    reflectances (z, k); inf where no target is detected."""
+    near = np.maximum(ranges, max(parameters.range_min, 1e-6))
+    visible = (range_of(parameters, reflectance) / near) ** 2 / ranges.shape[1]
+    if parameters.echo == "MEAN":
+        return _weighted(near, visible, np.ones_like(near, bool))
+    order = np.argsort(near, axis=1)
+    near, visible = (np.take_along_axis(a, order, axis=1) for a in (near, visible))
+    if parameters.echo == "FIRST":
+        # Each nearer target adds to the returned wave.
+        enough = np.cumsum(visible, axis=1) >= JUST_SEEN
+        first = np.take_along_axis(near, np.argmax(enough, axis=1)[:, None], axis=1)[:, 0]
+        return np.where(enough.any(axis=1), first, np.inf)
+    apart = np.diff(near, axis=1, prepend=near[:, :1]) > parameters.separation
+    group = np.cumsum(apart, axis=1)
+    best, strength = np.full(len(near), np.inf), np.zeros(len(near))
+    for number in range(int(group.max(initial=0)) + 1):
+        of_it = group == number
+        power = np.where(of_it, visible, 0.0).sum(axis=1)
+        better = power > strength
+        best[better] = _weighted(near, visible, of_it)[better]
+        strength = np.maximum(strength, power)
+    return best
+
+
+def _weighted(near: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
+    """(z,): means of the chosen ranges weighted by visibility; inf where their sum is too small."""
+    weight = np.where(which, visible, 0.0)
+    total = weight.sum(axis=1)
+    mean = (weight * near).sum(axis=1) / np.maximum(total, 1e-300)
+    return np.where(total >= JUST_SEEN, mean, np.inf)
+
+
+def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
+    """Standard deviation in m of readings at `distance` (m), from two independent noise terms."""
+    found: Array = np.hypot(
+        parameters.noise_sigma, parameters.noise_growth * np.asarray(distance, np.float64)
+    )
+    return found
+
+
+def _noise(parameters: DistanceParameters, update: Update, zones: int) -> Array:
+    """(zones,): a random number of variance 1 for each zone, whether or not it detects a target."""
+    if parameters.noise_sigma == 0.0 and parameters.noise_growth == 0.0:
+        return np.zeros(zones)
+    return update.noise().normal(size=zones)
+
+
+def _with_noise(parameters: DistanceParameters, distance: Array, noise: Array) -> Array:
+    """Readings in m: with noise, rounded to the resolution, within range_min … range_max."""
+    found = distance + noise * sigma(parameters, distance)
+    if parameters.resolution > 0.0:
+        found = np.round(found / parameters.resolution) * parameters.resolution
+    return np.clip(found, parameters.range_min, parameters.range_max)
+
+
+# Presets of commercial distance sensors.
+#
+# Data sheets give bounds of a reading's error; a third of a bound serves as the standard
+# deviation.
+
+# The side of a square whose diagonal the data sheet of the VL53L1X gives, 27°.
+SIDE_OF_27 = 2.0 * math.atan(math.tan(math.radians(27.0) / 2.0) / math.sqrt(2.0))
+
+
+def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
+    """A preset. All set the same parameters, so that each fully replaces another."""
+    common = {
+        "target": "MATERIAL",
+        "zones_across": 1,
+        "zones_up": 1,
+        "rays": 5,
+        "echo": "MEAN",
+        "noise_sigma": 0.0,
+        "noise_growth": 0.0,
+        "resolution": 0.001,
+    }
+    return Preset(identifier, label, {**common, **values}, source)
+
+
+PRESETS: tuple[Preset, ...] = (
+    _part(
+        "VL53L1X",
+        "ST VL53L1X (long distance mode)",
+        "ST, VL53L1X data sheet DocID031281 (27° from corner to corner) and the user's manual of "
+        "STEVAL-BCN002V1, p. 21: in the dark 1.7 to 3.6 m for targets of 17 to 88 %, 40 mm at "
+        "least, ±20 mm, of which a third is taken as the standard deviation",
+        range_min=0.04,
+        range_max=3.6,
+        range_grey=1.7,
+        horizontal_fov=SIDE_OF_27,
+        vertical_fov=SIDE_OF_27,
+        noise_sigma=0.02 / 3,
+    ),
+    _part(
+        "VL53L5CX",
+        "ST VL53L5CX (8 × 8 zones, 15 Hz)",
+        "ST, VL53L5CX data sheet DS13754, tables 2 and 18: 45° × 45°, inner zones in the dark "
+        "3.5 m white and 1.3 m grey. Its noise is taken from the ±11 mm and ±5 % of the VL53L8CX "
+        "(DS14161), as three standard deviations",
+        range_min=0.02,
+        range_max=3.5,
+        range_grey=1.3,
+        horizontal_fov=math.radians(45.0),
+        vertical_fov=math.radians(45.0),
+        zones_across=8,
+        zones_up=8,
+        rays=3,
+        echo="STRONGEST",
+        noise_sigma=0.011 / 3,
+        noise_growth=0.05 / 3,
+    ),
+    _part(
+        "HC_SR04",
+        "HC-SR04 (ultrasound)",
+        "HC-SR04 data sheet: 2 cm to 4 m, 15°, up to 3 mm; what it meets throws sound back "
+        "whatever its colour. Where the first echo is not enough, the next one counts",
+        range_min=0.02,
+        range_max=4.0,
+        range_grey=4.0,
+        horizontal_fov=math.radians(15.0),
+        vertical_fov=math.radians(15.0),
+        echo="FIRST",
+        noise_sigma=0.003,
+        resolution=0.003,
+    ),
+)
+
+
+DISTANCE = Field("distance_m", float, "m", 3, step="report_step", quantity="distance")
+NEAR = Field("near", bool, quantity="proximity")
+KIND = Kind(
+    "DISTANCE",
+    5,
+    "Distance sensor",
+    "Distance sensor: time of flight or ultrasound",
+    "DRIVER_DISTANCE",
+    "distance",
+    10.0,
+    "Near",
+    "Clear",
+    DistanceParameters,
+    events=(NEAR, DISTANCE),
+    samples=(DISTANCE, NEAR, Field("zones_m", str, quantity="distances")),
+    model=DistanceSensor,
+    needs={RAYS: (), REFLECTANCE: (("target", "MATERIAL"),)},
+    in_room=True,
+    presets=PRESETS,
+)

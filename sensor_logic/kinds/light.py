@@ -1,0 +1,483 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light sensor: luminance of four walls, or illuminance."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+from .. import physics
+from ..kind import LIGHT, Field, Kind, Preset
+from ..model import LightSample, Model, Reading, Update
+from ..parameters import READING, Choice, FormerChoice, Parameters, parameter
+from ..wording import METRES, Advice, Lengths
+
+# Photoresistor (LDR): its resistance over light, and how it follows changes.
+
+REFERENCE_LUX = 10.0
+
+
+def conductance(lux: float, resistance_10lux: float, gamma: float, dark_resistance: float) -> float:
+    """Conductance in S in a constant illuminance E: 1/R_dark + (E / 10 lx)^γ / R10.
+
+    γ = log10(R at 10 lx / R at 100 lx) as in data sheets, away from the dark.
+    """
+    return 1.0 / dark_resistance + math.pow(max(lux, 0.0) / REFERENCE_LUX, gamma) / resistance_10lux
+
+
+def equivalent_lux(
+    siemens: float, resistance_10lux: float, gamma: float, dark_resistance: float
+) -> float:
+    """The constant illuminance in lux that gives this conductance: the inverse of `conductance`."""
+    of_light = (siemens - 1.0 / dark_resistance) * resistance_10lux
+    return REFERENCE_LUX * math.pow(max(of_light, 0.0), 1.0 / gamma)
+
+
+def follow(before: float, target: float, dt: float, rise: float, fall: float) -> float:
+    """The conductance `dt` seconds later: exponential, with a time constant for rising and one for
+    falling (s). Exact for constant light during `dt`, so steps of any length agree."""
+    constant = rise if target > before else fall
+    return target + (before - target) * math.exp(-dt / constant) if constant > 0.0 else target
+
+
+# Light sensor: luminance of four views in percent, or illuminance in lux, and its circuit.
+#
+# The scene gives the light (`LightSample`); the model adds noise and the circuit: the time
+# constants of a photoresistor and its voltage divider, or the counts of a digital part; a
+# comparator with hysteresis then decides whether the sensor is lit.
+
+THESIS = "camera sensor of the thesis's Gazebo plugin"
+GL5528 = "GL5528 data sheet"
+BH1750 = "BH1750FVI data sheet"
+LUX = ("method", "ILLUMINANCE")
+FOUR_WALL: dict[str, Any] = {"used_when": (("method", "FOUR_WALL"),)}
+ILLUMINANCE: dict[str, Any] = {"used_when": (LUX,)}
+RESISTOR: dict[str, Any] = {"used_when": (LUX, ("output", "RESISTOR"))}
+DIGITAL: dict[str, Any] = {"used_when": (LUX, ("output", "DIGITAL"))}
+
+
+@dataclass(frozen=True)
+class LightParameters(Parameters):
+    method: str = parameter(
+        "FOUR_WALL",
+        "Method",
+        "Which quantity the sensor measures",
+        choices=(
+            Choice("FOUR_WALL", "Four walls", "Luminance of four views, in percent", 0),
+            Choice("ILLUMINANCE", "Illuminance", "Light on the sensor's face, in lux", 1),
+        ),
+    )
+    engine: str = parameter(
+        "CYCLES",
+        "Engine",
+        "How the light is computed",
+        choices=(
+            Choice("CYCLES", "Cycles", "Path tracing", 0),
+            Choice("EEVEE", "EEVEE", "Rasterising; needs a GPU", 1),
+        ),
+        former=(FormerChoice("DIRECT", 2, "CYCLES"),),
+    )
+    samples: int = parameter(
+        1024, "Samples", "Light paths per reading", minimum=1, maximum=1_000_000
+    )
+    clip_start: float = parameter(
+        0.5, "Clip start", "Views do not show what is nearer", unit="m", source=THESIS, **FOUR_WALL
+    )
+    clip_end: float = parameter(
+        5.0,
+        "Clip end",
+        "Views do not show what is farther",
+        unit="m",
+        positive=True,
+        source=THESIS,
+        **FOUR_WALL,
+    )
+    field_of_view: float = parameter(
+        0.02,
+        "Field of view",
+        "Angle of each of the four views",
+        unit="rad",
+        positive=True,
+        maximum=math.pi,
+        source=THESIS,
+        **FOUR_WALL,
+    )
+    exposure: float = parameter(
+        1.0, "Exposure", "A radiance of 1/exposure reads 100 %", **FOUR_WALL
+    )
+    threshold: float = parameter(
+        50.0,
+        "Threshold",
+        "Lit is on above this reading, in percent or lux by the method",
+        unit=READING,
+    )
+    report_step: float = parameter(
+        1.0,
+        "Report step",
+        "Least change of the reading that the event log records",
+        unit=READING,
+        short="Report by",
+    )
+    hysteresis: float = parameter(
+        0.0,
+        "Hysteresis",
+        "Difference between the readings at which lit goes on and off, around the threshold",
+        unit=READING,
+    )
+    output: str = parameter(
+        "RESISTOR",
+        "Output",
+        "Which circuit is behind the light-sensitive face",
+        choices=(
+            Choice("RESISTOR", "Photoresistor", "A light-dependent resistor in a divider", 0),
+            Choice("DIGITAL", "Digital", "A light-to-digital part that counts lux", 1),
+        ),
+        **ILLUMINANCE,
+    )
+    gamma: float = parameter(
+        0.7,
+        "Gamma",
+        "Slope of the resistance over illuminance, both logarithmic",
+        positive=True,
+        source="0.6 ± 0.1, GL55 series manual",
+        **RESISTOR,
+    )
+    resistance_10lux: float = parameter(
+        14_000.0,
+        "Resistance at 10 lux",
+        "Resistance of the photoresistor at 10 lux",
+        unit="Ω",
+        positive=True,
+        source="8–20 or 10–20 kΩ, GL5528 data sheets",
+        short="At 10 lux",
+        **RESISTOR,
+    )
+    dark_resistance: float = parameter(
+        1_000_000.0,
+        "Dark resistance",
+        "Resistance of the photoresistor in the dark",
+        unit="Ω",
+        positive=True,
+        source=GL5528,
+        short="Dark",
+        **RESISTOR,
+    )
+    rise_time: float = parameter(
+        0.02,
+        "Rise time",
+        "Time constant with which it follows rising light",
+        unit="s",
+        source="20 ms, " + GL5528,
+        **RESISTOR,
+    )
+    fall_time: float = parameter(
+        0.03,
+        "Fall time",
+        "Time constant with which it follows falling light",
+        unit="s",
+        source="30 ms, " + GL5528,
+        **RESISTOR,
+    )
+    load_resistor: float = parameter(
+        10_000.0,
+        "Load resistor",
+        "Fixed resistor of the divider",
+        unit="Ω",
+        positive=True,
+        short="Load",
+        **RESISTOR,
+    )
+    supply_voltage: float = parameter(
+        5.0,
+        "Supply voltage",
+        "Voltage of the divider",
+        unit="V",
+        positive=True,
+        short="Supply",
+        **RESISTOR,
+    )
+    lux_max: float = parameter(
+        65535.0 / 1.2,
+        "Full scale",
+        "Highest illuminance that the digital part can report",
+        unit="lx",
+        positive=True,
+        source=BH1750,
+        **DIGITAL,
+    )
+    lux_step: float = parameter(
+        1.0 / 1.2,
+        "Step",
+        "Illuminance of one count of the digital part; 0: no steps",
+        unit="lx",
+        source=BH1750,
+        **DIGITAL,
+    )
+    integration_time: float = parameter(
+        0.12,
+        "Integration time",
+        "The digital part reports the mean illuminance over this time",
+        unit="s",
+        source=BH1750,
+        short="Integration",
+        **DIGITAL,
+    )
+    noise_sigma: float = parameter(
+        0.0, "Noise", "Standard deviation of the noise on the reading", unit=READING
+    )
+
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        four = self.method == "FOUR_WALL"
+        return self.must_be_smaller("clip_start", "clip_end", lengths) if four else []
+
+    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        half, unit, most = self.hysteresis / 2, "lx", math.inf
+        if self.method == "FOUR_WALL":
+            unit, most = "%", 100.0
+        elif self.output == "DIGITAL":
+            most = self.lux_max
+        on, off = self.threshold + half, self.threshold - half
+        if on >= most:
+            return [
+                Advice(
+                    f"Lit goes on above {on:g} {unit}, and the sensor reads at most {most:g} "
+                    f"{unit}: once off, lit stays off",
+                    "Lower the threshold or the hysteresis",
+                )
+            ]
+        if off < 0.0:
+            return [
+                Advice(
+                    f"Half the hysteresis ({half:g} {unit}) is more than the threshold "
+                    f"({self.threshold:g} {unit}): once on, lit stays on in the dark",
+                    "Raise the threshold or lower the hysteresis",
+                )
+            ]
+        return []
+
+
+class LightSensor(Model):
+    """One sensor. Its state is that of its photoresistor or integrator, and of its comparator."""
+
+    def __init__(self) -> None:
+        self._time: float | None = None
+        self._siemens = 0.0
+        self._window: deque[tuple[float, float]] = deque()
+        self._lit: bool | None = None
+
+    def update(self, parameters: LightParameters, update: Update) -> Reading:
+        sample: LightSample = update.ask(LIGHT)
+        dt = 0.0 if self._time is None else max(update.time - self._time, 0.0)
+        fields: dict[str, Any] = {
+            "luminance_percent": None,
+            "illuminance_lux": None,
+            "resistance_ohm": None,
+            "voltage_v": None,
+            "note": sample.note,
+        }
+        if parameters.method == "FOUR_WALL":
+            percent = self._noisy(sample.luminance_percent, parameters, update)
+            value = fields["luminance_percent"] = min(percent, 100.0)
+            decides = value
+        else:
+            lux = self._noisy(sample.illuminance_lux, parameters, update)
+            if parameters.output == "RESISTOR":
+                value = fields["illuminance_lux"] = lux
+                decides = self._resistor(parameters, lux, dt, fields)
+            else:
+                value = fields["illuminance_lux"] = self._digital(parameters, lux, dt)
+                decides = value
+        self._time = update.time
+        fields["lit"] = self._compare(parameters, decides)
+        return Reading(fields["lit"], value, fields)
+
+    @staticmethod
+    def _noisy(light: float | None, parameters: LightParameters, update: Update) -> float:
+        if light is None or math.isnan(light):
+            raise ValueError(f"no light was measured by the method {parameters.method}")
+        if parameters.noise_sigma > 0.0:
+            light += float(update.noise().normal(0.0, parameters.noise_sigma))
+        return max(light, 0.0)
+
+    def _resistor(
+        self, parameters: LightParameters, lux: float, dt: float, fields: dict[str, Any]
+    ) -> float:
+        """The illuminance in lux that corresponds to the photoresistor's conductance, which starts
+        at its steady state."""
+        curve = parameters.resistance_10lux, parameters.gamma, parameters.dark_resistance
+        target = conductance(lux, *curve)
+        if self._time is None:
+            self._siemens = target
+        self._siemens = follow(
+            self._siemens, target, dt, parameters.rise_time, parameters.fall_time
+        )
+        fields["resistance_ohm"] = 1.0 / self._siemens
+        fields["voltage_v"] = physics.voltage(
+            parameters.supply_voltage, parameters.load_resistor, 1.0 / self._siemens
+        )
+        # In the steady state this is `lux` itself, without rounding errors of the inverse.
+        return lux if self._siemens == target else equivalent_lux(self._siemens, *curve)
+
+    def _digital(self, parameters: LightParameters, lux: float, dt: float) -> float:
+        """The illuminance in lux that the digital part reports: the mean over its integration time,
+        in whole counts. Each sample counts for the time since the update before; the first one for
+        all time before."""
+        span = parameters.integration_time
+        self._window.append((dt if self._time is not None else math.inf, lux))
+        left, total = span, 0.0
+        used = 0
+        for duration, light in reversed(self._window):
+            used += 1
+            part = min(duration, left)
+            total += part * light
+            left -= part
+            if left <= 0.0:
+                break
+        while len(self._window) > used:
+            self._window.popleft()
+        mean = total / span if span > 0.0 else lux
+        mean = min(mean, parameters.lux_max)
+        if parameters.lux_step > 0.0:
+            # The factor keeps rounding from losing a whole count.
+            mean = math.floor(mean / parameters.lux_step * (1.0 + 1e-12)) * parameters.lux_step
+        return mean
+
+    def _compare(self, parameters: LightParameters, light: float) -> bool:
+        half = parameters.hysteresis / 2
+        if self._lit is None:
+            self._lit = light > parameters.threshold
+        elif light > parameters.threshold + half:
+            self._lit = True
+        elif light <= parameters.threshold - half:
+            self._lit = False
+        return self._lit
+
+
+# Presets of commercial light sensors, and the thesis's.
+#
+# A preset sets only what the part determines and its source gives; of a range, the middle.
+
+MANUAL = (
+    "GL55 Series CdS Photoresistor Manual, p. 2 (10 lx of 2856 K after 2 h at 400 to 600 lx; dark "
+    "10 s after 10 lx; gamma = lg(R10/R100)); its rows bear no names and are taken in their order"
+)
+CURVE = (
+    "resistances as traded (10 lx; dark); gamma from the curve lux = a / ohm^b of the "
+    "Arduino-Light-Dependent-Resistor-Library by Quentin Comte-Gaz, 1/b; no response times known"
+)
+
+
+def _part(name: str, values: dict[str, Any], source: str) -> Preset:
+    return Preset(name.upper().replace("-", "_"), name, values, source)
+
+
+def _resistor(
+    name: str, kilo: tuple[float, float], dark_mega: float, gamma: float, rise_fall_ms: Any = ()
+) -> Preset:
+    low, high = kilo
+    values = {
+        "method": "ILLUMINANCE",
+        "output": "RESISTOR",
+        "resistance_10lux": 500.0 * (low + high),
+        "dark_resistance": dark_mega * 1e6,
+        "gamma": gamma,
+    }
+    for key, ms in zip(("rise_time", "fall_time"), rise_fall_ms, strict=False):
+        values[key] = ms / 1000.0
+    source = MANUAL if rise_fall_ms else CURVE
+    return _part(name, values, f"{low:g}–{high:g} kΩ: {source}")
+
+
+def _digital(name: str, step: float, full: float, seconds: float, source: str) -> Preset:
+    values = {
+        "method": "ILLUMINANCE",
+        "output": "DIGITAL",
+        "lux_step": step,
+        "lux_max": full,
+        "integration_time": seconds,
+    }
+    return _part(name, values, source)
+
+
+PRESETS: tuple[Preset, ...] = (
+    Preset(
+        "THESIS",
+        "Thesis (Gazebo cameras, four walls)",
+        {
+            "method": "FOUR_WALL",
+            "clip_start": 0.5,
+            "clip_end": 5.0,
+            "field_of_view": 0.02,
+            "noise_sigma": 0.0,
+        },
+        "camera sensor of the thesis's Gazebo plugin",
+    ),
+    _resistor("GL5516", (5.0, 10.0), 0.5, 0.5, (30.0, 30.0)),
+    _resistor("GL5528", (10.0, 20.0), 1.0, 0.6, (20.0, 30.0)),
+    _resistor("GL5537-1", (20.0, 30.0), 2.0, 0.6, (20.0, 30.0)),
+    _resistor("GL5537-2", (30.0, 50.0), 3.0, 0.85),
+    _resistor("GL5539", (50.0, 100.0), 5.0, 0.8, (20.0, 30.0)),
+    _resistor("GL5549", (100.0, 200.0), 10.0, 0.78),
+    _digital(
+        "BH1750FVI",
+        1.0 / 1.2,
+        65535.0 / 1.2,
+        0.12,
+        "ROHM BH1750FVI technical note, 2009.04 Rev. B: H-resolution mode, 1.2 counts a lux "
+        "typical, 16 bit, 120 ms typical",
+    ),
+    _digital(
+        "TSL2561",
+        0.1,
+        40_000.0,
+        0.402,
+        "0.1 to 40 000 lx and 402 ms as in Raspberry Connect's description of the breakout "
+        "board; the step is the least light that it tells apart, at its high gain",
+    ),
+    _digital(
+        "VEML7700",
+        0.0576,
+        0.0576 * 65535,
+        0.1,
+        "drivers of Adafruit (Adafruit_VEML7700) and ESPHome: 0.0036 lx a count at gain 2 and "
+        "800 ms, so 0.0576 lx at gain 1 and 100 ms, 16 bit; others say 0.0042 instead of 0.0036",
+    ),
+)
+
+
+PERCENT = Field(
+    "luminance_percent", float, "%", 1, step="report_step", quantity="luminance", **FOUR_WALL
+)
+LUX_FIELD = Field(
+    "illuminance_lux", float, "lx", step="report_step", quantity="illuminance", **ILLUMINANCE
+)
+KIND = Kind(
+    "LIGHT",
+    4,
+    "Light sensor",
+    "Light sensor: luminance or illuminance",
+    "LIGHT_SUN",
+    "light",
+    1.0,
+    "Lit",
+    "Dark",
+    LightParameters,
+    events=(
+        PERCENT,
+        LUX_FIELD,
+        Field("lit", bool, quantity="light"),
+    ),
+    samples=(
+        PERCENT,
+        LUX_FIELD,
+        Field("resistance_ohm", float, "Ω"),
+        Field("voltage_v", float, "V", 2),
+        Field("lit", bool),
+    ),
+    model=LightSensor,
+    needs={LIGHT: ()},
+    in_room=True,
+    presets=PRESETS,
+)

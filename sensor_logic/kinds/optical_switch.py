@@ -1,0 +1,377 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Slotted optical switch: a flag on the door breaks its beam, or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.sweep import RayCrossings, no_crossings
+from ..geometry.trees import Index
+from ..kind import CROSSINGS, RAYS, Field, Kind, Preset
+from ..model import Array, Model, PerPose, Pose, Reading, Readings, Update, Updates
+from ..parameters import Parameters, parameter
+from ..wording import METRES, Advice, Lengths
+
+# The light of a beam between two steps, by the solids that crossed it.
+
+# Share of the time between two steps: a shorter gap in a break is a rounding error. At 24 frames a
+# second it is 0.4 µs, too short for any switch.
+NO_GAP = 1e-5
+
+
+def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays: int) -> Array:
+    """The shares of the full light (n,) in the successive intervals in which it is constant. A
+    solid nearer than `threshold` (m) stops a ray.
+
+    `ranges` (p, 2): the distance in m of each crossing from the sensor at its begin and its end.
+    """
+    ray, begin, end = _stopped(crossings, ranges, threshold)
+    if not len(ray):
+        return np.zeros(0)
+    begin, end = _merged(ray, begin, end)
+    times = np.concatenate([begin, end])
+    order = np.argsort(times, kind="stable")
+    stopped = np.cumsum(np.repeat([1, -1], len(begin))[order])
+    # Empty intervals are dropped; before the first break and after the last the light is full.
+    lasts = np.diff(times[order]) > 0.0
+    light = 1.0 - stopped[:-1][lasts] / rays
+    before = [1.0] if times[order[0]] > NO_GAP else []
+    after = [1.0] if times[order[-1]] < 1.0 - NO_GAP else []
+    return np.concatenate([before, light, after])
+
+
+def _stopped(
+    crossings: RayCrossings, ranges: Array, threshold: float
+) -> tuple[Index, Array, Array]:
+    """Ray, begin and end of the crossings' parts that are nearer than the threshold."""
+    one, two = ranges[:, 0], ranges[:, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.clip((threshold - one) / (two - one), 0.0, 1.0)
+    at_threshold = crossings.begin + share * (crossings.end - crossings.begin)
+    begin = np.where(one < threshold, crossings.begin, at_threshold)
+    end = np.where(two < threshold, crossings.end, at_threshold)
+    stops = (one < threshold) | (two < threshold)
+    return crossings.ray[stops], begin[stops], end[stops]
+
+
+def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
+    """Begins and ends (n,) after merging the intervals of each ray that overlap or adjoin."""
+    # Each ray gets its own section of one time axis.
+    starts, stops = begin + 2.0 * ray, end + 2.0 * ray
+    order = np.argsort(starts, kind="stable")
+    starts, furthest = starts[order], np.maximum.accumulate(stops[order])
+    new = np.flatnonzero(np.append(True, starts[1:] > furthest[:-1] + NO_GAP))
+    last = np.append(new[1:], len(starts)) - 1
+    shift = 2.0 * ray[order][new]
+    return starts[new] - shift, furthest[last] - shift
+
+
+# Slotted optical switch: a beam across a gap that a flag on the door breaks.
+#
+# One ray is the thesis's sensor: open where the range is at least the threshold, without memory.
+# Several rays across the aperture resolve a flag that covers part of it: the share of rays that
+# pass is the light, and a comparator with hysteresis (a Schmitt trigger) decides.
+#
+# A swept switch is one whose output is latched, as by an input that interrupts on an edge: what
+# breaks its beam between two updates makes it read closed at the next one.
+
+THESIS = "laser switch of the thesis's Gazebo plugin"
+# Middle of the comparator's two levels, 0.60 and 0.45 of the full light at the default hysteresis.
+SWITCHING_LEVEL = 0.525
+# Blender stores the hysteresis in single precision: 3 of 5 rays must still reach the level 0.60.
+LEVEL_TOLERANCE = 1e-6
+NO_RANGES = np.zeros((0, 2))
+
+
+@dataclass(frozen=True)
+class OpticalSwitchParameters(Parameters):
+    range_min: float = parameter(
+        0.001, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
+    )
+    range_max: float = parameter(
+        0.5, "Range max", "How far the beam reaches", unit="m", positive=True, source=THESIS
+    )
+    threshold: float = parameter(
+        0.05,
+        "Threshold",
+        "Open where the beam reaches at least this far. Datasheets: gap",
+        unit="m",
+        source=THESIS,
+    )
+    aperture_rays: int = parameter(
+        1,
+        "Aperture rays",
+        "Rays side by side in the aperture; the share that reaches the receiver is the light",
+        minimum=1,
+        maximum=10_000,
+    )
+    aperture: float = parameter(
+        0.0,
+        "Aperture",
+        "Width of the slit, along the sensor's X axis. Datasheets: aperture or slit width",
+        unit="m",
+    )
+    hysteresis: float = parameter(
+        0.15,
+        "Hysteresis",
+        "Difference between the light at which it opens and closes, as a share of the full light",
+        maximum=0.95,
+        source="Schmitt trigger: opens at 0.60, closes below 0.45",
+    )
+    noise_sigma: float = parameter(
+        0.0, "Noise", "Standard deviation of the noise on every range (Gaussian)", unit="m"
+    )
+    swept: bool = parameter(
+        False,
+        "Swept",
+        "Detect every rigid object that crosses the beam between two updates, however fast: the "
+        "beam is checked at every frame and against paths from frame to frame. The later update "
+        "reports the break",
+    )
+
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        problems = self.must_be_smaller("range_min", "range_max", lengths)
+        if problems:
+            return problems
+        if self.threshold > self.range_max:
+            return [
+                f"threshold ({lengths.typed(self.threshold)}) is beyond range_max "
+                f"({lengths.typed(self.range_max)}): the switch could never open"
+            ]
+        return []
+
+    def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        if self.threshold > self.range_min:
+            return []
+        return [
+            Advice(
+                f"The threshold ({lengths.typed(self.threshold)}) is not above the range min "
+                f"({lengths.typed(self.range_min)}): the switch never closes",
+                "Raise the threshold or lower the range min",
+            )
+        ]
+
+
+def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:
+    """Positions (k,) in metres of the rays across the aperture: the middles of k equal strips.
+
+    The share of rays that pass then differs from the open share of the aperture by at most
+    1/(2k) for one straight edge.
+    """
+    k = parameters.aperture_rays
+    return ((np.arange(k) + 0.5) / k - 0.5) * parameters.aperture
+
+
+def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
+    """The rays: starts (k, 3) at range_min, unit directions (k, 3), and lengths (k,) in m."""
+    ahead = -pose.axes[:, 2]
+    starts = pose.origin + np.outer(aperture_offsets(parameters), pose.axes[:, 0])
+    reach = np.full(len(starts), parameters.range_max - parameters.range_min)
+    return starts + ahead * parameters.range_min, np.broadcast_to(ahead, starts.shape), reach
+
+
+@dataclass(frozen=True)
+class BeamStep:
+    """The beam at one step: `ranges` (k,) in m, and the `crossings` since the step before."""
+
+    ranges: Array
+    crossings: RayCrossings
+
+
+@dataclass(frozen=True)
+class LatchedBreak:
+    """A break of the beam between two updates, where it was nearest: `range` in m, how many `steps`
+    of the clock before the update, and the number of the `solid`, 0 where it is not known."""
+
+    range: float
+    steps: float
+    solid: int
+
+
+class SlottedSwitch(Model):
+    """One switch. Its state is its comparator's output, and the steps since the last update.
+
+    `latched_break`: the break that alone made the last reading a closed one.
+    """
+
+    def __init__(self) -> None:
+        self.latched_break: LatchedBreak | None = None
+        self._open: bool | None = None
+        self._steps: list[BeamStep] = []
+        self._rays = PerPose(beam)
+
+    def sense(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
+        if not parameters.swept:
+            self._steps.clear()
+            if parameters.noise_sigma == 0.0:
+                return self._sense_plain(parameters, updates)
+        found = []
+        for i, due in enumerate(updates.due.tolist()):
+            if due:
+                found.append(self._read(parameters, updates[i]))
+            elif parameters.swept:
+                self._steps.append(self._step(parameters, updates[i]))
+        return Readings.of(found)
+
+    def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
+        """The readings without noise and without steps between the updates."""
+        self.latched_break = None
+        rays = self._rays(parameters, updates.pose)
+        answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
+        ranges = np.asarray(answers.table)
+        ranges = np.where(ranges >= rays[2], parameters.range_max, ranges + parameters.range_min)
+        ranges = np.clip(ranges, parameters.range_min, parameters.range_max)
+        light = (ranges >= parameters.threshold).mean(axis=1)[answers.rows]
+        is_open = np.empty(len(light), bool)
+        changes = np.append(True, light[1:] != light[:-1])
+        for i in np.flatnonzero(changes).tolist():
+            self._open = is_open[i:] = self._compare(parameters, float(light[i]))
+        nearest = ranges.min(axis=1)[answers.rows]
+        return Readings(is_open, nearest, {"open": is_open, "range_m": nearest})
+
+    def _read(self, parameters: OpticalSwitchParameters, update: Update) -> Reading:
+        now = self._step(parameters, update)
+        # Steps with another number of rays belong to another beam.
+        steps = [one for one in self._steps if len(one.ranges) == len(now.ranges)] + [now]
+        self._steps.clear()
+        noise = np.zeros(len(now.ranges))
+        if parameters.noise_sigma > 0.0:
+            noise = update.noise().normal(0.0, parameters.noise_sigma, len(noise))
+        noisy = [_with_noise(parameters, step, noise) for step in steps]
+        closed_meanwhile = False
+        for step, (ranges, of_crossings) in zip(steps, noisy, strict=True):
+            lights = [float(np.mean(ranges >= parameters.threshold))]
+            if len(of_crossings):
+                between = light_between(
+                    step.crossings, of_crossings, parameters.threshold, len(ranges)
+                )
+                lights = between.tolist() + lights
+            for light in lights:
+                was_open, self._open = self._open, self._compare(parameters, light)
+                closed_meanwhile |= bool(was_open) and not self._open
+        is_open, nearest = bool(self._open), float(noisy[-1][0].min())
+        self.latched_break = None
+        if is_open and closed_meanwhile:
+            self.latched_break = _nearest(steps, noisy)
+            is_open, nearest = False, self.latched_break.range
+        return Reading(is_open, nearest, {"open": is_open, "range_m": nearest})
+
+    def _compare(self, parameters: OpticalSwitchParameters, light: float) -> bool:
+        """The comparator's output (open) for `light`, a share of the full light."""
+        half = parameters.hysteresis / 2
+        if self._open is None:
+            return light >= SWITCHING_LEVEL
+        if light >= SWITCHING_LEVEL + half - LEVEL_TOLERANCE:
+            return True
+        return self._open and light >= SWITCHING_LEVEL - half - LEVEL_TOLERANCE
+
+    def _step(self, parameters: OpticalSwitchParameters, update: Update) -> BeamStep:
+        rays = self._rays(parameters, update.pose)
+        ranges, reach = update.ask(RAYS, 0, *rays), rays[2]
+        # A ray that hits nothing reads range_max itself, without the sum's rounding error.
+        ranges = np.where(ranges >= reach, parameters.range_max, ranges + parameters.range_min)
+        crossings = update.ask(CROSSINGS, *rays) if parameters.swept else None
+        if crossings is None:
+            # Earlier steps do not belong to this interval, or the switch is no longer swept.
+            self._steps.clear()
+            crossings = no_crossings()
+        return BeamStep(ranges, crossings)
+
+
+def _with_noise(
+    parameters: OpticalSwitchParameters, step: BeamStep, noise: Array
+) -> tuple[Array, Array]:
+    """The ranges (k,) in m of a step, and those of its crossings at their begin and end (p, 2):
+    with noise, within range_min … range_max."""
+    lo, hi = parameters.range_min, parameters.range_max
+    ranges = np.clip(step.ranges + noise, lo, hi)
+    if not len(step.crossings):
+        return ranges, NO_RANGES
+    both = np.stack([step.crossings.near, step.crossings.far], axis=1) + lo
+    both += noise[step.crossings.ray][:, None]
+    return ranges, np.clip(both, lo, hi)
+
+
+def _nearest(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> LatchedBreak:
+    """The nearest break between two updates; `noisy`: the steps' ranges by `_with_noise`."""
+    found = []
+    for back, (step, (ranges, of_crossings)) in enumerate(
+        zip(reversed(steps), reversed(noisy), strict=True)
+    ):
+        found.append(LatchedBreak(float(ranges.min()), float(back), 0))
+        if len(of_crossings):
+            which, side = divmod(int(np.argmin(of_crossings)), 2)
+            when = (step.crossings.begin, step.crossings.end)[side][which]
+            solid, nearest = int(step.crossings.solid[which]), float(of_crossings[which, side])
+            found.append(LatchedBreak(nearest, back + 1.0 - float(when), solid))
+    # Of a step and a crossing at the same range, the crossing knows the solid.
+    return min(found, key=lambda one: (round(one.range, 6), one.solid == 0))
+
+
+# Presets of commercial slotted switches, and the thesis's.
+
+
+def _slotted(identifier: str, label: str, gap_mm: float, aperture_mm: float, source: str) -> Preset:
+    """A slotted switch that is open where its gap is empty.
+
+    Its hysteresis is a ratio of light of about 0.75 (Sharp), as of the comparator's levels 0.45 and
+    0.60. Its response time of microseconds, far less than a frame, is neglected.
+    """
+    values = {
+        "range_min": 0.0,
+        "range_max": gap_mm / 1000,
+        "threshold": gap_mm / 1000,
+        "aperture_rays": 9 if aperture_mm else 1,
+        "aperture": aperture_mm / 1000,
+        "hysteresis": 0.15,
+        "noise_sigma": 0.0,
+    }
+    return Preset(identifier, label, values, source)
+
+
+VISHAY_83764 = "Vishay data sheet TCST1103, TCST1202, TCST1300, document 83764: gap, aperture"
+SHARP_GP1A50 = "Sharp GP1A50HR/51HR/52HR/53HR data sheet: gap, slit, hysteresis 0.75 typical"
+OMRON_EE_SX67 = "Omron EE-SX47/67 data sheet CSM_EE-SX47/67_DS_E: slot; its aperture is not given"
+
+PRESETS: tuple[Preset, ...] = (
+    Preset(
+        "THESIS",
+        "Thesis (Gazebo laser switch)",
+        {
+            "range_min": 0.001,
+            "range_max": 0.5,
+            "threshold": 0.05,
+            "aperture_rays": 1,
+            "aperture": 0.0,
+            "noise_sigma": 0.0,
+        },
+        "laser switch of the thesis's Gazebo plugin",
+    ),
+    _slotted("TCST1103", "Vishay TCST1103 (3.1 mm)", 3.1, 1.0, VISHAY_83764),
+    _slotted("TCST1202", "Vishay TCST1202 (3.1 mm, fine)", 3.1, 0.5, VISHAY_83764),
+    _slotted("TCST1300", "Vishay TCST1300 (3.1 mm, finest)", 3.1, 0.25, VISHAY_83764),
+    _slotted("GP1A51HR", "Sharp GP1A51HR (3 mm)", 3.0, 0.5, SHARP_GP1A50),
+    _slotted("GP1A53HR", "Sharp GP1A53HR (5 mm)", 5.0, 0.5, SHARP_GP1A50),
+    _slotted("EE_SX670", "Omron EE-SX670 (5 mm)", 5.0, 0.0, OMRON_EE_SX67),
+)
+
+
+KIND = Kind(
+    "OPTICAL_SWITCH",
+    2,
+    "Optical switch",
+    "Slotted optical switch, for doors and shutters",
+    "SNAP_EDGE",
+    "optical_switch",
+    1.0,
+    "Open",
+    "Closed",
+    OpticalSwitchParameters,
+    events=(Field("open", bool, quantity="opening"),),
+    samples=(Field("open", bool), Field("range_m", float, "m", 3)),
+    model=SlottedSwitch,
+    needs={RAYS: (), CROSSINGS: (("swept", True),)},
+    presets=PRESETS,
+)

@@ -1,0 +1,539 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pad that feels what presses on it."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import physics
+from ..kind import FORCES, Field, Kind, Preset
+from ..model import Model, PadContact, Pose, Reading, Update
+from ..parameters import Choice, Parameters, parameter
+from ..wording import METRES, Lengths, joined
+
+# The parameters of a pressure sensor.
+
+FSR_402_SHEET = "Interlink FSR 402 data sheet, PDS-10004"
+
+
+@dataclass(frozen=True)
+class PressureParameters(Parameters):
+    threshold: float = parameter(1.0, "Threshold", "Pressed is on above this force", unit="N")
+    report_step: float = parameter(
+        1.0,
+        "Report step",
+        "Least change of the force that the event log records",
+        unit="N",
+        short="Report by",
+    )
+    partner_object: str | None = parameter(
+        None,
+        "Partner object",
+        "Measure only this object; empty: measure everything",
+        pointer="Object",
+        short="Object",
+    )
+    partner_collection: str | None = parameter(
+        None,
+        "Partner collection",
+        "Measure only the objects of this collection; empty: measure everything",
+        pointer="Collection",
+        short="Collection",
+    )
+    subtract_own_weight: bool = parameter(
+        True,
+        "Subtract own weight",
+        "Leave the pad's own weight out of the reading",
+        short="Less own weight",
+    )
+    area: float = parameter(
+        1.267e-4,
+        "Area",
+        "Active area of the force-sensing resistor",
+        unit="m²",
+        positive=True,
+        source="12.7 mm diameter, " + FSR_402_SHEET,
+    )
+    force_min: float = parameter(
+        0.2,
+        "Force min",
+        "Least force that the resistor measures. Datasheets: actuation force",
+        unit="N",
+        source=FSR_402_SHEET,
+    )
+    force_max: float = parameter(
+        20.0,
+        "Force max",
+        "Force at which the resistor saturates. Datasheets: force sensitivity range",
+        unit="N",
+        positive=True,
+        source=FSR_402_SHEET,
+    )
+    resistor: str = parameter(
+        "FSR_402",
+        "Resistor",
+        "How the resistance follows the force",
+        choices=(
+            Choice("FSR_402", "FSR 402", "The typical curve of the Interlink FSR 402", 0),
+            Choice("POWER_LAW", "Power law", "Resistance at 1 N and exponent, for other parts", 1),
+        ),
+        source=FSR_402_SHEET,
+    )
+    resistance_at_1n: float = parameter(
+        6880.0,
+        "Resistance at 1 N",
+        "Resistance under a force of 1 N. Datasheets: from the curve of resistance over force",
+        unit="Ω",
+        positive=True,
+        source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
+        used_when=(("resistor", "POWER_LAW"),),
+        short="At 1 N",
+    )
+    exponent: float = parameter(
+        0.763,
+        "Exponent",
+        "The resistance falls with the force to this power. "
+        "Datasheets: slope of the curve, both axes logarithmic",
+        positive=True,
+        maximum=5.0,
+        source="power law through the curve of the FSR 402 from 0.2 to 20 N, up to 20 % off",
+        used_when=(("resistor", "POWER_LAW"),),
+    )
+    unloaded_resistance: float = parameter(
+        10_000_000.0,
+        "Unloaded resistance",
+        "Resistance without force. Datasheets: non-actuated or stand-off resistance",
+        unit="Ω",
+        positive=True,
+        source="> 10 MΩ, " + FSR_402_SHEET,
+        short="Unloaded",
+    )
+    hysteresis: float = parameter(
+        0.0,
+        "Hysteresis",
+        "Share by which the resistance is lower for a falling load than for a growing one. "
+        "Datasheets: hysteresis, (RF+ − RF−)/RF+",
+        maximum=0.9,
+        source="0.10 on average, " + FSR_402_SHEET,
+    )
+    drift: float = parameter(
+        0.0,
+        "Drift",
+        "Share of the resistance lost with each tenfold time under a constant load. "
+        "Datasheets: long-term drift, per log10(time)",
+        maximum=0.1,
+        source="< 0.05 (1 kg, 35 days), " + FSR_402_SHEET,
+    )
+    part_spread: float = parameter(
+        0.0,
+        "Part spread",
+        "Standard deviation of the resistance from sensor to sensor, as a share of it. "
+        "Datasheets: part-to-part repeatability, one standard deviation / mean",
+        maximum=0.5,
+        source="± 0.06 in one batch, " + FSR_402_SHEET,
+    )
+    repeatability: float = parameter(
+        0.0,
+        "Repeatability",
+        "Standard deviation of the resistance from press to press, as a share of it. "
+        "Datasheets: single-part repeatability, one standard deviation / mean",
+        maximum=0.5,
+        source="± 0.02, " + FSR_402_SHEET,
+    )
+    load_resistor: float = parameter(
+        10_000.0,
+        "Load resistor",
+        "Fixed resistor of the divider, from its output to ground. Datasheets: measuring resistor",
+        unit="Ω",
+        positive=True,
+        short="Load",
+    )
+    supply_voltage: float = parameter(
+        5.0, "Supply voltage", "Voltage of the divider", unit="V", positive=True, short="Supply"
+    )
+    adc_bits: int = parameter(
+        10, "ADC bits", "Resolution of the converter behind it", minimum=1, maximum=32
+    )
+    noise_sigma: float = parameter(
+        0.0, "Noise", "Standard deviation of the noise on the force", unit="N"
+    )
+
+    def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        return self.must_be_smaller("force_min", "force_max", lengths)
+
+
+# Force-sensing resistor: from a force on it to its resistance, voltage and converter code.
+#
+# The curve R(F) of a typical part, and optionally the deviations of a single part from it:
+# hysteresis, drift under load, spread from part to part and from press to press.
+# docs/force_resistor.md has the equations with their sources.
+
+GRAM_FORCE = 9.80665e-3
+# Grams-force and ohms, read off the typical curve in Interlink's FSR Integration Guide and data
+# sheet PDS-10004, which mark those from 1000 g on as interpolated.
+FSR_402_POINTS = (
+    (20.0, 30_000.0),
+    (50.0, 10_000.0),
+    (100.0, 6_000.0),
+    (1_000.0, 1_250.0),
+    (2_000.0, 750.0),
+    (4_000.0, 450.0),
+    (7_000.0, 300.0),
+    (10_000.0, 250.0),
+)
+LOG_FORCES = tuple(math.log(grams * GRAM_FORCE) for grams, _ in FSR_402_POINTS)
+LOG_RESISTANCES = tuple(math.log(ohms) for _, ohms in FSR_402_POINTS)
+
+# Interlink's guide has the contact settle in "the order of seconds"; drift counts from there.
+DRIFT_START = 1.0
+# A load that changes by less than this share counts as constant, and the drift goes on.
+SAME_LOAD = 0.1
+
+
+@dataclass(frozen=True)
+class FsrReading:
+    """Resistance in ohms, output voltage of the divider in volts, code of the converter."""
+
+    resistance_ohm: float
+    voltage_v: float
+    adc: int
+
+
+def _log_fsr_402(log_force: float) -> float:
+    """ln of a typical FSR 402's resistance in ohms over ln of the force in newtons.
+
+    Straight lines between the points of the data sheet; the first and the last line are extended.
+    """
+    i = min(max(bisect(LOG_FORCES, log_force), 1), len(LOG_FORCES) - 1)
+    slope = (LOG_RESISTANCES[i] - LOG_RESISTANCES[i - 1]) / (LOG_FORCES[i] - LOG_FORCES[i - 1])
+    return LOG_RESISTANCES[i] + slope * (log_force - LOG_FORCES[i])
+
+
+def contact(parameters: PressureParameters, force: float) -> float:
+    """How much of the film is in contact at `force` newtons: 0 without force, 1 from force_min."""
+    if force <= 0.0:
+        return 0.0
+    return min(force / parameters.force_min, 1.0) if parameters.force_min > 0.0 else 1.0
+
+
+def typical_resistance(parameters: PressureParameters, force: float) -> float:
+    """Resistance in ohms of an ideal part at `force` newtons, for a growing load.
+
+    At force_max and above the film is saturated. Below force_min the logarithm of the resistance
+    rises in proportion to the force that is missing, up to that of the unloaded part: steep as
+    the break of a real part (0.16 N gives 0.1 MΩ, below which the guide has the break), without
+    a step.
+    """
+    touching = contact(parameters, force)
+    if touching == 0.0:
+        return parameters.unloaded_resistance
+    log_force = math.log(min(max(force, parameters.force_min), parameters.force_max))
+    if parameters.resistor == "POWER_LAW":
+        log_film = math.log(parameters.resistance_at_1n) - parameters.exponent * log_force
+    else:
+        log_film = _log_fsr_402(log_force)
+    log_open = math.log(parameters.unloaded_resistance)
+    return math.exp(log_open + touching * min(log_film - log_open, 0.0))
+
+
+def spread_factor(spread: float, unit_noise: float) -> float:
+    """A factor of mean 1 and standard deviation `spread`, from a standard normal number.
+
+    Log-normal, so that no draw makes a resistance negative. The data sheets give their ± as one
+    standard deviation over the mean.
+    """
+    variance = math.log1p(spread * spread)
+    return math.exp(math.sqrt(variance) * unit_noise - variance / 2.0)
+
+
+class ForceResistor:
+    """One part with its state. `part_noise`, a standard normal number, is its deviation from the
+    typical part; `touched`: whether it is being pressed."""
+
+    def __init__(self, part_noise: float = 0.0) -> None:
+        self._part_noise = part_noise
+        self._press_noise = 0.0
+        self._log_conductance: float | None = None
+        self.touched = False
+        self._load = 0.0
+        self._load_time = 0.0
+        self._decades = 0.0
+
+    def update(
+        self, parameters: PressureParameters, force_n: float, time_s: float, unit_noise: float
+    ) -> FsrReading:
+        """The reading at `force_n` newtons and `time_s` seconds, which must not decrease.
+
+        `unit_noise` is a standard normal number of this update; it matters only at an update at
+        which a press begins, because repeatability is the spread from press to press.
+        """
+        touching = contact(parameters, force_n)
+        load = min(force_n, parameters.force_max)
+        if touching == 1.0 and not self.touched:
+            self._press_noise = unit_noise
+        decades = self._drift_decades(touching == 1.0, load, time_s)
+        self.touched = touching == 1.0
+        factor = (
+            spread_factor(parameters.part_spread, self._part_noise)
+            * spread_factor(parameters.repeatability, self._press_noise)
+            * (1.0 - parameters.drift * decades)
+        )
+        resistance = self._with_hysteresis(parameters, force_n, touching) * factor**touching
+        voltage = physics.voltage(parameters.supply_voltage, parameters.load_resistor, resistance)
+        code = physics.adc(voltage, parameters.supply_voltage, parameters.adc_bits)
+        return FsrReading(resistance, voltage, code)
+
+    def _with_hysteresis(
+        self, parameters: PressureParameters, force: float, touching: float
+    ) -> float:
+        """Resistance in ohms: a play operator on the logarithm of the conductance.
+
+        The conductance follows the typical curve for a growing load, stays constant as the load
+        begins to fall, and then keeps 1/(1 − hysteresis) above that curve. It does not depend on
+        the rate; a small change of the load inside the play changes nothing.
+        """
+        typical = typical_resistance(parameters, force)
+        if parameters.hysteresis == 0.0:
+            self._log_conductance = None
+            return typical
+        low = -math.log(typical)
+        high = low - touching * math.log1p(-parameters.hysteresis)
+        before = low if self._log_conductance is None else self._log_conductance
+        self._log_conductance = min(max(before, low), high)
+        return math.exp(-self._log_conductance)
+
+    def _drift_decades(self, touched: bool, load: float, time: float) -> float:
+        """Decades of time, log10(1 + t/DRIFT_START), for which the load has been constant.
+
+        When a load grows, the drift of the old load stays and that of the added load starts at 0;
+        conductance is about proportional to force, so the decades shrink by the ratio of loads.
+        """
+        if not touched:
+            return 0.0
+        if not self.touched:
+            self._load, self._load_time, self._decades = load, time, 0.0
+        elapsed = (time - self._load_time) / DRIFT_START
+        decades = math.log10(10.0**self._decades + elapsed) * min(self._load / load, 1.0)
+        if abs(load - self._load) > SAME_LOAD * self._load:
+            self._load, self._load_time, self._decades = load, time, decades
+        return decades
+
+
+# Pressure sensor under furniture: the force on its pad, and its force-sensing resistor.
+
+# A partner is listed if its share of the force is larger than this.
+LEAST_SHARE = 1e-3
+# N: a smaller force on the back of a pad raises no warning.
+LEAST_BACKING = 0.1
+
+
+class PressurePad(Model):
+    """One pad. Its state is the last valid reading, and that of its resistor."""
+
+    def __init__(self) -> None:
+        self._resistor: ForceResistor | None = None
+        self._known = PadReading(0.0, "", (math.nan, math.nan))
+        # The arguments of `pad_reading` for the reading in `_known`, compared by identity: a pad at
+        # rest is not computed again.
+        self._arguments: tuple[Any, ...] = (None, None, None)
+
+    def update(self, parameters: PressureParameters, update: Update) -> Reading:
+        """The force along the pad's −Z in N, its partners, and the resistor's reading.
+
+        Where the scene has no usable forces, the last valid ones stand, and `valid` is false.
+        """
+        contact: PadContact = update.ask(FORCES)
+        problem = contact.forces.problem
+        if contact.forces.usable:
+            arguments = parameters, update.pose, contact
+            if not all(one is two for one, two in zip(arguments, self._arguments, strict=True)):
+                self._arguments, self._known = arguments, pad_reading(*arguments)
+            if not problem and self._known.on_its_back:
+                problem = "what touches the pad does so on its back: its +Z side senses; turn it"
+        if self._resistor is None:
+            self._resistor = ForceResistor(float(update.device_noise().standard_normal()))
+        on_force = on_press = 0.0
+        # The draw is skipped where neither number is used.
+        if parameters.noise_sigma or (self._known.force > 0.0 and not self._resistor.touched):
+            on_force, on_press = update.noise().standard_normal(2)
+        force = self._known.force + parameters.noise_sigma * float(on_force)
+        resistor = self._resistor.update(parameters, max(force, 0.0), update.time, float(on_press))
+        pressed = force > parameters.threshold
+        fields = {
+            "force_n": force,
+            "pressed": pressed,
+            "valid": not problem,
+            "residual": contact.forces.residual,
+            "resistance_ohm": resistor.resistance_ohm,
+            "voltage_v": resistor.voltage_v,
+            "adc": resistor.adc,
+            "partners": self._known.partners,
+            "cop_x_m": self._known.centre[0],
+            "cop_y_m": self._known.centre[1],
+            "problem": problem,
+        }
+        return Reading(pressed, force, fields)
+
+
+@dataclass(frozen=True)
+class PadReading:
+    """Force in N, names of the partners joined by `partner_names.joined`, and the centre of
+    pressure (x, y) in m along the pad's axes from its origin; NaN without pressure. `on_its_back`:
+    only its −Z side is pressed, by more than its own weight."""
+
+    force: float
+    partners: str
+    centre: tuple[float, float]
+    on_its_back: bool = False
+
+
+def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
+    """The pad's reading from its contacts, with its own weight unless that is subtracted."""
+    inward = -pose.axes[:, 2]
+    pressing = 0.0
+    holding = backing = 0.0
+    names: dict[str, float] = {}
+    moment = np.zeros(3)
+    for partner in contact.forces.partners:
+        if contact.chosen is not None and not partner.objects & contact.chosen:
+            continue
+        along = partner.forces @ inward
+        from_above = np.maximum(along, 0.0)
+        share = float(from_above.sum())
+        pressing += share
+        moment += from_above @ (partner.places - pose.origin)
+        held = float(np.maximum(-along, 0.0).sum())
+        backing += held
+        if contact.chosen is not None:
+            holding += held
+            share += held
+        names[partner.name] = names.get(partner.name, 0.0) + share
+    own = float(contact.weight @ inward)
+    force = pressing
+    if pressing == 0.0 and holding > 0.0:
+        # The partner holds the pad up: its force includes the pad's own weight.
+        force = holding - own if parameters.subtract_own_weight else holding
+    elif not parameters.subtract_own_weight:
+        force = pressing + own
+    least = LEAST_SHARE * max(pressing, holding)
+    partners = joined(name for name, share in names.items() if share > least)
+    centre = (math.nan, math.nan)
+    if pressing > 0.0:
+        local = pose.axes.T @ (moment / pressing)
+        centre = (float(local[0]), float(local[1]))
+    weight = float(np.linalg.norm(contact.weight))
+    on_its_back = force <= 0.0 and backing > LEAST_BACKING + 1.05 * weight
+    return PadReading(force, partners, centre, on_its_back)
+
+
+# Presets of commercial force-sensing resistors, each with its load resistor.
+
+# The sheet covers the whole series with one curve and one table: "one standard deviation/mean,
+# at 1000 g", hysteresis on average, drift as an upper bound.
+PDS_10004 = "Interlink FSR 400 series data sheet, PDS-10004"
+FSR_400_SERIES = {
+    "resistor": "FSR_402",
+    "force_min": 0.2,
+    "force_max": 20.0,
+    "unloaded_resistance": 10e6,
+    "hysteresis": 0.10,
+    "drift": 0.05,
+    "part_spread": 0.06,
+    "repeatability": 0.02,
+}
+IDEAL = {"hysteresis": 0.0, "drift": 0.0, "part_spread": 0.0, "repeatability": 0.0}
+FSR_402 = {**FSR_400_SERIES, "area": 1.267e-4}
+
+
+def _with_load(part: Mapping[str, Any], ohms: float) -> dict[str, Any]:
+    """A part in a divider with this load resistor at 5 V, the voltage of Interlink's figures."""
+    return {**part, "load_resistor": ohms, "supply_voltage": 5.0}
+
+
+PRESETS: tuple[Preset, ...] = (
+    Preset(
+        "FSR_402_IDEAL",
+        "FSR 402, ideal part, 10 kΩ",
+        _with_load({**FSR_402, **IDEAL}, 10_000.0),
+        f"typical curve alone, {PDS_10004}",
+    ),
+    Preset(
+        "FSR_402",
+        "FSR 402, 10 kΩ",
+        _with_load(FSR_402, 10_000.0),
+        f"{PDS_10004}; load resistor of Adafruit's FSR guide",
+    ),
+    Preset(
+        "FSR_402_3K3",
+        "FSR 402, 3.3 kΩ (heavy loads)",
+        _with_load(FSR_402, 3_300.0),
+        f"{PDS_10004}; load resistor of SparkFun's Force Sensitive Resistor Hookup Guide",
+    ),
+    Preset(
+        "FSR_402_47K",
+        "FSR 402, 47 kΩ (force switch)",
+        _with_load(FSR_402, 47_000.0),
+        f"{PDS_10004}; load resistor of the threshold switch in Interlink's FSR Integration Guide",
+    ),
+    Preset(
+        "FSR_402_100K",
+        "FSR 402, 100 kΩ (light touch)",
+        _with_load(FSR_402, 100_000.0),
+        f"{PDS_10004}; load resistor for less than 100 g of Sensitronics' note AN-1",
+    ),
+    Preset(
+        "FSR_400",
+        "FSR 400, 10 kΩ",
+        _with_load({**FSR_400_SERIES, "area": 2.043e-5}, 10_000.0),
+        f"5.1 mm diameter, {PDS_10004}; load resistor of Adafruit's FSR guide",
+    ),
+    Preset(
+        "FSR_406",
+        "FSR 406, 10 kΩ",
+        _with_load({**FSR_400_SERIES, "area": 1.452e-3}, 10_000.0),
+        f"38.1 mm square, {PDS_10004}; load resistor of Adafruit's FSR guide",
+    ),
+)
+
+
+FORCE = Field("force_n", float, "N", 2, step="report_step", quantity="force")
+KIND = Kind(
+    "PRESSURE",
+    3,
+    "Pressure sensor",
+    "Pressure sensor under furniture",
+    "TRIA_DOWN_BAR",
+    "pressure",
+    1.0,
+    "Pressed",
+    "Free",
+    PressureParameters,
+    events=(
+        Field("pressed", bool, quantity="occupancy"),
+        FORCE,
+        Field("partners", str, quantity="names"),
+        Field("valid", bool, quantity="validity"),
+    ),
+    samples=(
+        FORCE,
+        Field("pressed", bool),
+        Field("valid", bool),
+        Field("residual", float),
+        Field("resistance_ohm", float, "Ω"),
+        Field("voltage_v", float, "V", 2),
+        Field("adc", int),
+        Field("partners", str),
+        Field("cop_x_m", float, "m", 3),
+        Field("cop_y_m", float, "m", 3),
+        Field("problem", str),
+    ),
+    model=PressurePad,
+    needs={FORCES: ()},
+    presets=PRESETS,
+)

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Models of circuits: voltage divider, converter, output stage, photometry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .model import Array
+
+# Voltage divider with a load resistor to ground, and the converter that reads it.
+#
+# The sensing resistor is between the supply and the output, so the output rises as it conducts
+# better: V = Vcc·RM/(RM + R) (Interlink FSR Integration Guide, "Voltage Divider").
+
+
+def voltage(supply: float, load_resistor: float, resistance: float) -> float:
+    """Output in volts; `supply` in volts, the fixed and the sensing resistor in ohms (may be inf).
+
+    The circuit that reads the output draws no current.
+    """
+    return supply * load_resistor / (load_resistor + resistance)
+
+
+def adc(voltage: float, supply: float, bits: int) -> int:
+    """Code of an ideal converter whose reference is the supply: floor(V/Vcc·(2^bits − 1)).
+
+    Voltages beyond 0 … supply (both in volts) read the code at that end.
+    """
+    largest = (1 << bits) - 1
+    return min(max(math.floor(voltage / supply * largest), 0), largest)
+
+
+# The output stage of a motion detector module: warm-up, hold time and blocking time.
+#
+# Terms as in the HC-SR501's datasheet: after a trigger the output stays high for the delay (hold)
+# time, each new trigger in it starting it anew where the module is set to retrigger; after it
+# fell, triggers are ignored for the blocking time. During warm-up the output stays low.
+#
+# A wireless module sends each change as a message (`RadioTiming`). It ignores triggers while its
+# radio sends, and the message arrives after a random delay.
+
+# Times are multiples of a frame; this only absorbs the rounding of their difference.
+TIME_TOLERANCE_S = 1e-9
+
+
+def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.inf) -> str:
+    """Why the detector ignores movement at `time` (s), and for how much longer; "" where it reports
+    movement. `fell`: when the output last went off (s)."""
+    left = warm_up - time
+    if left > TIME_TOLERANCE_S:
+        return f"warming up, {_seconds(left)} left"
+    left = blocking - (time - fell)
+    if left > TIME_TOLERANCE_S:
+        return f"blocked after it went off, {_seconds(left)} left"
+    return ""
+
+
+def _seconds(time: float) -> str:
+    return f"{time:.{0 if time >= 9.95 else 1}f} s"
+
+
+def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator[int]:
+    """Yield the indices of `triggered` (n,) without those at which the output is idle before, and
+    nothing is triggered."""
+    triggers, i = np.flatnonzero(triggered), 0
+    while i < len(triggered):
+        if is_idle():
+            following = int(np.searchsorted(triggers, i))
+            if following == len(triggers):
+                return
+            i = int(triggers[following])
+        yield i
+        i += 1
+
+
+class OutputTiming:
+    """Turns triggers into the output, update by update. Times in seconds."""
+
+    def __init__(self) -> None:
+        self.active = False
+        self.last_trigger = -math.inf
+        self._fell = -math.inf
+
+    def update(
+        self,
+        time: float,
+        triggered: bool,
+        hold: float,
+        blocking: float,
+        warm_up: float,
+        retrigger: bool = True,
+    ) -> bool:
+        """The output at `time`, given whether motion was seen at this update."""
+        blocked = not self.active and time - self._fell < blocking - TIME_TOLERANCE_S
+        listening = not blocked and (retrigger or not self.active)
+        if triggered and listening and time >= warm_up - TIME_TOLERANCE_S:
+            self.last_trigger = time
+            self.active = True
+        elif self.active and time - self.last_trigger >= hold - TIME_TOLERANCE_S:
+            self.active = False
+            self._fell = time
+        return self.active
+
+    def run(
+        self,
+        times: NDArray[np.float64],
+        triggered: NDArray[np.bool_],
+        hold: float,
+        blocking: float,
+        warm_up: float,
+        retrigger: bool = True,
+    ) -> NDArray[np.bool_]:
+        """The output (n,) at `times` (n,), given where motion was seen; it steps only through
+        times with motion or with the output on."""
+        active = np.zeros(len(times), bool)
+        for i in _busy(triggered, lambda: not self.active):
+            seen = bool(triggered[i])
+            active[i] = self.update(float(times[i]), seen, hold, blocking, warm_up, retrigger)
+        return active
+
+
+class RadioTiming:
+    """Turns triggers into what a receiver knows of a wireless module, update by update.
+
+    The module compares the signal at each update. Its timer ends the hold time exactly, also
+    between two updates. Times in seconds.
+    """
+
+    def __init__(self) -> None:
+        self._module = OutputTiming()
+        # When the module last sent a message, and the messages on their way: (arrival, output).
+        self._sent = -math.inf
+        self._messages: list[tuple[float, bool]] = []
+        self._received = False
+        self._before = -math.inf
+
+    def run(
+        self,
+        times: NDArray[np.float64],
+        triggered: NDArray[np.bool_],
+        hold: float,
+        blocking: float,
+        warm_up: float,
+        retrigger: bool,
+        blanking: float,
+        delay: Callable[[int], float],
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+        """The received output (n,) at `times` (n,), and the times (n,) at which it was received.
+
+        Triggers within `blanking` after a message are ignored. `delay(i)` is how long a message
+        takes that is sent at, or just before, time i. A message counts from the first update at
+        or after its arrival; its time is the arrival.
+        """
+        received, arrivals = np.zeros(len(times), bool), np.array(times, np.float64)
+        module = self._module
+        for i in _busy(triggered, self._is_idle):
+            time = float(times[i])
+            before = self._before if i == 0 else float(times[i - 1])
+            ends = module.last_trigger + hold
+            if module.active and time >= ends - TIME_TOLERANCE_S:
+                module.update(ends, False, hold, blocking, warm_up, retrigger)
+                self._send(ends, False, delay(i))
+            if triggered[i] and time - self._sent >= blanking - TIME_TOLERANCE_S:
+                was_active = module.active
+                module.update(time, True, hold, blocking, warm_up, retrigger)
+                if module.active and not was_active:
+                    self._send(time, True, delay(i))
+            if self._messages and self._messages[0][0] <= time:
+                arrival, self._received = self._messages.pop(0)
+                arrivals[i] = max(arrival, before)
+            received[i] = self._received
+        if len(times):
+            self._before = float(times[-1])
+        return received, arrivals
+
+    def _is_idle(self) -> bool:
+        return not (self._module.active or self._messages or self._received)
+
+    def _send(self, time: float, active: bool, delay: float) -> None:
+        """Send the output; messages arrive in order."""
+        self._sent = time
+        earliest = self._messages[-1][0] if self._messages else time
+        self._messages.append((max(time + delay, earliest), active))
+
+
+# From radiometric quantities to photometric ones: luminance, illuminance, 8-bit counts.
+
+# Luminance of linear RGB with the primaries of Rec. 709 (ITU-R BT.709-6, table 1).
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+# lm/W: Blender's glTF exporter converts lamps as if all light had 555 nm.
+EFFICACY = 683.0
+COUNTS = 255
+
+
+def luminance(rgb: ArrayLike) -> Array:
+    """Luminance Y (…) of linear Rec. 709 colours (…, 3), in their unit; negative for a lamp of
+    negative power."""
+    weighted: Array = np.asarray(rgb, dtype=np.float64) @ LUMINANCE
+    return weighted
+
+
+def illuminance(rgb: ArrayLike, efficacy: float = EFFICACY) -> float:
+    """Illuminance in lux of an irradiance (3,) in W/m², at least 0. `efficacy` in lm/W."""
+    return max(0.0, efficacy * float(luminance(rgb)))
+
+
+def counts(rgb: ArrayLike, exposure: float) -> Array:
+    """8-bit values (…) of linear radiances: round(255 · clamp(exposure · L, 0, 1)).
+
+    Halves are rounded up, as in a converter; NaN gives 0.
+    """
+    light = np.nan_to_num(np.asarray(rgb, dtype=np.float64) * exposure, nan=0.0)
+    return np.floor(COUNTS * np.clip(light, 0.0, 1.0) + 0.5)
+
+
+def luminance_percent(views: ArrayLike, exposure: float) -> float:
+    """Mean luminance in percent of views (n, 3), each one pixel of linear radiance.
+
+    White views give 100 %; one 8-bit count in all channels 0.39 %.
+    """
+    return float(luminance(counts(views, exposure)).mean() / COUNTS * 100.0)

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes a recording as bytes for a file: small, exact, and with a checksum.
+
+The first line has a title, the version and the checksum; a header in JSON and the columns follow.
+Frames and times are not stored where the clock gives them. A column of few different floats is
+stored as a table of them and indices into it. Header and columns are compressed.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..clock import Clock
+from ..error import AngenError
+from ..kinds import KINDS
+from .columns import CODES, Column
+from .tracks import Recording, Track
+
+# Reads the bytes that `writer.py` writes. They may come from a stranger: the reader unpacks no
+# more than the header's counts and `VALUES` allow, and checks the type of each value.
+
+MIB = 2**20
+# Largest unpacked header; one with the names of 100,000 objects has some 12 MiB.
+HEADER_BYTES = 32 * MIB
+# Most values of all columns of a file, and the most memory that they take once compressed.
+VALUES = 2**27
+BYTES = 256 * MIB
+MOST_SUBSTEPS = 10_000
+LARGEST_FRAME = 2**31
+# The exceptions that invalid values can raise.
+WRONG = (
+    ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError,
+    ValueError, zlib.error,
+)  # fmt: skip
+
+
+TOO_MANY = "it has more readings than a file can hold"
+
+
+def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
+    """The recording and the facts in the bytes after the line with the checksum, if it has at most
+    so many `values`. Raises AngenError, or one of `WRONG`."""
+    size = int.from_bytes(body[:4], "little")
+    unpacker = zlib.decompressobj()
+    text = unpacker.decompress(body[4 : 4 + size], HEADER_BYTES)
+    if not unpacker.eof:
+        raise AngenError("it is damaged, or its header is too large")
+    header = json.loads(text)
+    reader = _Reader(body, 4 + size)
+    clock = _read_clock(header["clock"]) if header["clock"] else None
+    first, last = (_whole(frame, -LARGEST_FRAME, LARGEST_FRAME) for frame in header["frames"])
+    recording, room = Recording({}, clock, first, last), BYTES
+    for facts in header["tracks"]:
+        kind = KINDS.get(facts["kind"])
+        if kind is None or [f.name for f in kind.samples] != facts["fields"]:
+            raise AngenError("it was written by another version of the extension")
+        values -= _whole(facts["count"], 0) * (4 + len(kind.samples))
+        if values < 0:
+            raise AngenError(TOO_MANY)
+        track = _read_track(facts, clock, reader)
+        recording.tracks[_of(str, track.sensor)] = track
+        room -= track.nbytes
+        if room < 0:
+            raise AngenError(TOO_MANY)
+    return recording, _of(dict, header["facts"])
+
+
+def size_of(recording: Recording) -> int:
+    """The number of values in a recording."""
+    return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
+
+
+def frames_and_times(
+    steps: NDArray[np.int64], clock: Clock
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rate = clock.steps_per_second
+    return clock.frame_start + steps / clock.substeps, steps * rate.denominator / rate.numerator
+
+
+class _Reader:
+    def __init__(self, data: bytes, start: int) -> None:
+        self._data = data
+        self._at = start
+
+    def take(self, packed: Any, size: int) -> bytes:
+        """The next `packed` bytes, which must unpack to `size` bytes."""
+        self._at += _whole(packed, 0)
+        unpacker = zlib.decompressobj()
+        raw = unpacker.decompress(self._data[self._at - packed : self._at], size + 1)
+        if len(raw) != size or not unpacker.eof:
+            raise AngenError("it is damaged (a column of another size)")
+        return raw
+
+
+def _whole(value: Any, least: int, most: int = 2**62) -> int:
+    if type(value) is not int or not least <= value <= most:
+        raise ValueError
+    return value
+
+
+def _number(value: Any) -> float:
+    if type(value) not in (int, float) or not math.isfinite(value) or value < 0:
+        raise ValueError
+    return float(value)
+
+
+def _of(kind: type, value: Any) -> Any:
+    if type(value) is not kind:
+        raise TypeError
+    return value
+
+
+def _read_clock(fields: Any) -> Clock:
+    start, fps, base, substeps = fields
+    if not (1e-6 <= _number(fps) <= 1e6 and 1e-6 <= _number(base) <= 1e6):
+        raise ValueError
+    start = _whole(start, -LARGEST_FRAME, LARGEST_FRAME)
+    return Clock(start, fps, base, _whole(substeps, 1, MOST_SUBSTEPS))
+
+
+def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) -> Track:
+    count, columns = header["count"], list(header["columns"])
+    track = Track(header["sensor"], header["kind"], clock=clock)
+    track.steps = {_of(str, name): _number(step) for name, step in header["steps"].items()}
+    if columns[0]["as"] == "steps":
+        if clock is None:
+            raise AngenError("it is damaged (no clock)")
+        raw = reader.take(columns.pop(0)["size"], 8 * count)
+        frames, times = frames_and_times(np.cumsum(np.frombuffer(raw, np.int64)), clock)
+    else:
+        frames, times = (_read_values(columns.pop(0), "d", count, reader) for _ in range(2))
+    if not (np.isfinite(frames).all() and np.isfinite(times).all()):
+        raise ValueError
+    track.frames.extend(frames)
+    track.times.extend(times)
+    known: dict[str, Column] = {}
+    parts = {**track.columns, "active": track.active, "value": track.value}
+    for (name, column), facts in zip(parts.items(), columns, strict=True):
+        if facts["as"].startswith("="):
+            twin = known[facts["as"]]
+            if twin.type is not column.type:
+                raise TypeError
+            column.extend(twin)
+        elif column.type is str:
+            column.extend(_read_texts(facts, count, reader))
+        else:
+            column.extend(_read_values(facts, CODES[column.type], count, reader))
+        known["=" + name] = column
+    return track
+
+
+def _read_texts(facts: dict[str, Any], count: int, reader: _Reader) -> list[str]:
+    if facts["as"] != "texts":
+        raise TypeError
+    texts = [_of(str, text) for text in facts["texts"]]
+    return [texts[i] for i in np.frombuffer(reader.take(facts["size"], 4 * count), np.uint32)]
+
+
+def _read_values(facts: dict[str, Any], code: str, count: int, reader: _Reader) -> NDArray[Any]:
+    packed = facts["size"]
+    if facts["as"] != code:
+        raise TypeError
+    if code == "b":
+        raw = reader.take(packed, count)
+        if raw.strip(b"\0\1"):
+            raise ValueError
+        return np.frombuffer(raw, np.int8)
+    found = _whole(facts["found"], 0, count)
+    if not found:
+        raw = reader.take(packed, 8 * count)
+        return np.frombuffer(raw, np.uint8).reshape(8, -1).T.copy().view(code).ravel()
+    size = np.uint8 if found <= np.iinfo(np.uint8).max else np.uint16
+    raw = reader.take(packed, 8 * found + count * size().itemsize)
+    table = np.frombuffer(raw[: 8 * found], code)
+    return np.asarray(table[np.frombuffer(raw[8 * found :], size)])
+
+
+TITLE = b"Recording of Angen Sensors"
+VERSION = 1
+# zlib's level: higher ones take many times as long and save little.
+LEVEL = 3
+
+
+def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
+    """The bytes of the recording and of `facts` (plain values), which `from_bytes` returns. Raises
+    AngenError where the recording is too large."""
+    if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
+        raise AngenError(TOO_MANY)
+    out = _Writer()
+    header = {
+        "clock": _clock_fields(recording.clock),
+        "frames": [recording.frame_start, recording.frame_end],
+        "tracks": [_track_header(track, recording.clock, out) for track in _tracks(recording)],
+        "facts": facts,
+    }
+    packed = zlib.compress(json.dumps(header, ensure_ascii=False).encode(), 6)
+    body = len(packed).to_bytes(4, "little") + packed + out.data
+    return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
+
+
+def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
+    """The recording and the facts, if it has at most so many `values`. Raises
+    AngenError."""
+    title, _, body = data.partition(b"\n")
+    if not title.startswith(TITLE + b" "):
+        raise AngenError("it is not a recording")
+    try:
+        version, checksum = (int(word) for word in title[len(TITLE) :].split())
+    except ValueError:
+        raise AngenError("it is damaged") from None
+    if version > VERSION:
+        raise AngenError(
+            f"it was written by a newer version of the extension (format {version}, this one "
+            f"reads {VERSION}): update the extension"
+        )
+    if zlib.crc32(body) != checksum:
+        raise AngenError("it is damaged")
+    try:
+        return read(body, values)
+    except AngenError:
+        raise
+    except WRONG as error:
+        raise AngenError(f"it is damaged ({type(error).__name__})") from None
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.data = bytearray()
+
+    def add(self, raw: bytes) -> int:
+        """Adds bytes; returns their compressed size."""
+        packed = zlib.compress(raw, LEVEL)
+        self.data += packed
+        return len(packed)
+
+
+def _tracks(recording: Recording) -> list[Track]:
+    for name, track in recording.tracks.items():
+        if name != track.sensor:
+            raise ValueError(f"the track of '{track.sensor}' has the key '{name}'")
+    return list(recording.tracks.values())
+
+
+def _clock_fields(clock: Clock | None) -> list[Any] | None:
+    if clock is None:
+        return None
+    return [clock.frame_start, clock.fps, clock.fps_base, clock.substeps]
+
+
+def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, Any]:
+    columns: list[dict[str, Any]] = []
+    steps = _steps(track, clock)
+    if steps is not None:
+        columns.append({"as": "steps", "size": out.add(np.diff(steps, prepend=0).tobytes())})
+    else:
+        columns += [_column(track.frames, out), _column(track.times, out)]
+    known: dict[str, Any] = {}
+    for name, column in (*track.columns.items(), ("active", track.active), ("value", track.value)):
+        twin = next((n for n, other in known.items() if _same(column, other)), None)
+        columns.append({"as": twin, "size": 0} if twin is not None else _column(column, out))
+        known.setdefault("=" + name, column)
+    return {
+        "sensor": track.sensor,
+        "kind": track.kind_name,
+        "count": len(track),
+        "steps": track.steps,
+        "fields": list(track.columns),
+        "columns": columns,
+    }
+
+
+def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
+    """The clock's steps of the updates; None where they do not give the exact frames and times."""
+    if clock is None:
+        return None
+    frames, times = np.asarray(track.frames), np.asarray(track.times)
+    steps: NDArray[np.int64] = np.rint((frames - clock.frame_start) * clock.substeps).astype(
+        np.int64
+    )
+    again = frames_and_times(steps, clock)
+    same = np.array_equal(frames, again[0]) and np.array_equal(times, again[1])
+    return steps if same else None
+
+
+def _same(one: Column, other: Column) -> bool:
+    return one.type is other.type is not str and one == other
+
+
+def _column(column: Column, out: _Writer) -> dict[str, Any]:
+    """Adds a column; returns its entry in the header."""
+    values = column.numbers()
+    if column.type is str:
+        texts = sorted(column.texts)
+        order = np.array([texts.index(text) for text in column.texts], np.uint32)
+        return {"as": "texts", "texts": texts, "size": out.add(order[values].tobytes())}
+    code = CODES[column.type]
+    if code == "b":
+        return {"as": "b", "size": out.add(values.tobytes())}
+    # By their bits, so that negative zeros and NaNs come back unchanged.
+    bits = values.view(np.uint64)
+    found, which = np.unique(bits, return_inverse=True)
+    for size in (np.uint8, np.uint16):
+        if len(found) <= np.iinfo(size).max and len(found) * 4 <= len(bits):
+            raw = found.tobytes() + which.astype(size).tobytes()
+            return {"as": code, "found": len(found), "size": out.add(raw)}
+    # Bytes of equal significance side by side compress better.
+    raw = bits.view(np.uint8).reshape(-1, 8).T.tobytes()
+    return {"as": code, "found": 0, "size": out.add(raw)}

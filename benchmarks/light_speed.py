@@ -12,8 +12,8 @@ from typing import Any
 
 import bpy
 import numpy as np
+from angen_sensors.angen_addon.scene.changes import LightChanges
 from angen_sensors.angen_addon.scene.light import engine, probe
-from angen_sensors.angen_addon.scene.light.changes import LightChanges
 from angen_sensors.angen_addon.scene.light.cycles import CyclesLight
 from angen_sensors.angen_addon.scene.light.probe import LightRequest
 

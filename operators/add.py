@@ -10,6 +10,7 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.authoring.presets import find_preset, new_sensor
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.kind import Preset
 from ..sensor_logic.kinds import KINDS
 from .polls import can_add, cancelled
@@ -34,7 +35,7 @@ def preset_property() -> Any:
 
 
 def preset_of(operator: Any) -> Preset | None:
-    """The preset that an operator's properties name. Raises KeyError with a text for the user."""
+    """The preset that an operator's properties name. Raises AngenError."""
     return find_preset(KINDS[operator.kind], operator.preset) if operator.preset else None
 
 
@@ -55,8 +56,8 @@ class ANGEN_OT_sensor_add(Operator):
     def execute(self, context: Context) -> set[str]:
         try:
             preset = preset_of(self)
-        except KeyError as error:
-            return cancelled(self, error.args[0])
+        except AngenError as error:
+            return cancelled(self, error)
         sensor = new_sensor(context, self.kind, preset)
         sensor.matrix_world = context.scene.cursor.matrix
         self.report({"INFO"}, f"Added '{sensor.name}' at the 3D cursor")

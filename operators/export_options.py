@@ -11,7 +11,7 @@ from bpy.types import Context
 
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors
-from ..sensor_logic.error import AngenError
+from ..sensor_logic.error import AngenError, InputError, explained
 from ..sensor_logic.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording
 from .recording import has_fresh_recording
@@ -55,10 +55,8 @@ class ExportOptions:
         return for_spreadsheets(text) if self.spreadsheet else text
 
     def _start(self) -> datetime | None:
-        try:
+        with explained("Start", InputError):
             return parse_start(self.start)
-        except ValueError as error:
-            raise AngenError(f"Start: {error}") from None
 
 
 def finished(operator: Any, text: str) -> set[str]:

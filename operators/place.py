@@ -21,6 +21,7 @@ from ..angen_addon.authoring.of_kind import housing_of, place_on
 from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import unit_scale
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from .add import KIND_ITEMS, preset_of, preset_property
 from .polls import can_add, cancelled
@@ -286,11 +287,11 @@ class ANGEN_OT_sensor_place(Operator):
         try:
             preset = preset_of(self)
             if normal.length == 0.0:
-                raise KeyError("The normal is zero: give the direction that the surface faces")
+                raise AngenError("The normal is zero: give the direction that the surface faces")
             if self.surface and surface is None:
-                raise KeyError(f"There is no object '{self.surface}' to place the sensor on")
-        except KeyError as error:
-            return cancelled(self, error.args[0])
+                raise AngenError(f"There is no object '{self.surface}' to place the sensor on")
+        except AngenError as error:
+            return cancelled(self, error)
         met = SurfacePoint(Vector(self.location), normal, surface, True) if surface else None
         matrix = self._matrix(context, Vector(self.location), normal, met.along if met else [])
         sensor = new_sensor(context, self.kind, preset)
@@ -316,8 +317,8 @@ class ANGEN_OT_sensor_place(Operator):
             return cancelled(self, "Place sensors with the mouse over a 3D view")
         try:
             preset_of(self)
-        except KeyError as error:
-            return cancelled(self, error.args[0])
+        except AngenError as error:
+            return cancelled(self, error)
         self._preview = Preview(context, housing_of(self.kind, self.preset))
         self._typed = TypedLength()
         context.window_manager.modal_handler_add(self)

@@ -11,6 +11,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import apply, find_preset
 from ..angen_addon.scene.instances import is_sensor
+from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from .polls import can_change_sensor, cancelled
 
@@ -39,8 +40,8 @@ class ANGEN_OT_preset_apply(Operator):
         obj = context.object
         try:
             preset = find_preset(KINDS[obj.angen_sensor.kind], self.preset)
-        except KeyError as error:
-            return cancelled(self, error.args[0])
+        except AngenError as error:
+            return cancelled(self, error)
         apply(obj, preset)
         self.report({"INFO"}, f"'{obj.name}' is set to: {preset.label}")
         return {"FINISHED"}

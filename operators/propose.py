@@ -100,8 +100,8 @@ class ANGEN_OT_place_accept(Operator):
         chosen = [ghost for ghost in found if ghost.select_get()] or found
         try:
             made = [accept(context, ghost) for ghost in chosen]
-        except (AngenError, KeyError) as error:
-            return cancelled(self, error.args[0])
+        except AngenError as error:
+            return cancelled(self, error)
         shown.discard(context.scene)
         for sensor in made:
             sensor.select_set(True)
@@ -110,7 +110,7 @@ class ANGEN_OT_place_accept(Operator):
 
 
 def accept(context: Context, ghost: Any) -> Any:
-    """Adds a motion detector at a proposed place, whose object stays. Raises KeyError."""
+    """Adds a motion detector at a proposed place, whose object stays. Raises AngenError."""
     identifier = ghost.get(shown.PRESET, "")
     preset = find_preset(DETECTOR, identifier) if identifier else None
     room = room_of(ghost)

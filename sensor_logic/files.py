@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from .error import AngenError, InputError
+from .error import AngenError, InputError, explained, replaced
 
 # Windows has no `fcntl`; there an open file cannot be removed, which serves as the lock.
 fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
@@ -31,11 +31,17 @@ def check_folder(folder: Path, what: str) -> None:
         raise InputError(f"{what}: the folder {folder} does not exist; make it first")
     if not folder.is_dir():
         raise InputError(f"{what}: {folder} is not a folder")
-    try:
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise InputError(f"{what}: cannot write in {folder}: {error.strerror}") from None
+    with explained(f"{what}: cannot write in {folder}", OSError):
+        tempfile.TemporaryFile(dir=folder).close()
+
+
+def read_text(path: Path) -> str:
+    """The text of a file that a user gave. Raises InputError."""
+    with (
+        explained(f"cannot read {path}", OSError),
+        replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError),
+    ):
+        return path.read_text(encoding="utf-8-sig")
 
 
 def write_files(texts: Mapping[Path, Content]) -> None:
@@ -109,12 +115,13 @@ class WholeFiles:
 
 @contextlib.contextmanager
 def _told(path: Path) -> Iterator[None]:
-    try:
+    why = f"cannot write {path}"
+    no_text = f"{why}: a name in it is not text in UTF-8"
+    with (
+        explained(why, OSError, raised=AngenError),
+        replaced(no_text, UnicodeEncodeError, raised=AngenError),
+    ):
         yield
-    except UnicodeEncodeError:
-        raise AngenError(f"cannot write {path}: a name in it is not text in UTF-8") from None
-    except OSError as error:
-        raise AngenError(f"cannot write {path}: {error.strerror}") from None
 
 
 def _encoded(content: Content) -> Iterable[bytes]:

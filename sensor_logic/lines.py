@@ -7,6 +7,8 @@ import json
 import re
 import tomllib
 from bisect import bisect
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from .error import InputError
@@ -23,50 +25,49 @@ TOML_AT = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 
 
-class LineError(InputError):
-    """A problem in a text, and its line."""
-
-    def __init__(self, line: int, text: str) -> None:
-        super().__init__(text)
-        self.line = line
-
-
-def read_json(text: str) -> tuple[Any, dict[KeyPath, int]]:
-    """The value in a JSON text, and the line (from 1) of each value in it by its path: the keys
-    and indices that lead to it. Raises LineError, also for a key that is given twice."""
-    try:
+def read_json(text: str, name: str) -> tuple[Any, dict[KeyPath, int]]:
+    """The value in the JSON text of a file, and the line (from 1) of each value in it by its path:
+    the keys and indices that lead to it. Raises InputError, also for a key that is given twice."""
+    with _at_line(text, name):
         value = json.loads(text)
-        lines = _Lines(text)
+        lines = _Lines(text, name)
         lines.value(())
-    except json.JSONDecodeError as error:
-        raise LineError(error.lineno, f"no JSON at column {error.colno}: {error.msg}") from None
-    except RecursionError:
-        raise LineError(1, "its brackets are nested too deep") from None
-    except ValueError as error:
-        if isinstance(error, LineError):
-            raise
-        # Python reads no whole number of more than 4300 digits.
-        raise LineError(1, "it has a number of too many digits") from None
     return value, lines.found
 
 
-def read_toml(text: str) -> tuple[dict[str, Any], dict[KeyPath, int]]:
-    """The table in a TOML text, and the line (from 1) of each value in it, as `read_json`. Raises
-    LineError."""
-    try:
+def read_toml(text: str, name: str) -> tuple[dict[str, Any], dict[KeyPath, int]]:
+    """The table in the TOML text of a file, and the line (from 1) of each value in it, as
+    `read_json`. Raises InputError."""
+    with _at_line(text, name):
         values = tomllib.loads(text)
+        lines = _Lines(text, name)
+        lines.document()
+    return values, lines.found
+
+
+@contextmanager
+def _at_line(text: str, name: str) -> Iterator[None]:
+    """Raise what a reader of the text raises as InputError, with the file's name and the line."""
+    line = 1
+    try:
+        yield
+        return
+    except json.JSONDecodeError as error:
+        line, why = error.lineno, f"no JSON at column {error.colno}: {error.msg}"
     except tomllib.TOMLDecodeError as error:
         at = TOML_AT.search(str(error))
         line = int(at.group(1) or text.count("\n") + 1) if at else 1
-        raise LineError(line, TOML_AT.sub("", str(error))) from None
+        why = TOML_AT.sub("", str(error))
     except RecursionError:
-        raise LineError(1, "its brackets are nested too deep") from None
-    except ValueError as error:
+        why = "its brackets are nested too deep"
+    except ValueError:
         # Python reads no whole number of more than 4300 digits.
-        raise LineError(1, str(error)) from None
-    lines = _Lines(text)
-    lines.document()
-    return values, lines.found
+        why = "it has a number of too many digits"
+    raise _error(name, line, why)
+
+
+def _error(name: str, line: int, why: str) -> InputError:
+    return InputError(f"{name}, line {line}: {why}")
 
 
 def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int:
@@ -80,8 +81,9 @@ def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int:
 class _Lines:
     """Walks through a valid text and notes in `found` at which line each value begins."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, name: str) -> None:
         self.found: dict[KeyPath, int] = {}
+        self._name = name
         self._text, self._at, self._line = text, 0, 1
         self._ends = [end.start() for end in re.finditer("\n", text)]
 
@@ -100,7 +102,7 @@ class _Lines:
                 self._pair(path)
                 self._next(",")
         elif token.strip() in NO_NUMBERS:
-            raise LineError(self._line, f"{token.strip()} is no number")
+            raise _error(self._name, self._line, f"{token.strip()} is no number")
 
     def document(self) -> None:
         """Notes the lines of a TOML text."""
@@ -131,7 +133,7 @@ class _Lines:
         for depth in range(1, len(names)):
             self.found.setdefault((*table, *names[:depth]), line)
         if (*table, *names) in self.found:
-            raise LineError(line, f"'{names[-1]}' is given twice")
+            raise _error(self._name, line, f"'{names[-1]}' is given twice")
         self.value((*table, *names))
 
     def _names(self) -> list[str]:

@@ -10,13 +10,14 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .error import InputError, replaced
 from .kind import Field
 from .recording.columns import Column
 from .recording.tracks import Recording, Track
@@ -28,19 +29,22 @@ COLUMN = "time"
 EARLIEST, LATEST = datetime(1, 1, 3), datetime(9890, 1, 1)
 
 
+def parse_date(text: str) -> date:
+    """The date that a user typed. Raises InputError."""
+    with replaced(f"'{text}' is not a date such as 2026-03-02", ValueError):
+        return date.fromisoformat(text)
+
+
 def parse_start(text: str) -> datetime | None:
-    """The date and time that a user typed in ISO 8601; None for an empty text. Raises ValueError,
+    """The date and time that a user typed in ISO 8601; None for an empty text. Raises InputError,
     which quotes the text."""
     if not text.strip():
         return None
-    try:
+    wrong = f"'{text}' is no date and time in ISO 8601, such as 2026-03-01T08:00"
+    with replaced(wrong, ValueError):
         start = datetime.fromisoformat(text.strip())
-    except ValueError:
-        raise ValueError(
-            f"'{text}' is no date and time in ISO 8601, such as 2026-03-01T08:00"
-        ) from None
     if not EARLIEST <= start.replace(tzinfo=None) <= LATEST:
-        raise ValueError(f"'{text}': a start lies between {EARLIEST.date()} and {LATEST.date()}")
+        raise InputError(f"'{text}': a start lies between {EARLIEST.date()} and {LATEST.date()}")
     return start
 
 
@@ -250,7 +254,7 @@ def _is_empty(column: Column) -> bool:
 
 
 def read_events(path: Path) -> list[Event[float]]:
-    """The events of a file. Raises ValueError, which names the first invalid line, or OSError."""
+    """The events of a file. Raises InputError, which names the first invalid line, or OSError."""
     # "-sig" skips the byte order mark that spreadsheets write.
     with open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
@@ -262,11 +266,11 @@ def read_events(path: Path) -> list[Event[float]]:
             rows = reader if header == HEADER else ()
             found = [_read_event(row, dated, reader.line_num) for row in rows]
         except UnicodeDecodeError:
-            raise ValueError(f"{path} is not a text file in UTF-8") from None
+            raise InputError(f"{path} is not a text file in UTF-8") from None
         except (ValueError, csv.Error):
-            raise ValueError(f"{path}: line {reader.line_num} is not an event") from None
+            raise InputError(f"{path}: line {reader.line_num} is not an event") from None
     if header != HEADER:
-        raise ValueError(f"{path}: line 1 is not the header {','.join(HEADER)}")
+        raise InputError(f"{path}: line 1 is not the header {','.join(HEADER)}")
     return found
 
 

@@ -33,6 +33,10 @@ class Pose:
     origin: Array
     axes: Array
 
+    def same(self, other: Pose) -> bool:
+        """Whether another is equal."""
+        return np.array_equal(self.origin, other.origin) and np.array_equal(self.axes, other.axes)
+
 
 @dataclass(frozen=True)
 class Emission:
@@ -176,7 +180,7 @@ class Updates:
         # Other rays under the same bundle number replace the earlier ones.
         key = need, question[0] if question and isinstance(question[0], int) else None
         known = self._answered.get(key)
-        if known is None or not all(map(_same, known[0], question)):
+        if known is None or not all(map(np.array_equal, known[0], question)):
             known = self._answered[key] = question, self.ask(need, *question)
         return known[1]
 
@@ -218,10 +222,6 @@ class Readings:
         return Reading(bool(self.active[i]), float(self.value[i]), fields)
 
 
-def _same(one: Any, other: Any) -> bool:
-    return one is other or np.array_equal(one, other)
-
-
 def _plain(column: Any, i: int) -> Any:
     """A value of a column as a Python object, not a numpy scalar."""
     value = None if column is None else column[i]
@@ -229,8 +229,7 @@ def _plain(column: Any, i: int) -> Any:
 
 
 class PerPose(Generic[P, T]):
-    """Keeps what `compute(parameters, pose)` returned until either is another object. A sensor at
-    rest then asks with the same arrays, and the ray caster recognises them by identity."""
+    """Keeps what `compute(parameters, pose)` returned until either is another."""
 
     def __init__(self, compute: Callable[[P, Pose], T]) -> None:
         self._compute = compute
@@ -238,7 +237,7 @@ class PerPose(Generic[P, T]):
 
     def __call__(self, parameters: P, pose: Pose) -> T:
         last = self._last
-        if last is None or last[0] is not parameters or last[1] is not pose:
+        if last is None or last[0] != parameters or not last[1].same(pose):
             last = self._last = parameters, pose, self._compute(parameters, pose)
         return last[2]
 

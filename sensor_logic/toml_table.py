@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from .error import InputError
-from .lines import KeyPath, LineError, line_of, read_toml
+from .error import InputError, explained
+from .lines import KeyPath, line_of, read_toml
 
 T = TypeVar("T")
 _MISSING = object()
@@ -26,10 +26,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
 def read_table(content: str, name: str) -> TomlTable:
     """The outermost table in the text of the file `name`. Raises InputError."""
-    try:
-        values, lines = read_toml(content)
-    except LineError as error:
-        raise InputError(f"{name}, line {error.line}: {error}") from None
+    values, lines = read_toml(content, name)
     return TomlTable(name, lines, values)
 
 
@@ -65,12 +62,8 @@ class TomlTable:
                 raise self.error(f"{key!r} is missing")
             result: T = default
             return result
-        try:
+        with explained(f"{self.where(key)}: {key}", ValueError):
             return read(self.values[key])
-        except InputError:
-            raise
-        except ValueError as error:
-            raise self.error(f"{key}: {error}", key) from None
 
     def one_of(self, key: str, known: Iterable[str], default: Any = _MISSING) -> str:
         """A name that must be known."""

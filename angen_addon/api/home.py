@@ -14,7 +14,7 @@ import numpy.typing as npt
 from mathutils import Matrix, Vector
 
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.parameters import former_choice, former_text, specs
 from ...sensor_logic.recording.tracks import Recording as Run
@@ -94,16 +94,15 @@ class HomeSensor:
         if former is not None:
             value = former.now
             warnings.warn(former_text([(sensor.name, name, former)]), stacklevel=2)
-        try:
-            if spec is not None:
-                _check_value(sensor, name, value)
-            setattr(group, name, value)
-            check(sensor)
-        except (TypeError, ValueError) as error:
-            raise AngenError(f"'{sensor.name}': {name}: {error}") from None
-        except AngenError:
-            setattr(group, name, before)
-            raise
+        with explained(f"'{sensor.name}': {name}", TypeError, ValueError, raised=AngenError):
+            try:
+                if spec is not None:
+                    _check_value(sensor, name, value)
+                setattr(group, name, value)
+                check(sensor)
+            except AngenError:
+                setattr(group, name, before)
+                raise
 
     def __repr__(self) -> str:
         return f"<{self.kind} '{self._name}'>"
@@ -177,10 +176,7 @@ class Home:
         self.all_sensors()
         if kind not in KINDS or kind == NO_KIND:
             raise AngenError(f"kind '{kind}' is unknown; there are {', '.join(KINDS)}")
-        try:
-            chosen_preset = find_preset(KINDS[kind], preset) if preset else None
-        except KeyError as error:
-            raise AngenError(error.args[0]) from None
+        chosen_preset = find_preset(KINDS[kind], preset) if preset else None
         matrix = _placed(at, look, unit_scale(bpy.context.scene))
         obj = new_sensor(bpy.context, kind, chosen_preset, name)
         obj.matrix_world = matrix

@@ -119,10 +119,7 @@ class Recording:
     ) -> tuple[Log, dict[Path, str]]:
         """The log of the run with its faults, and the text of the truth file by path. Raises
         AngenError."""
-        try:
-            chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
-        except OSError as error:
-            raise AngenError(f"cannot read {error.filename}: {error.strerror}") from None
+        chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         chosen.check_names(self._sensors)
         when = start or DEFAULT_START
         log = make_log(events(self._run), self._sensors, when, (), self._about, self._run)

@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 from bpy.types import Context
 
+from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import Kind, Preset
 from ...sensor_logic.kinds import KINDS
 from ..scene.sensors import unit_scale
@@ -24,11 +25,11 @@ SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
 
 
 def find_preset(kind: Kind, identifier: str) -> Preset:
-    """The preset of a kind with this identifier. Raises KeyError with a text for the user."""
+    """The preset of a kind with this identifier. Raises AngenError."""
     known = {preset.identifier: preset for preset in kind.presets}
     if identifier not in known:
         hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
-        raise KeyError(f"No preset of '{kind.label}' is called '{identifier}': {hint}")
+        raise AngenError(f"No preset of '{kind.label}' is called '{identifier}': {hint}")
     return known[identifier]
 
 

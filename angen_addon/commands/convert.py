@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.error import AngenError, replaced
 from ...sensor_logic.faults import undo
 from ...sensor_logic.files import write_files
 from ...sensor_logic.formats import FORMATS, Log
@@ -21,8 +21,8 @@ from ...sensor_logic.formats.source import (
     home_beside,
     read_activities,
     read_home,
-    start_of,
 )
+from ...sensor_logic.log import parse_start
 from ..output.faulty import Faults, add_options
 from .console import BAD_INPUT, DONE, note
 from .parser import Parser, path
@@ -67,7 +67,7 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     InputError, OSError."""
     home = read_home(options.home) if options.home else home_beside(options.events)
     sensors = home.sensors
-    start = start_of(options.start) if options.start else home.start
+    start = parse_start(options.start) if options.start else home.start
     zone = _zone(options.timezone) if options.timezone else None
     if start and zone:
         start = start.replace(tzinfo=zone)
@@ -107,12 +107,9 @@ def _activities(
 
 
 def _zone(name: str) -> ZoneInfo:
-    try:
+    unknown = f"time zone '{name}' is not known here; one is Europe/Stockholm (package tzdata)"
+    with replaced(unknown, ValueError, OSError, KeyError):
         return ZoneInfo(name)
-    except (ValueError, OSError, KeyError):
-        raise InputError(
-            f"time zone '{name}' is not known here; one is Europe/Stockholm (package tzdata)"
-        ) from None
 
 
 def _parser(program: str) -> Parser:

@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from datetime import datetime
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 from ...parts import VERBS, WITHOUT_BLENDER, installed, part
 from ...sensor_logic.choice import SensorChoice
+from ...sensor_logic.error import InputError, replaced
 from ...sensor_logic.kinds import KINDS
-from ...sensor_logic.log import parse_start
 from ...sensor_logic.wording import hint
+
+T = TypeVar("T")
 
 
 class Verb(NamedTuple):
@@ -117,6 +118,18 @@ def choice_of(options: argparse.Namespace) -> SensorChoice:
     return SensorChoice(tuple(options.sensor), tuple(options.kind), not options.no_light)
 
 
+def typed(read: Callable[[str], T]) -> Callable[[str], T]:
+    """A type of arguments, which says as other types do what `read` raises as InputError."""
+
+    def convert(text: str) -> T:
+        try:
+            return read(text)
+        except InputError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return convert
+
+
 def path(text: str) -> Path:
     if not text:
         raise argparse.ArgumentTypeError("the name of a file or folder is empty")
@@ -124,13 +137,10 @@ def path(text: str) -> Path:
 
 
 def frames(text: str) -> tuple[int, int]:
-    try:
+    wrong = f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
+    with replaced(wrong, ValueError, raised=argparse.ArgumentTypeError):
         first, _, last = text.partition(":")
         found = int(first), int(last)
-    except ValueError:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
-        ) from None
     if found[0] > found[1]:
         raise argparse.ArgumentTypeError(
             f"{text}: the first frame is after the last; did you mean {found[1]}:{found[0]}?"
@@ -143,13 +153,6 @@ def frames(text: str) -> tuple[int, int]:
             f"{text}: Blender's frames are {limits.hard_min} to {limits.hard_max}"
         )
     return found
-
-
-def start_time(text: str) -> datetime | None:
-    try:
-        return parse_start(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def tolerance(text: str) -> float:

@@ -15,8 +15,8 @@ from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages, Message
 from ...sensor_logic.formats.log import DEFAULT_START, Change, Channel, Log, since
 from ...sensor_logic.formats.reading import read_log
-from ...sensor_logic.formats.source import home_beside, read_home, start_of
-from ...sensor_logic.log import Value
+from ...sensor_logic.formats.source import home_beside, read_home
+from ...sensor_logic.log import Value, parse_start
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, clear, found
@@ -133,7 +133,7 @@ def _time_of(text: str | None, start: datetime | None) -> int | None:
         pass
     if start is None:
         raise InputError(f"'{text}' is not a number of seconds, and the log has no dates")
-    moment = start_of(text) or start
+    moment = parse_start(text) or start
     try:
         return since(start, moment)
     except TypeError:

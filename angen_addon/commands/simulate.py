@@ -12,7 +12,7 @@ import bpy
 from ...sensor_logic.error import InputError
 from ...sensor_logic.files import file_names
 from ...sensor_logic.formats import FORMATS
-from ...sensor_logic.log import for_spreadsheets, rows_csv, samples_csv
+from ...sensor_logic.log import for_spreadsheets, parse_start, rows_csv, samples_csv
 from ..output import faulty
 from ..output.faulty import Faults
 from ..output.mqtt import address as mqtt
@@ -27,7 +27,7 @@ from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
 from .console import DONE, FAILED, note
 from .home import run_home, seconds_to_run, sensors_of
-from .parser import Verb, choice_of, of_runs, path, start_time
+from .parser import Verb, choice_of, of_runs, path, typed
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
@@ -100,11 +100,8 @@ def _exports(
 
 def _faults(options: argparse.Namespace) -> Faults:
     """Raises InputError."""
-    try:
-        log = options.events or (options.out[0] if options.out else None)
-        return Faults(options.faults, options.truth, log)
-    except OSError as error:
-        raise InputError(f"cannot read {error.filename}: {error.strerror}") from None
+    log = options.events or (options.out[0] if options.out else None)
+    return Faults(options.faults, options.truth, log)
 
 
 def _add_verb(verbs: Any, every: argparse.ArgumentParser) -> None:
@@ -125,7 +122,7 @@ def _add_verb(verbs: Any, every: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--start",
-        type=start_time,
+        type=typed(parse_start),
         metavar="ISO-TIME",
         help="date and time of t = 0, such as 2026-03-01T08:00; logs get a column 'time'",
     )

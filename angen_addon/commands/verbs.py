@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import InputError
+from ...sensor_logic.error import InputError, explained
 from ...sensor_logic.log import differences, events, read_events
 from ...sensor_logic.wording import named
 from ..doctor import command as doctor
@@ -98,12 +98,8 @@ def _add_check(verbs: Any, every: argparse.ArgumentParser) -> None:
 
 
 def _check(options: argparse.Namespace, outputs: Outputs) -> int:
-    try:
+    with explained(f"cannot read {options.expected}", OSError):
         expected = read_events(options.expected)
-    except OSError as error:
-        raise InputError(f"cannot read {options.expected}: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(str(error)) from None
     choice = choice_of(options)
     expected = [event for event in expected if choice.takes(event.sensor, event.kind)]
     recording = run_home(options, chosen(sensors_of(options), choice))
@@ -147,17 +143,17 @@ def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
         names = named(sensor.name for sensor in found)
         raise InputError(f"explain is about one sensor, and these are {len(found)}: {names}")
     (sensor,) = found
-    explained = ExplainedTime(scene, sensors, sensor, options.time)
-    if explained.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
+    moment = ExplainedTime(scene, sensors, sensor, options.time)
+    if moment.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
         raise InputError(f"--time {options.time:g}: Blender's frames end before that")
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
     with options.interrupt.watched():
-        for progress in explained.run():
+        for progress in moment.run():
             options.interrupt.check()
             line.show(progress)
-        line.finish(progress.seconds_total if progress else 0.0, explained.updates)
-        outputs.said = explained.text(options.now)
+        line.finish(progress.seconds_total if progress else 0.0, moment.updates)
+        outputs.said = moment.text(options.now)
     return DONE
 
 

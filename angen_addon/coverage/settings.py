@@ -9,7 +9,6 @@ from bpy.props import StringProperty as Text
 from bpy.types import Scene
 
 from ...sensor_logic.coverage.motions import HIGHEST, MOTIONS, Motion
-from ...sensor_logic.error import AngenError
 from ..scene.lengths import property_group
 from ..scene.sensors import decimal
 from .maps import LARGEST_CELL, SMALLEST_CELL
@@ -76,10 +75,7 @@ def motion_of(identifier: str, height: float) -> Motion:
     motion = MOTIONS[identifier]
     if height == 0.0:
         return motion
-    try:
-        return motion.at_height(decimal(height))
-    except ValueError as error:
-        raise AngenError(str(error)) from None
+    return motion.at_height(decimal(height))
 
 
 def room_names(text: str) -> tuple[str, ...]:

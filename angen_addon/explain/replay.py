@@ -20,6 +20,7 @@ from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
 from ..runtime.trace import Hits, NotNoted, Trace
 from ..scene.lengths import lengths_of
+from ..scene.light.cycles import finished
 from ..scene.sensors import Sensor, all_sensors, read_pose, unit_scale
 from .facts import Explanation
 
@@ -107,8 +108,8 @@ class Replay:
         assert taken.request is not None
         layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
         alone = not handlers.others_follow_frames()
-        for _ in self.probes.measure(self.scene, layer, depsgraph, [taken.request], alone):
-            pass
+        what = self.scene, layer, depsgraph, [taken.request]
+        taken.give_light(finished(self.probes.measure(*what, alone)))
 
     def take_moved(self, index: int) -> PendingUpdates | None:
         """As `take`, of a sensor that feels the motion through the frame: that follows from the

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Quaternion, Vector
 
+from ...sensor_logic.error import explained
 from ...sensor_logic.kinds import NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry, read_layout
 from ...sensor_logic.parameters import former_text
@@ -111,10 +112,9 @@ def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
     objects = {id(plan): _object_of(plan, rollback) for plan in plans}
     for plan in plans:
         obj = objects[id(plan)]
-        try:
+        wrong = TypeError, ValueError, OverflowError, RuntimeError, AttributeError
+        with explained(plan.entry.where(), *wrong):
             _set(plan, obj, rollback)
-        except (TypeError, ValueError, OverflowError, RuntimeError, AttributeError) as error:
-            raise plan.entry.error(str(error)) from None
         if "collection" in plan.moves:
             _move_to(obj, plan.moves["collection"], rollback)
     for plan in plans:

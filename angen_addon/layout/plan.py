@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ...sensor_logic.error import InputError
+from ...sensor_logic.error import InputError, explained
 from ...sensor_logic.kind import Kind
 from ...sensor_logic.kinds import KINDS, NO_KIND
 from ...sensor_logic.layout.entries import Layout, LayoutEntry
@@ -213,13 +213,10 @@ class Planner:
         origin, axes = np.zeros(3), np.eye(3)
         if "relative_to" in values:
             base = self._object(entry, "relative_to", values["relative_to"])
-            try:
+            where = entry.where("relative_to")
+            with explained(where, NotPlaced), explained(f"{where}: '{base.name}'", ValueError):
                 matrix = placed_matrix(base, self._depsgraph)
                 pose = pose_from_matrix(np.array(matrix), metres)
-            except NotPlaced as error:
-                raise entry.error(str(error), "relative_to") from None
-            except ValueError as error:
-                raise entry.error(f"'{base.name}': {error}", "relative_to") from None
             origin, axes = pose.origin, pose.axes
         now = self._pose(change.sensor) if change.sensor else None
         at = np.array(values["location"]) if "location" in values else None

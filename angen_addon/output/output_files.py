@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 
 import bpy
 
-from ...sensor_logic.error import AngenError, InputError
+from ...sensor_logic.error import AngenError, InputError, explained
 from ...sensor_logic.files import Content, WholeFiles, check_folder
 from ...sensor_logic.formats import FORMATS, Log
 from ...sensor_logic.formats.log import DEFAULT_START
@@ -31,14 +31,14 @@ def check_outputs(
     """
     outputs = [(flag, path) for flag, path in files.items() if path is not None]
     for flag, path in outputs:
-        with _named(flag, path):
+        with explained(f"{flag}: {path}", OSError):
             if path.is_dir():
                 raise InputError(f"{flag}: {path} is a folder, not a file name")
             if flag == "--save" and path.exists() and not path.is_file():
                 raise InputError(f"{flag}: {path} is not a plain file")
             check_folder(path.parent, flag)
     if samples is not None:
-        with _named("--samples", samples):
+        with explained(f"--samples: {samples}", OSError):
             made = samples.exists() or samples.is_symlink()
             check_folder(samples if made else samples.parent, "--samples")
         outputs.append(("--samples", samples))
@@ -54,14 +54,6 @@ def check_not_read(paths: Iterable[Path]) -> None:
     known = _inputs()
     for path in paths:
         _check_apart(path, "", known)
-
-
-@contextlib.contextmanager
-def _named(flag: str, path: Path) -> Any:
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"{flag}: {path}: {error.strerror}") from None
 
 
 def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
@@ -155,10 +147,8 @@ class Outputs(WholeFiles):
         check_not_read(self.texts)
         for folder in self.folders:
             if not folder.exists():
-                try:
+                with explained(f"cannot make {folder}", OSError, raised=AngenError):
                     folder.mkdir()
-                except OSError as error:
-                    raise AngenError(f"cannot make {folder}: {error.strerror}") from None
                 self._new_folders.append(folder)
         for path, content in self.texts.items():
             self.add(path, content)

@@ -13,11 +13,11 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.error import AngenError, replaced
 from ...sensor_logic.recording.file import VALUES, from_bytes, size_of, to_bytes
 from ..runtime import state
+from ..scene.changes import Fingerprint
 from ..scene.sensors import all_sensors
-from .fingerprint import Fingerprint
 from .stored_recording import StoredRecording
 
 # A leading dot hides it from lists.
@@ -120,10 +120,8 @@ def _decoded(text: str, room: int) -> StoredRecording:
     title, _, data = text.partition("\n")
     if title != TITLE:
         raise AngenError("it is damaged")
-    try:
+    with replaced("it is damaged", ValueError, raised=AngenError):
         packed = base64.b64decode(data.replace("\n", ""), validate=True)
-    except ValueError:
-        raise AngenError("it is damaged") from None
     recording, header = from_bytes(packed, room)
     if not _is_header(header):
         raise AngenError("it is damaged")

@@ -13,9 +13,7 @@ from ...sensor_logic.kind import LIGHT, REFLECTANCE, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import listed
-from ..scene.facts import FACTS_VERSION
-from ..scene.sensors import Sensor, all_sensors, simulated
-from .fingerprint import (
+from ..scene.changes import (
     SCENE,
     SHOWN,
     Fingerprint,
@@ -28,6 +26,8 @@ from .fingerprint import (
     warmth_of,
     what_is_shown,
 )
+from ..scene.facts import FACTS_VERSION
+from ..scene.sensors import Sensor, all_sensors, simulated
 
 THIS_BLENDER = tuple(bpy.app.version[:2])
 
@@ -61,8 +61,8 @@ class StoredRecording:
         self._objects = len(bpy.data.objects)
         self._other_view_layer = False
         self._renamed: dict[str, str] = {}
-        # The list of sensors at the last comparison of names and visibility.
-        self._sensors: Sequence[Sensor] | None = None
+        # The revision of the scene at the last comparison of names and visibility.
+        self._revision = -1
 
     @property
     def stale(self) -> str:
@@ -128,16 +128,17 @@ class StoredRecording:
                 self._compare({key: now})
 
     def note_edit(
-        self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], playing: bool
+        self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int, playing: bool
     ) -> None:
-        """Compares what Blender has just evaluated for another reason than a change of frame."""
+        """Compares what Blender has just evaluated for another reason than a change of frame, with
+        the sensors of a `revision` of the scene."""
         if self._is_other_view_layer(depsgraph):
             return
         if self.unsure:
             self.verify(scene, depsgraph)
             return
         before = self._renamed
-        self._compare_scene(scene, depsgraph, sensors)
+        self._compare_scene(scene, depsgraph, sensors, revision)
         # After a renaming, Blender also reports updates of what refers to the object: nobody moved
         # that.
         follows = playing or before != self._renamed
@@ -162,20 +163,22 @@ class StoredRecording:
             if not isinstance(original, bpy.types.Scene):
                 self.unsure |= hidden or key_of(original) in self.fingerprint.digests
 
-    def note_frame(self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor]) -> None:
-        """Notes a change of frame, which puts animated objects where their keys say. `sensors` is
-        the same list object until something else changes."""
+    def note_frame(
+        self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int
+    ) -> None:
+        """Notes a change of frame, which puts animated objects where their keys say; anything else
+        makes another `revision` of the scene."""
         self._moved.clear()
         if self._is_other_view_layer(depsgraph):
             return
         if self.unsure:
             self.verify(scene, depsgraph)
-        elif sensors is self._sensors:
+        elif revision == self._revision:
             # Blender reports no changes of custom properties and texts.
             now = own_settings(scene, sensors, self.fingerprint.light, self._renamed)
             self._compare({SCENE: now})
         else:
-            self._compare_scene(scene, depsgraph, sensors)
+            self._compare_scene(scene, depsgraph, sensors, revision)
 
     def check(self, original: Any) -> None:
         """Compares one datablock with the fingerprint."""
@@ -197,8 +200,10 @@ class StoredRecording:
             SHOWN: what_is_shown(layer, renamed),
         }
 
-    def _compare_scene(self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor]) -> None:
-        self._sensors = sensors
+    def _compare_scene(
+        self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int
+    ) -> None:
+        self._revision = revision
         self._find_renamed(sensors)
         around = self._scene_digests(scene, scene.view_layers[depsgraph.view_layer.name], sensors)
         before, self._objects = self._objects, len(bpy.data.objects)

@@ -15,8 +15,8 @@ from bpy.app.handlers import persistent
 
 from ..advice import lacking
 from ..recording import store as recording_store
-from ..recording.fingerprint import SHADING
 from ..scene import facts
+from ..scene.changes import SHADING
 from ..scene.former_choices import replace_former_choices
 from ..scene.light.scene import remove_left
 from . import playhead, state
@@ -117,7 +117,7 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     kept = state.CACHE.kept(scene)
     if kept is not None:
-        kept.note_frame(scene, depsgraph, state.CACHE.sensors(view_layer))
+        kept.note_frame(scene, depsgraph, *state.CACHE.sensors_now(view_layer))
     publish = not playhead.show_recorded(scene, view_layer) and scene.angen_live
     if publish or any(view.wants_rays(scene) for view in _views):
         following = live_of(scene)
@@ -148,7 +148,7 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     kept = state.CACHE.kept(scene)
     if kept is not None and _is_shown(scene, depsgraph):
         view_layer = scene.view_layers[depsgraph.view_layer.name]
-        kept.note_edit(scene, depsgraph, state.CACHE.sensors(view_layer), playing)
+        kept.note_edit(scene, depsgraph, *state.CACHE.sensors_now(view_layer), playing)
     state.CACHE.note_elsewhere(scene, depsgraph)
     if _holds_an_edit(depsgraph.updates, playing):
         state.CACHE.outdate_live()

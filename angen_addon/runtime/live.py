@@ -16,6 +16,7 @@ from ...sensor_logic.clock import Clock
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Reading
 from ..scene.instances import Uid
+from ..scene.light.cycles import finished
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
 from . import state
@@ -314,9 +315,9 @@ class Live:
             depsgraph = view_layer.depsgraph
             paths = scene.angen_light_reference
             asked = [as_exact(taken.request, paths) for taken in lit if taken.request is not None]
-            for _ in self._probes.measure(scene, view_layer, depsgraph, asked):
-                pass
+            found = finished(self._probes.measure(scene, view_layer, depsgraph, asked))
             for taken in lit:
+                taken.give_light(found)
                 taken.runner.reset()
                 self._show(taken, scene.frame_current)
             # What is shown must not be taken for an edit.

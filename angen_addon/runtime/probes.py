@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,11 +11,11 @@ import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
 from ...sensor_logic.model import Answers, Array, LightSample
+from ..scene.changes import LightChanges
 from ..scene.contact.bodies import Pad
 from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
-from ..scene.light.changes import LightChanges
-from ..scene.light.cycles import CyclesLight
+from ..scene.light.cycles import CyclesLight, Steps
 from ..scene.light.probe import LightRequest, measuring
 from ..scene.rays.caster import RayCaster
 from ..scene.rays.frames import Film
@@ -185,9 +185,9 @@ class Probes:
         depsgraph: Any,
         asked: list[LightRequest],
         keep: bool = False,
-    ) -> Iterator[str]:
-        """Renders the light that is asked for, where it can have changed since it was last. Yields
-        before each picture, in words what takes long.
+    ) -> Steps[dict[str, LightSample]]:
+        """Renders the light that is asked for, where it can have changed since it was last, and
+        returns it by the sensor's name. Yields before each picture, in words what takes long.
 
         `keep`: nothing but frames will change until the next time; to be ended by `close`.
         Not in a frame handler. Raises AngenError.
@@ -196,20 +196,16 @@ class Probes:
         state = self._lighting.look(view_layer, depsgraph, self.edits, how)
         keys = {r.name: (state.light, _key(r)) for r in asked}
         due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != keys[r.name]]
-        if not due:
-            return
-        efficacy, self._light.reference = how
-        kept = self._light if keep else None
-        found = yield from measuring(scene, view_layer, due, efficacy, kept, state)
-        self._measured |= {r.name: (keys[r.name], found[r.name]) for r in due}
+        if due:
+            efficacy, self._light.reference = how
+            kept = self._light if keep else None
+            found = yield from measuring(scene, view_layer, due, efficacy, kept, state)
+            self._measured |= {r.name: (keys[r.name], found[r.name]) for r in due}
+        return {r.name: self._measured[r.name][1] for r in asked}
 
     def close(self) -> None:
         """Removes from the file what was kept there."""
         self._light.close()
-
-    def light(self, name: str) -> LightSample:
-        """What was measured last for a sensor."""
-        return self._measured[name][1]
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """The contact forces on a pad at a whole frame, after the next one was looked at."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock, Schedule
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.geometry.sweep import RayCrossings
 from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import (
     Answers,
     Array,
     Index,
+    LightSample,
     PadContact,
     Pose,
     Reading,
@@ -65,14 +66,10 @@ def ranges(
 ) -> Answers:
     """How far rays get."""
     frames = asked.frames if which is None else asked.frames[which]
-    metres, cast = asked.read.metres, asked.probes.caster.cast_at
-    if metres == 1.0:
-        found = cast(asked.sensor.uid, asked.bundle(bundle), origins, directions, length, frames)
-    else:
-        in_units = origins / metres, directions, length / metres
-        found = cast(asked.sensor.uid, asked.bundle(bundle), *in_units, frames)
-        found = Answers([ranges * metres for ranges in found.table], found.rows)
-    return found
+    rays = asked.read.rays_in_units(origins, directions, length)
+    cast = asked.probes.caster.cast_at
+    found = cast(asked.sensor.uid, asked.bundle(bundle), *rays, frames)
+    return Answers([asked.read.in_metres(one) for one in found.table], found.rows)
 
 
 def surfaces(
@@ -86,10 +83,9 @@ def surfaces(
 ) -> Answers:
     """What the probe called `name` knows of the surfaces that rays meet."""
     frames = asked.frames if which is None else asked.frames[which]
-    metres, probe = asked.read.metres, getattr(asked.probes, name)
     known = asked.sensor.uid, asked.bundle(bundle)
-    rays = origins / metres, directions, length / metres
-    found: Answers = probe.see(asked.depsgraph, *known, *rays, frames)
+    rays = asked.read.rays_in_units(origins, directions, length)
+    found: Answers = getattr(asked.probes, name).see(asked.depsgraph, *known, *rays, frames)
     return found
 
 
@@ -113,23 +109,21 @@ def crossings(
 def _swept_at(
     asked: Question, step: int, frame: int, rays: tuple[Array, Array, Array]
 ) -> RayCrossings | None:
-    before, (origins, directions, length) = asked.trace.swept, rays
-    pose, metres = asked.read.pose, asked.read.metres
-    if before is not None and before.pose is pose and before.origins is origins:
+    before, metres = asked.trace.swept, asked.read.metres
+    beam = SweptRays(matrix_of(asked.read.pose, metres), *asked.read.rays_in_units(*rays))
+    if before is not None and before.beam.same(beam):
+        # Its bounds are known.
         beam = before.beam
-    else:
-        beam = SweptRays(matrix_of(pose, metres), origins / metres, directions, length / metres)
     sweeper = asked.probes.sweeper
     now = sweeper.solids_at(frame)
-    asked.trace.swept = Swept(step, pose, origins, beam, now)
+    asked.trace.swept = Swept(step, beam, now)
     if before is None or before.step != step - 1:
         return None
     found = sweeper.sweep(
         asked.depsgraph, asked.sensor.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
     )
-    if metres == 1.0 or not len(found):
-        return found
-    return replace(found, near=found.near * metres, far=found.far * metres)
+    near, far = map(asked.read.in_metres, (found.near, found.far))
+    return replace(found, near=near, far=far)
 
 
 def contact(asked: Question, which: Index | None = None) -> Answers:
@@ -148,9 +142,9 @@ def contact(asked: Question, which: Index | None = None) -> Answers:
 
 
 def light(asked: Question, which: Index | None = None) -> Answers:
-    """The light on a sensor, once it was measured: the same at all the steps."""
-    found = asked.probes.light(asked.sensor.name)
-    return Answers([found], np.zeros(len(asked.steps), np.intp))
+    """The light on a sensor, which was measured before: the same at all the steps."""
+    assert asked.light is not None
+    return Answers([asked.light], np.zeros(len(asked.steps), np.intp))
 
 
 ANSWERS: dict[str, Callable[..., Answers]] = {
@@ -192,10 +186,8 @@ def _named_poses(
             continue
         holders = sensor.holders
         beside = bool(holders) and obj.original in shown_in(holders[-1].instance_collection)
-        try:
+        with explained(f"'{sensor.name}'", NotPlaced, raised=AngenError):
             matrix = placed_matrix(obj.original, depsgraph, beside)
-        except NotPlaced as error:
-            raise AngenError(f"'{sensor.name}': {error}") from None
         matrix = np.array(within(matrix, holders if beside else (), depsgraph))
         try:
             found[name] = pose_from_matrix(matrix, metres)
@@ -274,13 +266,23 @@ class Dates:
 class PendingUpdates:
     """Updates of a sensor with all that is known of the scene at their `steps`. Their readings are
     to be asked for once: at once; of a kind that needs the motion, after the next frame; of a light
-    sensor, after its `request` was measured."""
+    sensor, after what was measured for its `request` was given to it."""
 
     runner: SensorRunner
     steps: list[int]
     parameters: Any
     updates: Updates
-    request: LightRequest | None = None
+    question: Question | None = None
+
+    @property
+    def request(self) -> LightRequest | None:
+        """What a light sensor asks of the scene."""
+        return self.question.request if self.question is not None else None
+
+    def give_light(self, found: Mapping[str, LightSample]) -> None:
+        """Hand over what was measured, by the sensor's name."""
+        assert self.question is not None
+        self.question.light = found[self.runner.sensor.name]
 
     def readings(self) -> Readings:
         """Of the updates that are due."""
@@ -307,7 +309,7 @@ class SensorRunner:
         self.schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         self.watches = self._watches()
         self.trace = Trace(sensor)
-        self._edits = 0
+        self._edits = self._changes = 0
         self._steady: bool | None = None
         self.reset()
 
@@ -338,7 +340,6 @@ class SensorRunner:
     def reset(self) -> None:
         """Forgets earlier updates, as after a jump of the playhead."""
         self.model = self.sensor.kind.model()
-        self._pose: tuple[Any, float, Pose] | None = None
         self._read: Read | None = None
         self.trace.forget()
 
@@ -357,20 +358,14 @@ class SensorRunner:
             return None
         check_evaluated(self.sensor, depsgraph)
         parameters = read_parameters(self.sensor, settings)
-        pose = self._pose_now(self.sensor.world_matrix(depsgraph), metres)
+        pose = read_pose(self.sensor, self.sensor.world_matrix(depsgraph), metres)
         beside = beside_of(self.sensor, evaluated, depsgraph, metres)
-        if known is None or not known.same(metres, parameters, pose, beside):
-            known = Read(metres, parameters, pose, beside)
-        self._read = known
-        return known
-
-    def _pose_now(self, matrix: Any, metres: float) -> Pose:
-        """The pose, the same object as long as the sensor stands still."""
-        known = self._pose
-        if known is None or known[0] != matrix or known[1] != metres:
-            known = (matrix.copy(), metres, read_pose(self.sensor, matrix, metres))
-            self._pose = known
-        return known[2]
+        read = Read(metres, parameters, pose, beside, self._changes)
+        if known is None or not known.same(read):
+            self._changes += 1
+            read = replace(read, change=self._changes)
+        self._read = read
+        return read
 
     def take(
         self, number: int, step: int, depsgraph: Any, probes: Probes, due: bool = True
@@ -401,7 +396,8 @@ class SensorRunner:
         gap: as one as long as it stays as it was read then. `reads` are (n,), or one for all;
         `frames` (n,) tells which of those that the probes keep the dates are. Each is to be asked
         for its readings before the next is made."""
-        begins = [i for i in range(len(reads)) if i == 0 or reads[i] is not reads[i - 1]]
+        changes = [None if read is None else read.change for read in reads]
+        begins = [i for i in range(len(reads)) if i == 0 or changes[i] != changes[i - 1]]
         ends = [*begins[1:], len(dates.steps)]
         for begin, end in zip(begins, ends, strict=True):
             read, part = reads[begin], slice(begin, end)
@@ -415,6 +411,10 @@ class SensorRunner:
     ) -> PendingUpdates:
         when = self.clock, read, dates.steps.tolist(), frames
         question = Question(self.sensor, *when, depsgraph, probes, self.trace)
+        if self.sensor.kind.requires_light:
+            question.request = light_request(
+                self.sensor, read.parameters, read.pose, read.metres, self.steady
+            )
         needs = self.sensor.kind.needs
         scene, name = depsgraph.scene, self.sensor.stands_for or self.sensor.name
         updates = Updates(
@@ -426,14 +426,9 @@ class SensorRunner:
             partial(generator, scene.angen_seed, name),
             partial(generator, scene.angen_seed, f"{name}, part", 0),
         )
-        request = None
-        if self.sensor.kind.requires_light:
-            request = light_request(
-                self.sensor, read.parameters, read.pose, read.metres, self.steady
-            )
         due = dates.steps[dates.due].tolist()
         updates = self.trace.listen(question, updates)
-        return PendingUpdates(self, due, read.parameters, updates, request)
+        return PendingUpdates(self, due, read.parameters, updates, question)
 
 
 def all_rays(

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.model import Index
 from ...sensor_logic.recording.tracks import Recording, Track
 from ..scene.sensors import Sensor, all_sensors, check, check_names, report_steps, simulated
@@ -133,8 +133,11 @@ class _Run:
         state.CACHE.running = True
         # Other code may change the scene at a frame in ways that Blender tells nobody.
         alone = not handlers.others_follow_frames()
+        removed = explained(
+            "something that the run needs was removed during it", ReferenceError, raised=AngenError
+        )
         try:
-            with _idle_outputs(self._runners) as driven:
+            with removed, _idle_outputs(self._runners) as driven:
                 agenda = Agenda(scene, self._runners, self._clock, self._first, self._last)
                 batches = alone and not driven and agenda.allows_batches
                 self._kept = agenda.kept
@@ -148,10 +151,6 @@ class _Run:
                 finally:
                     self._leave_moving_scene()
             self._recording.frame_end = self._frame_end
-        except ReferenceError as error:
-            raise AngenError(
-                f"something that the run needs was removed during it: {error}"
-            ) from None
         finally:
             _put_back(scene, frame_before, subframe_before)
 

@@ -21,6 +21,7 @@ from ...sensor_logic.contact.world import PadForces
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array, Index
 from ..scene.animation import action_curves, all_animated, may_set, time_stretch
+from ..scene.changes import SHADING
 from ..scene.marks import LIGHT_MARK
 from ..scene.rays.geometry import SURFACE_TYPES
 from ..scene.timed import is_timeless_driver
@@ -29,8 +30,7 @@ from . import state
 from .probes import Probes
 from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
 
-# What no sensor reads that needs these alone of the scene, unless a driver does.
-SHADING = (bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World)
+# What sensors need of the scene that do not notice SHADING, unless a driver does.
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
 # Spans (n, 2) of time.
 NEVER = np.empty((0, 2))

@@ -349,9 +349,10 @@ class Stage:
         if asked:
             # A picture of the light makes Blender evaluate the scene anew: it comes last.
             view_layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
-            yield from self.probes.measure(
-                self.scene, view_layer, depsgraph, [*asked.values()], alone
-            )
+            what = self.scene, view_layer, depsgraph, [*asked.values()]
+            found = yield from self.probes.measure(*what, alone)
+            for pending in self.lit:
+                pending.give_light(found)
 
     def take_lit(self) -> list[PendingUpdates]:
         """The updates of light sensors whose light was measured."""

@@ -137,14 +137,21 @@ class Cache:
             probe.note(depsgraph, edited, by_frame)
 
     def sensors(self, view_layer: Any) -> list[Sensor]:
-        """All sensors, the same list as long as nothing but the playhead moved. For handlers and
-        drawing, before which Blender tells of edits; else there is `all_sensors`."""
-        key = self._revision, view_layer.id_data.session_uid, view_layer.name
+        """All sensors, listed once for each revision of the scene. For handlers and drawing, before
+        which Blender tells of edits; else there is `all_sensors`."""
+        return self.sensors_now(view_layer)[0]
+
+    def sensors_now(self, view_layer: Any) -> tuple[list[Sensor], int]:
+        """The same, and the revision."""
+        layer = view_layer.id_data.session_uid, view_layer.name
         known, sensors = self._sensors
-        if known != key or not _have_their_names(sensors):
+        if known == (self._revision, *layer) and not _have_their_names(sensors):
+            # Blender tells nobody of new names.
+            self._revision += 1
+        if known != (self._revision, *layer):
             sensors = all_sensors(view_layer)
-            self._sensors = key, sensors
-        return sensors
+            self._sensors = (self._revision, *layer), sensors
+        return sensors, self._revision
 
     def outputs_are_driven(self) -> bool:
         """Whether drivers read what sensors put out: all animation of the file is gone through, so

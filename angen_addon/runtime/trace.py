@@ -15,7 +15,8 @@ import numpy as np
 
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.kind import RAYS, REFLECTANCE, WARMTH
-from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, Pose, Updates
+from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, LightSample, Pose, Updates
+from ..scene.light.probe import LightRequest
 from ..scene.rays.sweep import SolidsAtStep, SweptRays
 from ..scene.sensors import Sensor
 from .probes import Probes
@@ -36,24 +37,36 @@ class NotNoted(LookupError):
 class Read:
     """What was read of a sensor at a step: metres in a Blender unit, parameters, pose, and
     `beside`, by need, what can be read at that step alone: a pad's weight (3,) in N with the
-    partners that it measures alone; the poses of objects by the parameter that names them. The same
-    object as at the step before where the sensor stays as it is."""
+    partners that it measures alone; the poses of objects by the parameter that names them. `change`
+    is the same number as at the step before where the sensor stays as it is."""
 
     metres: float
     parameters: Any
     pose: Pose
     beside: dict[str, Any] | None
+    change: int = 0
 
-    def same(self, metres: float, parameters: Any, pose: Pose, beside: Any) -> bool:
-        """Whether it is made of these."""
-        same = self.metres == metres and self.parameters is parameters and self.pose is pose
-        return same and beside is None and self.beside is None
+    def same(self, other: Read) -> bool:
+        """Whether another has the same values, all of which are known to stay."""
+        same = self.metres == other.metres and self.parameters == other.parameters
+        return same and self.beside is other.beside is None and self.pose.same(other.pose)
+
+    def rays_in_units(
+        self, origins: Array, directions: Array, length: Array
+    ) -> tuple[Array, Array, Array]:
+        """Rays with origins (n, 3) and lengths (n,) in m, in Blender units."""
+        return origins / self.metres, directions, length / self.metres
+
+    def in_metres(self, lengths: Array) -> Array:
+        """Lengths in Blender units, in m."""
+        return lengths if self.metres == 1.0 else lengths * self.metres
 
 
-@dataclass(frozen=True)
+@dataclass
 class Question:
     """Which sensor's model asks, as it was `read`, and about which `steps`: their `frames` (n,)
-    among those that the probes keep. `trace`: that of the sensor."""
+    among those that the probes keep. `trace`: that of the sensor. `light` is what was measured for
+    the `request` of a light sensor."""
 
     sensor: Sensor
     clock: Clock
@@ -63,6 +76,8 @@ class Question:
     depsgraph: Any
     probes: Probes
     trace: Trace
+    request: LightRequest | None = None
+    light: LightSample | None = None
 
     def bundle(self, number: int) -> int:
         """The number by which the casters know the model's bundle `number`: with other settings a
@@ -72,12 +87,9 @@ class Question:
 
 @dataclass(frozen=True)
 class Swept:
-    """Where a beam was swept to last: the step, the sensor's pose and where its rays start, both
-    of which are the same objects as long as it stands still, its beam, and the solids."""
+    """Where a beam was swept to last: the step, the beam, and the solids."""
 
     step: int
-    pose: Pose
-    origins: Array
     beam: SweptRays
     solids: SolidsAtStep
 
@@ -98,7 +110,7 @@ class SensorRays:
 @dataclass(frozen=True, eq=False)
 class RaysMet:
     """A bundle of rays in the world, in m: origins (n, 3), unit directions (n, 3), how far they
-    reach (n,) and how far they get (n,). The same object as long as these stay the same."""
+    reach (n,) and how far they get (n,)."""
 
     origins: Array
     directions: Array
@@ -108,7 +120,7 @@ class RaysMet:
     def same(self, other: RaysMet) -> bool:
         mine = self.origins, self.directions, self.reach, self.ranges
         its = other.origins, other.directions, other.reach, other.ranges
-        return all(a is b or np.array_equal(a, b) for a, b in zip(mine, its, strict=True))
+        return all(map(np.array_equal, mine, its))
 
 
 class Hits(NamedTuple):
@@ -206,18 +218,18 @@ class Trace:
         met = None
         if need in CAST and len(answers.rows):
             bundle, origins, directions, length = asked
-            metres, known = question.read.metres, (question.sensor.uid, question.bundle(bundle))
+            read, known = question.read, (question.sensor.uid, question.bundle(bundle))
             last = question.steps[-1 if which is None else int(which[-1])]
             if need == RAYS:
                 ranges = answers[-1]
             else:
-                ranges = getattr(question.probes, need).ranges(*known) * metres
-            self.aim(question.read.parameters, question.read.pose)
+                ranges = read.in_metres(getattr(question.probes, need).ranges(*known))
+            self.aim(read.parameters, read.pose)
             self._note(last, bundle, RaysMet(origins, directions, length, ranges))
             if self.keeps:
                 probes, count = question.probes, len(answers.rows)
-                rays = origins / metres, directions, length / metres
-                met = probes.met(question.depsgraph, *known, *rays, count)
+                in_units = read.rays_in_units(origins, directions, length)
+                met = probes.met(question.depsgraph, *known, *in_units, count)
                 self._met, self._names = met[-1], probes.names
         if self.keeps:
             sensed.asked.append(_Asked(need, _bundle(asked), which, answers, met))
@@ -232,12 +244,9 @@ class Trace:
 
     def _is_aimed(self, parameters: Any, pose: Pose | None) -> bool:
         known = self.pose
-        if parameters is self.parameters and pose is known:
-            return True
-        if known is None or pose is None or parameters != self.parameters:
-            return False
-        same = np.array_equal(pose.origin, known.origin) and np.array_equal(pose.axes, known.axes)
-        return bool(same)
+        if known is None or pose is None:
+            return known is pose
+        return bool(parameters == self.parameters) and pose.same(known)
 
     def _note(self, step: int, number: int, met: RaysMet) -> None:
         """A bundle that the sensor cast at a step."""

@@ -112,17 +112,6 @@ def stays(obj: Any, *paths: str) -> bool:
     return parent is None or (obj.parent_type == "OBJECT" and stays(parent))
 
 
-def only_moves(obj: Any) -> bool:
-    """Whether keys and drivers set nothing of an object itself but its place."""
-    animation = obj.animation_data
-    if animation is None:
-        return True
-    if animation.nla_tracks:
-        return False
-    set_by = action_curves(animation.action, getattr(animation, "action_slot", None))
-    return all(curve.data_path.startswith(PLACE) for curve in (*set_by, *animation.drivers))
-
-
 def motion_paths(obj: Any) -> list[str]:
     """The data paths of an object's place that keys and drivers animate. Constraints, strips and
     physics, which may also turn it, are listed as "rotation by …"."""

@@ -53,6 +53,11 @@ if bpy.app.version >= (5, 0):
     INTERFACE.add("use_nodes")
 # Types whose location, size and colour are those of their picture on the screen.
 ON_SCREEN = ("Node", "NodeTree", "NodeSocket", "FCurve", "NlaTrack", "NlaStrip")
+# What of nodes and their sockets has no part in a shader.
+NO_VALUES = (
+    "bl_", "display_shape", "enabled", "hide_value", "internal_links", "link_limit", "node",
+    "parent", "pin_gizmo", "show_", "type", "use_custom_color",
+)  # fmt: skip
 # Types of items in long lists, and the properties of each that are read.
 POINTS = {
     "Keyframe": (
@@ -89,33 +94,44 @@ def facts_of(datablock: Any) -> Facts:
 
 def _of_other_kinds(struct: Any) -> frozenset[str]:
     """The properties of a sensor's settings that belong to other kinds than its own."""
-    if struct.rna_type.identifier != "AngenSensor":
+    if type(struct).__name__ != "AngenSensor":
         return frozenset()
     kind = KINDS.get(struct.kind)
     return PARAMETERS - {kind.attribute} if kind else PARAMETERS
 
 
-class _Walk:
-    """One pass over a datablock and the datablocks embedded in it."""
+def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Facts:
+    """The values of an evaluated datablock as keys and drivers set them now; those of some of its
+    own properties are left `without`."""
+    return _Walk(evaluated, present=True)._struct(evaluated, 0, without)
 
-    def __init__(self, datablock: Any) -> None:
+
+class _Walk:
+    """One pass over a datablock and the datablocks embedded in it. `present`: over the values that
+    animated properties have now, and over fewer properties that no frame changes."""
+
+    def __init__(self, datablock: Any, present: bool = False) -> None:
         self._id = datablock
-        self._seen: set[tuple[int, str]] = set()
-        self._set_by_animation = dict(set_by_animation(datablock))
+        self._present = present
+        self._seen: set[tuple[int, type]] = set()
+        self._set_by_animation = {} if present else dict(set_by_animation(datablock))
 
     def facts(self) -> Facts:
+        if self._present:
+            return self._struct(self._id, 0)
         return [animation_facts(self._id), self._struct(self._id, 0)]
 
-    def _struct(self, struct: Any, depth: int) -> Facts:
-        key = (struct.as_pointer(), struct.rna_type.identifier)
+    def _struct(self, struct: Any, depth: int, without: frozenset[str] = frozenset()) -> Facts:
+        made_of: Any = type(struct)
+        key = (struct.as_pointer(), made_of)
         if key in self._seen or depth > MAX_DEPTH:
             # The two inputs of a Mix Shader have one name.
             is_socket = isinstance(struct, bpy.types.NodeSocket)
             return [struct.identifier if is_socket else getattr(struct, "name", "")]
         self._seen.add(key)
         found: Facts = []
-        left_out = _of_other_kinds(struct)
-        for name, kind in _plan_of(struct):
+        left_out = without or _of_other_kinds(struct)
+        for name, kind in _plan_of(struct, self._present):
             if name in left_out:
                 continue
             value = getattr(struct, name, None)
@@ -127,17 +143,17 @@ class _Walk:
                 found.append(self._pointer(value, depth))
             elif value is not None:
                 found.append(self._items(value, depth))
-        found.append(self._custom(struct, key[0]))
+        found.append(self._custom(struct, key[0]) if _has_custom(made_of) else [])
         return found
 
     def _masked(self, pointer: int, name: str, value: Any) -> Any:
         """A value as plain numbers, with None in place of numbers that animation sets."""
-        plain = _plain(value)
+        found = plain(value)
         animated = self._set_by_animation.get((pointer, name)) if self._set_by_animation else None
         if animated is None:
-            return plain
-        if isinstance(plain, tuple):
-            return tuple(None if i in animated else v for i, v in enumerate(plain))
+            return found
+        if isinstance(found, tuple):
+            return tuple(None if i in animated else v for i, v in enumerate(found))
         return None
 
     def _pointer(self, value: Any, depth: int) -> Any:
@@ -145,7 +161,7 @@ class _Walk:
             return None
         if isinstance(value, bpy.types.ID):
             if getattr(value, "is_embedded_data", False) and value != self._id:
-                walk = _Walk(value)
+                walk = _Walk(value, self._present)
                 return walk.facts() if depth < MAX_DEPTH else None
             return value.name_full
         if value.id_data is not None and value.id_data != self._id:
@@ -164,10 +180,6 @@ class _Walk:
 
     def _custom(self, struct: Any, pointer: int) -> Facts:
         """Custom properties, among them the inputs of a geometry-nodes modifier."""
-        if not isinstance(
-            struct, (bpy.types.ID, bpy.types.Bone, bpy.types.PoseBone, bpy.types.NodesModifier)
-        ):
-            return []
         known = struct.bl_rna.properties
         try:
             names = [name for name in struct.keys() if name not in known and name != "cycles"]  # noqa: SIM118
@@ -199,7 +211,8 @@ def _file(struct: Any, path: Any, library: Any) -> Facts:
     return ["" if name in {".", ".."} else name, size]
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A value as numbers, texts and tuples of them; of a datablock its name."""
     if value is None or isinstance(value, (bool, int, float, str, bytes)):
         return value
     if isinstance(value, (set, frozenset)):
@@ -211,7 +224,7 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "to_list"):
         return tuple(value.to_list())
     try:
-        return tuple(_plain(v) for v in value)
+        return tuple(plain(v) for v in value)
     except TypeError:
         return str(value)
 
@@ -220,21 +233,31 @@ def forget_types() -> None:
     """Drops references to classes of add-ons: Blender 4.2 as a module crashes at exit while any is
     left."""
     _plan.cache_clear()
+    _has_custom.cache_clear()
 
 
-def _plan_of(struct: Any) -> tuple[tuple[str, str], ...]:
+def _plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str], ...]:
     """`_plan` of an instance. It is not cached for the inputs of a nodes modifier (Blender 5.2),
     whose properties change with its node group."""
-    if struct.bl_rna.identifier.startswith("GeometryNodesInterface"):
-        return _plan.__wrapped__(type(struct))
     made_of: Any = type(struct)
-    return _plan(made_of)
+    is_passing = made_of.__name__.startswith("GeometryNodesInterface")
+    return (_plan.__wrapped__ if is_passing else _plan)(made_of, present)
+
+
+# One answer a type; without it 4 µs more a struct.
+@cache
+def _has_custom(cls: Any) -> bool:
+    """Whether the custom properties of a type are read."""
+    return issubclass(
+        cls, (bpy.types.ID, bpy.types.Bone, bpy.types.PoseBone, bpy.types.NodesModifier)
+    )
 
 
 # One plan a type, until the add-on is switched off; without it 0.1 ms more a datablock.
 @cache
-def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
-    """The properties of a type to read, each with how: VALUE, FILE, POINTER or ITEMS."""
+def _plan(cls: Any, present: bool) -> tuple[tuple[str, str], ...]:
+    """The properties of a type to read, each with how: VALUE, FILE, POINTER or ITEMS; of a node as
+    it is at `present` none that describe its type."""
     plan = []
     on_screen = any(base.__name__ in ON_SCREEN for base in cls.__mro__)
     for prop in cls.bl_rna.properties:
@@ -242,6 +265,8 @@ def _plan(cls: Any) -> tuple[tuple[str, str], ...]:
         if name in DERIVED or name in INTERFACE or name.startswith(LOOKS):
             continue
         if on_screen and (name in {"location", "height", "color", "hide", "dimensions"}):
+            continue
+        if present and on_screen and name.startswith(NO_VALUES) and name != "bl_idname":
             continue
         # Properties ending in SUFFIX show another one in the scene's unit.
         if name in WITHOUT_INFLUENCE.get(cls.__name__, ()) or name.endswith(SUFFIX):
@@ -281,9 +306,9 @@ def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
     return [walk._masked(pointer, name, getattr(part, name)) for name in names]
 
 
-def custom_facts(datablock: Any) -> Facts:
-    """The custom properties of a datablock."""
-    return _Walk(datablock)._custom(datablock, datablock.as_pointer())
+def custom_facts(datablock: Any, present: bool = False) -> Facts:
+    """The custom properties of a datablock; `present`: as keys and drivers set them now."""
+    return _Walk(datablock, present)._custom(datablock, datablock.as_pointer())
 
 
 def animation_facts(datablock: Any) -> Facts:
@@ -297,7 +322,7 @@ def animation_facts(datablock: Any) -> Facts:
     for track in animation.nla_tracks:
         for strip in track.strips:
             keys = action_curves(strip.action, getattr(strip, "action_slot", None))
-            settings = [_plain(getattr(strip, name)) for name in STRIP]
+            settings = [plain(getattr(strip, name)) for name in STRIP]
             found.append([track.mute, track.is_solo, *settings, [_curve(key) for key in keys]])
     return found
 
@@ -323,7 +348,7 @@ def _curve(curve: Any) -> Facts:
 
 def _modifier(modifier: Any) -> Facts:
     return [
-        (name, _plain(getattr(modifier, name)))
+        (name, plain(getattr(modifier, name)))
         for name, kind in _plan_of(modifier)
         if kind == "VALUE"
     ]
@@ -377,15 +402,15 @@ def corners_and_faces(mesh: Any) -> Facts:
     ]
     values = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_start", values)
-    found.append(_hashed(values))
+    found.append(hashed(values))
     # The attribute may be missing where all faces have the first material.
     values[:] = 0
     if "material_index" in mesh.attributes:
         mesh.attributes["material_index"].data.foreach_get("value", values)
-    return [*found, _hashed(values)]
+    return [*found, hashed(values)]
 
 
-def _hashed(values: Any) -> str:
+def hashed(values: Any) -> str:
     """The digest of a long array, whose text would take many times its memory."""
     return hashlib.blake2b(values, digest_size=16).hexdigest()
 
@@ -405,7 +430,7 @@ def _attribute(attribute: Any) -> Any:
     kind = np.int32 if whole else np.float32
     values = np.empty(len(data) * flat, bool if isinstance(first, bool) else kind)
     data.foreach_get(name, values)
-    return _hashed(values)
+    return hashed(values)
 
 
 def weights_of(mesh: Any) -> Any:

@@ -14,7 +14,7 @@ import bpy
 from mathutils import Matrix
 
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.kind import Field, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.model import Pose, pose_from_matrix
@@ -322,10 +322,8 @@ def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
 
 def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
     """The pose, in metres, of a sensor with this world matrix. Raises AngenError."""
-    try:
+    with explained(f"'{sensor.name}'", ValueError, raised=AngenError):
         return pose_from_matrix(matrix, unit_scale)
-    except ValueError as error:
-        raise AngenError(f"'{sensor.name}': {error}") from None
 
 
 def unit_scale(scene: Any) -> float:

@@ -74,13 +74,13 @@ AMBIENT = (np.nan, DEFAULT_EMISSIVITY)
 @dataclass
 class _Patches:
     """A solid whose faces are not all equally warm: kelvin and emissivity of each material slot,
-    and the slot of each face."""
+    and the slot of each face, as long as faces have these `corners` (k,)."""
 
     solid: Solid
     temperature: Array
     emissivity: Array
     slots: NDArray[np.int32] | None = None
-    faces: Any = None
+    corners: Any = None
 
 
 class Warmth(MetSurfaces):
@@ -112,11 +112,9 @@ class Warmth(MetSurfaces):
     def _slots(self, depsgraph: Any, patches: _Patches, faces: Index) -> Index:
         geometry = patches.solid.geometry
         # Faces may come and go with the surface, as under a modifier.
-        if patches.slots is None or patches.faces is not geometry.state.corners:
-            patches.slots, patches.faces = (
-                geometry.material_slots(depsgraph),
-                geometry.state.corners,
-            )
+        corners = geometry.state.corners
+        if patches.slots is None or not np.array_equal(patches.corners, corners):
+            patches.slots, patches.corners = geometry.material_slots(depsgraph), corners
         found: Index = np.clip(
             patches.slots[np.clip(faces, 0, len(patches.slots) - 1)],
             0,

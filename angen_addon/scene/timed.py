@@ -130,6 +130,14 @@ def films(tree: Any) -> list[Any]:
     ]
 
 
+def has_stiff_films() -> bool:
+    """Whether nodes of the file show films that Cycles does not follow in a scene that it keeps."""
+    data = bpy.data
+    owners = [*data.materials, *data.lights, *data.worlds]
+    trees = [*data.node_groups, *(o.node_tree for o in owners if o.node_tree)]
+    return any(not node.image_user.use_auto_refresh for tree in trees for node in films(tree))
+
+
 def reasons(scene: Any, shading: bool) -> Iterator[str]:
     """What in the file may follow the frame, keys and drivers apart, each in words. `shading`:
     whether lamps, materials and worlds count."""

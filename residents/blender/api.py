@@ -16,7 +16,8 @@ from ...angen_addon.api import home
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, unit_scale
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.error import AngenError, InputError, explained
+from ...sensor_logic.log import parse_date
 from ..acting.places import Place
 from ..body.skeleton import Sort
 from ..days.rows import Day
@@ -30,10 +31,8 @@ from .run import Household, Plan
 
 def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
     """The household of the open home from a date on. Raises AngenError."""
-    try:
-        first = date.fromisoformat(start) if isinstance(start, str) else start
-    except ValueError:
-        raise AngenError(f"start: '{start}' is not a date such as 2026-03-02") from None
+    with explained("start", InputError):
+        first = parse_date(start) if isinstance(start, str) else start
     return Household(bpy.context.scene, sensors, plan, first, seed)
 
 
@@ -101,10 +100,8 @@ def mark(name: str, use: str, settings: dict[str, Any]) -> None:
     for key, value in settings.items():
         if key == "switch" and isinstance(value, str):
             value = bpy.data.objects.get(value)
-        try:
+        with explained(f"'{name}': {key}", TypeError, ValueError, raised=AngenError):
             setattr(group, key, value)
-        except (TypeError, ValueError) as error:
-            raise AngenError(f"'{name}': {key}: {error}") from None
 
 
 NO_SETTINGS = ("rna_type", "name", "use")

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import date, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
@@ -23,13 +23,14 @@ import numpy as np
 
 from ...angen_addon.commands.console import DONE, FAILED, SIGNALS, leave_hard, note, tell
 from ...angen_addon.commands.home import open_home, sensors_of
-from ...angen_addon.commands.parser import Verb, add_choice, choice_of, path
+from ...angen_addon.commands.parser import Verb, add_choice, choice_of, path, typed
 from ...angen_addon.output.output_files import Outputs, check_not_read
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import Sensor, chosen, simulated
 from ...sensor_logic.error import InputError
 from ...sensor_logic.formats import FORMATS
+from ...sensor_logic.log import parse_date
 from ...sensor_logic.wording import part_is
 from ..acting.timeline import Acted
 from ..days.truth import DAY_S
@@ -265,7 +266,9 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--diary", type=path, metavar="FILE.csv", help="what is done, instead of the routine's plan"
     )
-    verb.add_argument("--start", type=_date, required=True, metavar="DATE", help="the first day")
+    verb.add_argument(
+        "--start", type=typed(parse_date), required=True, metavar="DATE", help="the first day"
+    )
     verb.add_argument("--days", type=_count, default=1, metavar="N", help="how many (default 1)")
     verb.add_argument("--seed", type=_seed, default=0, metavar="S", help="of chance (default 0)")
     verb.add_argument(
@@ -296,13 +299,6 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
     # The process is one of those that `--jobs` started.
     verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)
-
-
-def _date(text: str) -> date:
-    try:
-        return date.fromisoformat(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a date such as 2026-03-02") from None
 
 
 def _whole(text: str, least: int, most: int) -> int:

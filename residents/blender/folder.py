@@ -16,7 +16,7 @@ from ...angen_addon.output.describe import parameters_of
 from ...angen_addon.output.run_log import about, sensor_facts
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, decimal, unit_scale
-from ...sensor_logic.error import AngenError
+from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.files import check_folder, write_files
 from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
@@ -49,10 +49,8 @@ class Folder:
         if not mark.is_file():
             if path.is_dir() and any(path.iterdir()):
                 raise AngenError(f"--out: {path} is not empty and holds no days; give a new folder")
-            try:
+            with explained(f"--out: cannot make {path}", OSError, raised=AngenError):
                 (path / DAYS).mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise AngenError(f"--out: cannot make {path}: {error.strerror}") from None
             write_files({mark: f"{self._digest}\n"})
         elif mark.read_text(encoding="utf-8").strip() != self._digest:
             raise AngenError(

@@ -19,7 +19,8 @@ from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
 from ...angen_addon.scene.sensors import Sensor, decimal, is_placed
 from ...sensor_logic.clock import exact
-from ...sensor_logic.error import InputError
+from ...sensor_logic.error import InputError, explained
+from ...sensor_logic.files import read_text
 from ...sensor_logic.log import Event
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording
@@ -225,10 +226,10 @@ class Plan:
     @classmethod
     def read(cls, path: Path, diary_path: Path | None = None) -> Plan:
         """A diary tells what is done instead of the routine's plans. Raises InputError."""
-        plan = cls.of(_text(path), path.name)
+        plan = cls.of(read_text(path), path.name)
         if diary_path is None:
             return plan
-        told = _text(diary_path)
+        told = read_text(diary_path)
         first, segments = diary.read(told, diary_path.name)
         return replace(plan, text=plan.text + told, diary=tuple(segments), first=first)
 
@@ -257,16 +258,6 @@ class Plan:
         return sorted(found, key=lambda s: (s.person, s.start))
 
 
-def _text(path: Path) -> str:
-    """Raises InputError."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file in UTF-8") from None
-
-
 class Household:
     """Who lives in the open home, and how: `residents` is the object of each person."""
 
@@ -287,10 +278,8 @@ class Household:
         self.places: Places = read_places(scene, evaluated_depsgraph())
         self._builds: dict[str, Build] = {}
         for name, obj in self.residents.items():
-            try:
+            with explained(plan.routine.persons[name].where, ValueError):
                 self._builds[name] = build_of(obj)
-            except ValueError as error:
-                raise InputError(f"{plan.routine.persons[name].where}: {error}") from None
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
         # Whether events are to be told with who and what made them.
@@ -307,7 +296,7 @@ class Household:
 
     def _act(self, number: int) -> Acted:
         segments = self.plan.segments(self.start, number + 2, self.seed)
-        try:
+        with explained(str(self.date_of(number)), InputError):
             return act(
                 segments,
                 self.plan.routine,
@@ -317,8 +306,6 @@ class Household:
                 number,
                 self._ground,
             )
-        except InputError as error:
-            raise InputError(f"{self.date_of(number)}: {error}") from None
 
     def run(
         self,

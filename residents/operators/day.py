@@ -14,7 +14,7 @@ from bpy.types import Context, Operator
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.polls import can_look, cancelled, needs
-from ...sensor_logic.error import InputError
+from ...sensor_logic.error import InputError, replaced
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..blender import shown
@@ -30,11 +30,10 @@ _acted: tuple[Any, Acted, Places, Plan] | None = None
 def _settings(scene: Any) -> tuple[Plan, date, int]:
     """Routine, start and seed from the panel's settings. Raises InputError."""
     settings = scene.angen_day
-    try:
+    wrong = f"start: '{settings.date}' is not a date such as 2026-03-02"
+    with replaced(wrong, ValueError, OverflowError):
         start = date.fromisoformat(settings.date)
         start + timedelta(settings.number)
-    except (ValueError, OverflowError):
-        raise InputError(f"start: '{settings.date}' is not a date such as 2026-03-02") from None
     if settings.text is not None:
         return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:

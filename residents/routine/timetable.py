@@ -19,7 +19,7 @@ from datetime import date, datetime, time, timedelta
 from math import inf
 from statistics import NormalDist
 
-from ...sensor_logic.error import InputError
+from ...sensor_logic.error import InputError, explained
 from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
 
 # Random numbers for routines: a stream of its own for each seed, person, date and purpose, so that
@@ -288,10 +288,8 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
 
 
 def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]:
-    try:
+    with explained(where, ValueError):
         start, end = (datetime.fromisoformat((row[key] or "").strip()) for key in ("start", "end"))
-    except ValueError as error:
-        raise InputError(f"{where}: {error}") from None
     person, activity = ((row[key] or "").strip() for key in ("person", "activity"))
     if start.tzinfo is not None or end.tzinfo is not None:
         raise InputError(f"{where}: times are local, without a time zone")

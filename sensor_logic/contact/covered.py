@@ -89,11 +89,10 @@ def without_covered(
                     left[back.number] = _uncovered(rest, back, fronts)
     found = []
     for number, contact in enumerate(contacts):
-        patch_left = left.get(number, contact.patch)
-        if patch_left is contact.patch:
+        if number not in left:
             found.append(contact)
-        elif patch_left is not None:
-            found.append(replace(contact, patch=patch_left))
+        elif (rest := left[number]) is not None:
+            found.append(replace(contact, patch=rest))
     return found
 
 

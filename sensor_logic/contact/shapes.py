@@ -133,11 +133,8 @@ def rims_of(faces: tuple[Indices, ...], vertices: int) -> Indices:
         loop = face.tolist()
         for start, end in zip(loop, loop[1:] + loop[:1], strict=True):
             left[start, end] = number
-    try:
-        rows = [(i, j, face, left[j, i]) for (i, j), face in left.items() if i < j]
-    except KeyError:
-        raise ValueError("the faces do not close a convex solid") from None
-    if 2 * len(rows) != len(left):
+    rows = [(i, j, face, left.get((j, i), -1)) for (i, j), face in left.items() if i < j]
+    if 2 * len(rows) != len(left) or any(other < 0 for *_, other in rows):
         raise ValueError("the faces do not close a convex solid")
     return np.array(rows, np.intp)
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..error import AngenError
 from ..model import Array
 
 # The directions in which bodies start, counter-clockwise from +X.
@@ -66,14 +67,14 @@ class Motion:
 
     def at_height(self, height: float) -> Motion:
         """The motion with the body's top at `height` m, or its middle if it is above the floor.
-        Raises ValueError."""
+        Raises AngenError."""
         if self.bottom == 0.0:
             low, high = 0.0, height
         else:
             half = (self.top - self.bottom) / 2.0
             low, high = height - half, height + half
         if not 0.0 <= low < high <= HIGHEST:
-            raise ValueError(f"a height of {height:g} m: it must be above 0 and below {HIGHEST} m")
+            raise AngenError(f"a height of {height:g} m: it must be above 0 and below {HIGHEST} m")
         return replace(self, bottom=low, top=high)
 
     def lengths(self, clearance: Array) -> Array:

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..error import InputError
+from ..error import InputError, explained, replaced
 from ..formats.log import Change, Channel, Log, SensorFacts
 from ..log import HEADER, Event, Value, format_time, to_csv
 from .plan import Fault, FaultPlan, Range
@@ -343,10 +343,8 @@ def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
         if true_row:
             put[true_row] = event
     rest = iter(left.values())
-    try:
+    with replaced(f"{truth} does not fit the log: it has rows that are not there", StopIteration):
         return [put.get(number) or next(rest) for number in range(1, len(left) + len(put) + 1)]
-    except StopIteration:
-        raise InputError(f"{truth} does not fit the log: it has rows that are not there") from None
 
 
 def _is_same(there: Event[float], event: Event[float], with_time: bool) -> bool:
@@ -356,7 +354,8 @@ def _is_same(there: Event[float], event: Event[float], with_time: bool) -> bool:
 
 def _rows(truth: Path) -> list[tuple[int, list[str]]]:
     with open(truth, newline="", encoding="utf-8-sig") as file:
-        try:
+        not_text = replaced(f"{truth} is not a text file in UTF-8", UnicodeDecodeError)
+        with not_text, explained(str(truth), csv.Error):
             rows = csv.reader(file)
             if tuple(next(rows, ())) != TRUTH_HEADER:
                 raise InputError(f"{truth}: line 1 is not {','.join(TRUTH_HEADER)}")
@@ -366,10 +365,6 @@ def _rows(truth: Path) -> list[tuple[int, list[str]]]:
                 for row in rows
                 if len(row) != len(TRUTH_HEADER) or any(row[1:3])
             ]
-        except UnicodeDecodeError:
-            raise InputError(f"{truth} is not a text file in UTF-8") from None
-        except csv.Error as error:
-            raise InputError(f"{truth}: {error}") from None
 
 
 def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event[float]]:

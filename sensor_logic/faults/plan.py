@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..error import InputError
+from ..files import read_text
 from ..kinds import KINDS
-from ..lines import KeyPath, LineError, line_of, read_toml
+from ..lines import KeyPath, line_of, read_toml
 
 Range = tuple[float, float]
 STATES = ("on", "off", "held")
@@ -115,14 +116,8 @@ def _matches(name: str, pattern: str) -> bool:
 
 
 def read_plan(path: Path) -> FaultPlan:
-    """Reads a faults file. Raises InputError, which names file and line, or OSError."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-        found, lines = read_toml(text)
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file in UTF-8") from None
-    except LineError as error:
-        raise InputError(f"{path}, line {error.line}: {error}") from None
+    """Reads a faults file. Raises InputError, which names file and line."""
+    found, lines = read_toml(read_text(path), str(path))
     where = _Places(path, lines)
     for key in found:
         if key not in {"seed", "fault"}:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from ..error import InputError
+from ..error import InputError, replaced
 from ..log import moment
 from . import (
     casas,
@@ -55,13 +55,10 @@ class Format:
     def check_dates(self, start: datetime, first: float, last: float) -> None:
         """Raises InputError unless the format can hold dates from `first` to `last`, in seconds
         since the start."""
-        try:
+        why = "the log's dates are not all between the years 1 and 9999: give another --start"
+        with replaced(why, OverflowError):
             begin = moment(start, timedelta(seconds=first))
             end = moment(start, timedelta(seconds=last))
-        except OverflowError:
-            raise InputError(
-                "the log's dates are not all between the years 1 and 9999: give another --start"
-            ) from None
         if self.seconds is None:
             return
         zero = Log((), start).epoch_us(0) / 1e6

@@ -11,7 +11,7 @@ from datetime import datetime, tzinfo
 from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
-from ..error import AngenError, InputError
+from ..error import AngenError, InputError, explained
 from ..log import HEADER, Event
 from . import FORMATS, Format
 from .log import DEFAULT_START, Log, LoggedActivity, SensorFacts, count_left_out, since
@@ -48,12 +48,9 @@ class LoadedLog:
     ) -> Log:
         """The events as a log, with further facts. Raises InputError, which names the file."""
         facts = self.sensors | dict(sensors or {})
-        try:
-            return make_log(
-                self.events, facts, start, activities, about, has_states=self.has_states
-            )
-        except InputError as error:
-            raise InputError(f"{self.path}: {error}") from None
+        states = self.has_states
+        with explained(str(self.path), InputError):
+            return make_log(self.events, facts, start, activities, about, has_states=states)
 
 
 def read_log(

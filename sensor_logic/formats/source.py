@@ -15,7 +15,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..error import InputError
+from ..error import InputError, explained, replaced
+from ..files import read_text
 from ..kind import Field
 from ..kinds import KINDS
 from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start, read_events, to_csv
@@ -202,18 +203,17 @@ def read_log_events(
 
     `start` None: the dates in the file give the start. Raises InputError, OSError.
     """
+    not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
+    with not_text, open(path, newline="", encoding="utf-8-sig") as file:
+        rows = csv.reader(file)
+        header = tuple(next(rows, ()))
+        if header == DAY_HEADER:
+            return ParsedLog(list(_dated_changes(path, rows)), end=_end_of_days(path.parent))
+        if header == (*HEADER, COLUMN) and start is None:
+            start = _start_by_row(next(rows, []))
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = csv.reader(file)
-            header = tuple(next(rows, ()))
-            if header == DAY_HEADER:
-                return ParsedLog(list(_dated_changes(path, rows)), end=_end_of_days(path.parent))
-            if header == (*HEADER, COLUMN) and start is None:
-                start = _start_by_row(next(rows, []))
-            return read_events(path), start
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file in UTF-8") from None
-    except ValueError as error:
+        return read_events(path), start
+    except InputError as error:
         raise InputError(f"{error}; {','.join(HEADER)} is what `angen simulate` writes") from None
 
 
@@ -265,15 +265,9 @@ def read_home(path: Path) -> HomeFile:
 
     Raises InputError, OSError.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-        found: Any = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file in UTF-8") from None
-    except RecursionError:
-        raise InputError(f"{path} is nested too deeply") from None
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
+    text, is_json = read_text(path), path.suffix.lower() == ".json"
+    with replaced(f"{path} is nested too deeply", RecursionError), explained(str(path), ValueError):
+        found: Any = json.loads(text) if is_json else tomllib.loads(text)
     home = {"sensors": found} if isinstance(found, list) else found
     entries = home.get("sensors") if isinstance(home, dict) else None
     if not isinstance(entries, list):
@@ -286,7 +280,7 @@ def read_home(path: Path) -> HomeFile:
         sensors[facts.name] = facts
     start = home.get("start")
     if start is not None and not isinstance(start, datetime):
-        start = start_of(str(start))
+        start = parse_start(str(start))
     days = home.get("days")
     count = days if isinstance(days, int) and days > 0 else 0
     return HomeFile(sensors, start, _about(home), count, _labels(home.get("labels")))
@@ -334,14 +328,6 @@ def _about(home: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
-def start_of(text: str) -> datetime | None:
-    """A date and time such as 2026-03-02T07:00:00. Raises InputError."""
-    try:
-        return parse_start(text)
-    except ValueError as error:
-        raise InputError(str(error)) from None
-
-
 def read_activities(
     path: Path, start: datetime, labels: Mapping[str, str] | None = None
 ) -> list[LoggedActivity]:
@@ -350,18 +336,14 @@ def read_activities(
 
     Raises InputError, OSError.
     """
-    found = []
-    with open(path, newline="", encoding="utf-8-sig") as file:
-        try:
-            rows = csv.reader(file)
-            if tuple(next(rows, ())) != ACTIVITY_HEADER:
-                raise InputError(f"{path}: line 1 is not {','.join(ACTIVITY_HEADER)}")
-            found = [
-                _activity(path, number, row, start, labels or {})
-                for number, row in enumerate(rows, 2)
-            ]
-        except UnicodeDecodeError:
-            raise InputError(f"{path} is not a text file in UTF-8") from None
+    not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
+    with not_text, open(path, newline="", encoding="utf-8-sig") as file:
+        rows = csv.reader(file)
+        if tuple(next(rows, ())) != ACTIVITY_HEADER:
+            raise InputError(f"{path}: line 1 is not {','.join(ACTIVITY_HEADER)}")
+        found = [
+            _activity(path, number, row, start, labels or {}) for number, row in enumerate(rows, 2)
+        ]
     return sorted(found)
 
 

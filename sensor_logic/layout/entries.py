@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from ..error import InputError
+from ..files import read_text
 from ..kind import Kind
 from ..kinds import KINDS
-from ..lines import KeyPath, LineError, read_json
+from ..lines import KeyPath, read_json
 from ..parameters import FormerChoice, Spec, defaults, former_choice, specs
 from ..wording import hint
 
@@ -136,12 +137,14 @@ class LayoutEntry:
     def name(self) -> str:
         return str(self.values["name"])
 
+    def where(self, *key: str) -> str:
+        """The file, the line of the value at the path `key`, and this sensor's name."""
+        line, name = self.lines.get(key, self.lines[()]), self.values.get("name")
+        return f"{self.file}, line {line}" + (f": '{name}'" if isinstance(name, str) else "")
+
     def error(self, text: str, *key: str) -> InputError:
         """The error for the value at the path `key` in this sensor."""
-        line = self.lines.get(key, self.lines[()])
-        name = self.values.get("name")
-        named = f"'{name}': " if isinstance(name, str) else ""
-        return InputError(f"{self.file}, line {line}: {named}{text}")
+        return InputError(f"{self.where(*key)}: {text}")
 
     def settings(self, kind: Kind) -> dict[str, Any]:
         """The parameters that the keys `preset` and `parameters` set for a sensor of this kind,
@@ -202,16 +205,7 @@ class Layout:
 
 def read_layout(path: Path) -> Layout:
     """Read a layout file, each sensor checked by itself. Raises InputError."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except ValueError:
-        raise InputError(f"{path} is no JSON: it is not UTF-8 text") from None
-    try:
-        found, lines = read_json(text)
-    except LineError as error:
-        raise InputError(f"{path.name}, line {error.line}: {error}") from None
+    found, lines = read_json(read_text(path), path.name)
     top: KeyPath = ()
     others = None
     if isinstance(found, dict):

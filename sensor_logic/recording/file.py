@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..clock import Clock
-from ..error import AngenError
+from ..error import AngenError, replaced
 from ..kinds import KINDS
 from .columns import CODES, Column
 from .tracks import Recording, Track
@@ -210,10 +210,8 @@ def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, 
     title, _, body = data.partition(b"\n")
     if not title.startswith(TITLE + b" "):
         raise AngenError("it is not a recording")
-    try:
+    with replaced("it is damaged", ValueError, raised=AngenError):
         version, checksum = (int(word) for word in title[len(TITLE) :].split())
-    except ValueError:
-        raise AngenError("it is damaged") from None
     if version > VERSION:
         raise AngenError(
             f"it was written by a newer version of the extension (format {version}, this one "

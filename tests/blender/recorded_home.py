@@ -40,6 +40,8 @@ def recorded(world):
     math = tree.nodes.new("ShaderNodeMath")
     math.inputs[0].default_value = 0.25
     shelf.modifiers.new("nodes", "NODES").node_group = tree
+    texture = bpy.data.textures.new("bumps", "CLOUDS")
+    shelf.modifiers.new("bumps", "DISPLACE").texture = texture
     shelf.shape_key_add(name="Basis")
     shelf.shape_key_add(name="wide")
     group = shelf.vertex_groups.new(name="top")

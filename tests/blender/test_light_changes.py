@@ -19,7 +19,7 @@ class Watch:
     """Looks for changes at each frame, as a run does; told by handlers, as the extension is."""
 
     def __init__(self):
-        self.changes, self.state = part("light.changes").LightChanges(), None
+        self.changes, self.state = part("changes").LightChanges(), None
 
     def at_frame(self, _scene, depsgraph):
         self.changes.note(depsgraph)
@@ -170,7 +170,7 @@ def test_a_person_that_stands_still_is_no_change(room, watch):
 
 
 def test_what_is_asked_is_part_of_it(room):
-    changes = part("light.changes").LightChanges()
+    changes = part("changes").LightChanges()
     layer, depsgraph = bpy.context.view_layer, room.update()
     one = changes.look(layer, depsgraph, asked="one")
     assert changes.look(layer, depsgraph, asked="one") == one
@@ -227,6 +227,14 @@ def test_an_edit_is_found(room, watch, what):
     assert not watch.at(1)
     assert watch.after(EDITS[what])
     assert not watch.at(1)
+
+
+def test_a_setting_within_a_node_is_found(room, watch):
+    tree = bpy.data.materials["paint"].node_tree
+    ramp = tree.nodes.new("ShaderNodeValToRGB")
+    tree.links.new(ramp.outputs[0], shader("paint", "BSDF_DIFFUSE").inputs["Color"])
+    assert watch.at(1)
+    assert watch.after(lambda: setattr(ramp.color_ramp, "interpolation", "CONSTANT"))
 
 
 @pytest.mark.parametrize("seed", mostly_slow(range(6), 0, 1))

@@ -74,6 +74,7 @@ EDITS = {
         lambda w: with_value(bpy.data.node_groups["nodes"].nodes[0].inputs[0], default_value=0.5),
         "'nodes'",
     ),
+    "texture": (lambda w: with_value(bpy.data.textures["bumps"], noise_scale=0.5), "'bumps'"),
     "shape key": (
         lambda w: with_value(named("shelf").data.shape_keys.key_blocks["wide"], value=0.5),
         "'Key'",

@@ -12,6 +12,7 @@ from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
 from angen_sensors.sensor_logic.coverage.detectors import Walker
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, map_csv, table
 from angen_sensors.sensor_logic.coverage.motions import HEADINGS, INCH, MOTIONS, Rays, Start, hits
+from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES, zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import STEFAN_BOLTZMANN, Response
 from angen_sensors.sensor_logic.model import Pose
@@ -210,9 +211,9 @@ def test_heights():
     assert STEP.at_height(1.2).top == 1.2 and STEP.at_height(1.2).bottom == 0.0
     chest = MOTIONS["CHEST"].at_height(1.0)
     assert (chest.bottom, chest.top) == pytest.approx((0.775, 1.225))
-    with pytest.raises(ValueError, match="must be above 0"):
+    with pytest.raises(AngenError, match="must be above 0"):
         STEP.at_height(9.0)
-    with pytest.raises(ValueError, match="must be above 0"):
+    with pytest.raises(AngenError, match="must be above 0"):
         ARM.at_height(0.01)
 
 

@@ -5,6 +5,7 @@ import csv
 import io
 
 import pytest
+from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.log import (
     Event,
     differences,
@@ -135,7 +136,7 @@ def test_a_lookup_between_updates_finds_the_last_one():
 def test_a_file_that_is_no_event_log_is_refused_with_the_line(tmp_path, text, words):
     path = tmp_path / "log.csv"
     path.write_text(text, encoding="utf-8", newline="")
-    with pytest.raises(ValueError, match=words) as error:
+    with pytest.raises(InputError, match=words) as error:
         read_events(path)
     assert str(path) in str(error.value)
 
@@ -143,7 +144,7 @@ def test_a_file_that_is_no_event_log_is_refused_with_the_line(tmp_path, text, wo
 def test_a_binary_file_is_refused_by_name(tmp_path):
     path = tmp_path / "home.blend"
     path.write_bytes(b"BLENDER-v405\xff\xfe\x00\x80")
-    with pytest.raises(ValueError, match=r"home\.blend"):
+    with pytest.raises(InputError, match=r"home\.blend"):
         read_events(path)
 
 

@@ -4,7 +4,8 @@
 import json
 
 import pytest
-from angen_sensors.sensor_logic.lines import LineError, line_of, read_json, read_toml
+from angen_sensors.sensor_logic.error import InputError
+from angen_sensors.sensor_logic.lines import line_of, read_json, read_toml
 
 # Each whole number is that of its line.
 TOML = """# a [comment] = 0
@@ -52,7 +53,7 @@ def paths(value, path=()):
 
 
 def test_toml_gives_the_line_of_every_value():
-    values, lines = read_toml(TOML)
+    values, lines = read_toml(TOML, "a.toml")
     numbers = [(path, value) for path, value in paths(values) if isinstance(value, int)]
     assert len(numbers) == 15
     assert {path: lines[path] for path, _ in numbers} == dict(numbers)
@@ -65,7 +66,7 @@ def test_toml_gives_the_line_of_every_value():
 def test_json_gives_the_line_of_every_value():
     value = {"a": [1, {"b #": None, "c": []}, "x,]"], "d\n": {"e": True, "f": {}}, "": -1.5e3}
     text = json.dumps(value, indent=1)
-    found, lines = read_json(text)
+    found, lines = read_json(text, "a.json")
     assert found == value
     assert set(lines) == {path for path, _ in paths(value)}
     assert [lines[path] for path, _ in paths(value)] == [1, 2, 3, 4, 5, 6, 8, 10, 11, 12, 14]
@@ -82,6 +83,5 @@ def test_json_gives_the_line_of_every_value():
     ],
 )
 def test_json_that_is_wrong(text, line, told):
-    with pytest.raises(LineError, match=told) as error:
-        read_json(text)
-    assert error.value.line == line
+    with pytest.raises(InputError, match=f"a.json, line {line}: .*{told}"):
+        read_json(text, "a.json")

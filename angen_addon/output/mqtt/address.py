@@ -11,7 +11,8 @@ import ssl
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ....sensor_logic.error import InputError
+from ....sensor_logic.error import InputError, explained, replaced
+from ....sensor_logic.files import read_text
 from ....sensor_logic.formats.home_assistant import TOPIC
 from ...commands.parser import path
 
@@ -99,29 +100,22 @@ def _password(options: argparse.Namespace) -> str | None:
         return os.environ.get(PASSWORD) if options.user else None
     if options.user is None:
         raise InputError("--password-file: whose password is it? Give --user NAME too")
-    try:
-        text: str = options.password_file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot read {options.password_file}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{options.password_file} is not a text file in UTF-8") from None
-    first = text.partition("\n")[0].rstrip("\r")
+    first = read_text(options.password_file).partition("\n")[0].rstrip("\r")
     if not first:
         raise InputError(f"{options.password_file}: its first line, the password, is empty")
     return first
 
 
 def _context(authority: Path | None) -> ssl.SSLContext:
-    try:
+    with (
+        explained(f"--ca: cannot read {authority}", OSError),
+        replaced(f"--ca: {authority} is no certificate in PEM", ssl.SSLError),
+    ):
         context = ssl.create_default_context(cafile=authority)
         if authority:
             # Python 3.13 refuses authorities without certain extensions, as home-made ones are.
             context.verify_flags &= ~ssl.VERIFY_X509_STRICT
         return context
-    except ssl.SSLError:
-        raise InputError(f"--ca: {authority} is no certificate in PEM") from None
-    except OSError as error:
-        raise InputError(f"--ca: cannot read {authority}: {error.strerror}") from None
 
 
 def _host_and_port(text: str) -> tuple[str, int | None]:

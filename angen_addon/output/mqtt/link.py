@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ....sensor_logic.error import AngenError
+from ....sensor_logic.error import AngenError, replaced
 from ....sensor_logic.formats.home_assistant import Message
 from .address import PASSWORD, Address
 
@@ -35,13 +35,12 @@ class Link:
     """
 
     def __init__(self, address: Address, will: Message) -> None:
-        try:
+        missing = (
+            "--mqtt needs paho-mqtt, which is not installed: pip install angen-sensors[mqtt], "
+            "and use its command angen"
+        )
+        with replaced(missing, ImportError, raised=AngenError):
             import paho.mqtt.client as paho
-        except ImportError:
-            raise AngenError(
-                "--mqtt needs paho-mqtt, which is not installed: pip install angen-sensors[mqtt], "
-                "and use its command angen"
-            ) from None
         self._paho = paho
         self._address, self._will = address, will
         self._client: Any = None

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light at sensors: `probe` renders it, `changes` says whether it can have changed."""
+"""The light at sensors, rendered by `probe` once `scene.changes` says that it can have changed."""

@@ -20,7 +20,8 @@ import numpy as np
 
 from ....sensor_logic.model import Array, LightShare
 from ..animation import curves, is_animated
-from .changes import POWER, lamp_values, tint_of
+from ..changes import POWER, tint_of
+from ..facts import present_facts
 from .materials import has_nodes
 
 # What a lamp has where nobody knows how bright the lamps become, W.
@@ -109,7 +110,7 @@ class LightGroups:
     def follow(self) -> None:
         """Takes over what of the lamps' data has changed beside their power."""
         for group in self._groups.values():
-            if repr(lamp_values(group.data, power=False)) != group.values:
+            if repr(present_facts(group.data, POWER)) != group.values:
                 before = group.made
                 self._make_data(group)
                 for lamp in group.lamps:
@@ -143,7 +144,7 @@ class LightGroups:
     def _make_data(self, group: _Group) -> None:
         """A copy of the lamps' data and nodes as they are now, and stay."""
         made = group.made = self._light_scene.own(group.data.copy())
-        group.values = repr(lamp_values(group.data, power=False))
+        group.values = repr(present_facts(group.data, POWER))
         made.animation_data_clear()
         if made.node_tree is not None:
             made.node_tree.animation_data_clear()

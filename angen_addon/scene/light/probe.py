@@ -16,8 +16,8 @@ import numpy as np
 from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array, LightSample
 from ....sensor_logic.physics import EFFICACY, illuminance, luminance_percent
+from ..changes import LightState
 from . import eevee, engine
-from .changes import LightState
 from .cycles import CyclesLight, Light, Steps, finished
 from .scene import LightScene, quietly
 

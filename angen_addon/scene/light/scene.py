@@ -22,11 +22,11 @@ from ....sensor_logic.kind import LIGHT
 from ....sensor_logic.kinds import KINDS
 from ...process.standalone import standard_output_silenced
 from ..animation import is_animated
+from ..changes import SEEN_OF_OBJECT, object_values
 from ..facts import facts_of
 from ..instances import is_holder, shown_in, shown_objects
 from ..marks import LIGHT_MARK
 from ..timed import FILM_SOURCES, INSTANCING_MODIFIERS, is_simulated
-from .changes import OF_OBJECT, object_values, own_properties
 from .materials import Panes, glass_of, glows
 
 # What a light scene cannot show as it is: plain objects with its present shape stand for it.
@@ -159,7 +159,7 @@ def _shape(evaluated: Any, depsgraph: Any, own: Callable[[Any], Any]) -> Any:
 def _like(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
     """A new object with that data and all of an object that light can depend on."""
     made = own(bpy.data.objects.new(".angen_light", data))
-    for name in OF_OBJECT:
+    for name in SEEN_OF_OBJECT:
         setattr(made, name, getattr(evaluated, name))
     for prop in evaluated.cycles.bl_rna.properties:
         if not prop.is_readonly:
@@ -172,6 +172,17 @@ def _like(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
         setattr(made.light_linking, name, collection.original if collection else None)
     _give_materials(made, evaluated)
     return made
+
+
+def own_properties(owner: Any) -> dict[str, Any]:
+    """Its custom properties, but groups of them: numbers, texts and rows of numbers."""
+    found = {}
+    for key, value in sorted(owner.items()):
+        if isinstance(value, (bool, int, float, str)):
+            found[key] = value
+        elif hasattr(value, "to_list"):
+            found[key] = value.to_list()
+    return found
 
 
 def _give_materials(made: Any, evaluated: Any) -> None:

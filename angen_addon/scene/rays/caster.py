@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from operator import is_
 from typing import Any
 
 import numpy as np
@@ -38,7 +37,6 @@ class RayBundle:
     origins: Array
     directions: Array
     length: Array
-    _equal: tuple[Array, ...] = ()
 
     @property
     def starts(self) -> Array:
@@ -64,15 +62,9 @@ class RayBundle:
         return pictures_of(self.origins, self.directions, self.apex)
 
     def same(self, other: RayBundle) -> bool:
-        """Whether another is equal; those who ask in turn with arrays of their own are known."""
+        """Whether another is equal."""
         own = self.origins, self.directions, self.length
-        asked = other.origins, other.directions, other.length
-        if any(known and all(map(is_, known, asked)) for known in (own, self._equal)):
-            return True
-        if not all(map(np.array_equal, own, asked)):
-            return False
-        self._equal = asked
-        return True
+        return all(map(np.array_equal, own, (other.origins, other.directions, other.length)))
 
     def box(self, ranges: Array) -> tuple[Array, Array]:
         """Bounds (3,), (3,) of the rays as far as `ranges`."""
@@ -103,16 +95,17 @@ class RayHits:
 @dataclass
 class CastBundle:
     """What a bundle meets among the still solids, and the box of the rays up to there. `gone_seen`:
-    how much of `Solids.gone` is dealt with. Of the moving solids `rows`, their versions (m,) when
-    it was cast last, 0 for one that is away from it; by row those that it met: which rays, how far
-    they go and to which face; and with these what it `seen` last, which nobody may write to."""
+    how much of `Solids.gone` is dealt with. Of the moving solids, in that `state` of the list: the
+    versions (m,) when it was cast last, 0 for one that is away from it; by row those that it met:
+    which rays, how far they go and to which face; and with these what it `seen` last, which nobody
+    may write to."""
 
     rays: RayBundle
     own: frozenset[int]
     still: RayHits
     box: tuple[Array, Array]
     gone_seen: int
-    rows: Index | None = None
+    state: tuple[int, int] | None = None
     versions: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     hits: dict[int, tuple[Index, Array, Index]] = field(default_factory=dict)
     seen: RayHits | None = None
@@ -191,8 +184,8 @@ class RayCaster:
         length: Array,
         frames: Index,
     ) -> Answers:
-        """The ranges (n,) at each of some frames (k,), in order of time; the same array as long as
-        they stay the same."""
+        """The ranges (n,) at each of some frames (k,), in order of time, which nobody may write
+        to."""
         found = self.see_at(sensor, bundle, origins, directions, length, frames)
         for seen in found.table:
             seen.ranges.flags.writeable = False
@@ -211,8 +204,8 @@ class RayCaster:
         may write to."""
         own = self._own_solids(sensor)
         known = self._meet_still(sensor, bundle, RayBundle(origins, directions, length), own)
-        if known.rows is not own.moving or known.seen is None:
-            known.rows, known.hits, known.seen = own.moving, {}, known.still
+        if known.state != own.state or known.seen is None:
+            known.state, known.hits, known.seen = own.state, {}, known.still
             known.versions = np.full(len(own.moving), AWAY)
         at, moving = self.frames, (frames[:, None], own.columns)
         near = ((at.lo[moving] <= known.box[1]) & (at.hi[moving] >= known.box[0])).all(axis=2)
@@ -302,7 +295,7 @@ class RayCaster:
             again = np.arange(len(rays.length))
         elif known.gone_seen < len(gone):
             again = np.flatnonzero(np.isin(known.still.met, gone[known.gone_seen :]))
-            known.gone_seen, known.rows = len(gone), None
+            known.gone_seen, known.state = len(gone), None
         else:
             return known
         if len(again):
@@ -463,7 +456,7 @@ def _of_one_cut(surfaces: list[Any]) -> Iterator[slice]:
         if (
             end == len(surfaces)
             or end - start == most
-            or surfaces[end].triangles[0] is not surfaces[start].triangles[0]
+            or not np.array_equal(surfaces[end].triangles[0], surfaces[start].triangles[0])
         ):
             yield slice(start, end)
             start = end

@@ -74,6 +74,12 @@ class SweptRays:
     directions: Array
     length: Array
 
+    def same(self, other: SweptRays) -> bool:
+        """Whether another is equal."""
+        mine = self.matrix, self.origins, self.directions, self.length
+        its = other.matrix, other.origins, other.directions, other.length
+        return all(map(np.array_equal, mine, its))
+
     @cached_property
     def ends(self) -> Array:
         """(k, 2, 3): where the rays start and end."""
@@ -134,7 +140,7 @@ class Sweeper:
         `now`; in Blender units, the `tolerance` too. `sensor` is the session uid of the object
         whose own solids do not count."""
         moves = self._moves_since(before, now)
-        stands = start is beam or bool(np.array_equal(start.matrix, beam.matrix))
+        stands = np.array_equal(start.matrix, beam.matrix)
         if stands and not _overlap(moves, moves.moved, *beam.bounds).any():
             return no_crossings()
         # Seen from the beam, numbers are small wherever in the world it is.
@@ -225,7 +231,7 @@ def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> 
 
 def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
     """The earlier rows of solids with these numbers (n,); STANDS for those that were not listed."""
-    if numbers is before.numbers:
+    if np.array_equal(numbers, before.numbers):
         return np.arange(len(numbers))
     known = {number: row for row, number in enumerate(before.numbers.tolist())}
     return np.array([known.get(number, STANDS) for number in numbers.tolist()], np.intp)

@@ -317,14 +317,6 @@ class _FanRays(NamedTuple):
     reach: Array
 
 
-class _LastScan(NamedTuple):
-    """The last scan of a bundle: its rays, their ranges, and the scan of its first tilt."""
-
-    rays: _FanRays
-    ranges: Array
-    scan: Array
-
-
 class RangeScan(Model):
     """One detector. Its state is the last scan at each tilt, and its output stage."""
 
@@ -332,9 +324,13 @@ class RangeScan(Model):
         self._previous: dict[int, Array] = {}
         self._output = OutputTiming()
         self._rays: dict[range, PerPose[PirParameters, _FanRays]] = {}
-        self._last: dict[int, _LastScan] = {}
+        # The ranges (n,) of each bundle at the last update; none with other parameters.
+        self._last: dict[int, Array] = {}
+        self._parameters: PirParameters | None = None
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
+        if parameters != self._parameters:
+            self._parameters, self._last = parameters, {}
         fan = fan_directions(parameters)
         n = len(updates)
         change, tilt = np.zeros(n), np.zeros(n, np.intp)
@@ -372,10 +368,10 @@ class RangeScan(Model):
         answers = updates.ask(RAYS, bundle, *rays, which=which)
         change = np.zeros((len(which), len(tilts)))
         last, newest = self._last.get(bundle), answers.table[-1]
-        if last is not None and len(answers.table) == 1 and not parameters.noise_sigma:
-            same = last.rays is rays and last.ranges is newest and not newest.flags.writeable
-            if same and self._previous.get(tilts.start) is last.scan:
-                return change
+        stays = len(answers.table) == 1 and last is not None and np.array_equal(last, newest)
+        if stays and not parameters.noise_sigma:
+            return change
+        self._last[bundle] = np.array(newest)
         rows, ranges = answers.rows, np.asarray(answers.table)
         # A ray that hits nothing reads range_max itself, without the sum's rounding error.
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
@@ -394,7 +390,6 @@ class RangeScan(Model):
             if before is not None and before.shape == first.shape:
                 change[0, i] = np.abs(first - before).max()
             self._previous[one] = scan[i]
-        self._last[bundle] = _LastScan(rays, newest, scan[0])
         return change
 
 

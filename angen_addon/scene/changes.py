@@ -1,0 +1,592 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether anything that readings depend on has changed: digests of the facts of datablocks.
+
+A `Fingerprint` has the digests of all that a user can set. Comparing the one of a run with the one
+of now shows whether the recording is stale, and what has changed since. It leaves out the pixels of
+image files, simulations baked to disk, and whatever other add-ons' handlers and functions in
+drivers read.
+
+`LightChanges` has digests of what light depends on as keys and drivers set it at the present frame.
+Blender's list of updates names everything that may have changed, and every animated datablock at
+every frame. So it says where to look, and values decide. What cannot be compared (nodes that make
+geometry, images, volumes) counts as changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.parameters import specs
+from .facts import (
+    Facts,
+    animation_facts,
+    corners_and_faces,
+    custom_facts,
+    facts_of,
+    hashed,
+    part_facts,
+    plain,
+    present_facts,
+    setting_facts,
+    weights_of,
+)
+from .instances import shown_objects
+from .marks import COVERAGE_MARK, LIGHT_MARK
+from .sensors import Sensor, all_sensors
+from .timed import DEFORMING_MODIFIERS, films
+
+SCENE, SHOWN = "scene", "shown"
+# The objects renamed since a run: their names at the run, by their names now.
+Renamed = Mapping[str, str]
+NONE_RENAMED: Renamed = {}
+# Datablocks that no sensor notices, and actions, which are in the digests of what uses them.
+PASSED_OVER = (
+    bpy.types.Action, bpy.types.Brush, bpy.types.Camera, bpy.types.FreestyleLineStyle,
+    bpy.types.Mask, bpy.types.MovieClip, bpy.types.PaintCurve, bpy.types.Palette,
+    bpy.types.Scene, bpy.types.Screen, bpy.types.Sound, bpy.types.Speaker, bpy.types.Text,
+    bpy.types.WindowManager, bpy.types.WorkSpace,
+)  # fmt: skip
+# Datablocks that only light sensors notice. Textures displace vertices.
+SHADING = (
+    bpy.types.Image, bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World,
+)  # fmt: skip
+OF_SCENE = ("frame_start", "use_gravity", "gravity")
+# The extension's settings of a scene that change no reading: what it shows, and what it does with
+# results. All others count.
+OF_THE_VIEW = {
+    "angen_cleared", "angen_coverage", "angen_day", "angen_live", "angen_overlay",
+    "angen_show_places", "angen_site", "angen_timeline",
+}  # fmt: skip
+OF_RENDER = (
+    "fps", "fps_base", "frame_map_new", "frame_map_old", "use_simplify", "simplify_subdivision",
+)  # fmt: skip
+OF_UNITS = ("system", "scale_length")
+# A camera without other users than these changes no reading.
+HARMLESS_USERS = (
+    bpy.types.Collection, bpy.types.Scene, bpy.types.Screen, bpy.types.WindowManager,
+    bpy.types.WorkSpace,
+)  # fmt: skip
+
+# What every version of Blender has of objects, rigid bodies and lamps: see `portable`.
+OF_OBJECT = (
+    "location", "rotation_mode", "rotation_euler", "rotation_quaternion", "rotation_axis_angle",
+    "scale", "delta_location", "delta_rotation_euler", "delta_scale", "hide_viewport",
+    "display_type", "instance_type", "angen_ignored",
+)  # fmt: skip
+OF_BODY = ("type", "enabled", "kinematic", "mass", "collision_shape", "friction", "restitution")
+OF_LIGHT = ("type", "energy", "color", "shadow_soft_size", "shape", "size", "size_y", "spot_size",
+            "angle")  # fmt: skip
+SHAPED = {"CURVE", "CURVES", "FONT", "META", "SURFACE"}
+
+# What beside its place, shape and visibility decides how an object meets light.
+SEEN_OF_OBJECT = (
+    "angen_ignored", "color", "display_type", "hide_render", "is_holdout", "is_shadow_catcher",
+    "pass_index", "visible_camera", "visible_diffuse", "visible_glossy", "visible_shadow",
+    "visible_transmission", "visible_volume_scatter",
+)  # fmt: skip
+# What light is linear in.
+POWER = frozenset(
+    ("color", "energy", "exposure", "temperature", "temperature_color", "use_temperature")
+)
+# Node trees are named by themselves; how warm a material is, no light depends on.
+NO_LOOK = frozenset({"node_tree", "angen_warmth"})
+# Modifiers that touch nothing but vertices and faces, which are compared.
+SHAPING = DEFORMING_MODIFIERS | {"SUBSURF"}
+# Objects whose place alone matters to no light.
+LIGHTLESS = {"EMPTY", "CAMERA", "ARMATURE", "SPEAKER", "LATTICE"}
+# Datablocks that objects tell of, or that light does not depend on.
+TOLD_ELSEWHERE = (
+    bpy.types.Action, bpy.types.Armature, bpy.types.Camera, bpy.types.Collection, bpy.types.Key,
+    bpy.types.Scene, bpy.types.Speaker,
+)  # fmt: skip
+
+# By kind of sensor, its parameters that refer to text datablocks.
+READS_TEXTS = {
+    kind.identifier: names
+    for kind in KINDS.values()
+    if (names := [n for n, spec in specs(kind.parameters).items() if spec.pointer == "Text"])
+}
+
+
+@dataclass
+class Fingerprint:
+    """`digests` of the datablocks of a view layer by type and name; `light`: whether they include
+    those that only light sensors notice; `portable`: see portable.py."""
+
+    view_layer: str
+    light: bool
+    digests: dict[str, str] = field(default_factory=dict)
+    portable: dict[str, str] = field(default_factory=dict)
+
+    def differences(self, other: Fingerprint) -> dict[str, str]:
+        """The differing datablocks by key, as texts for the user."""
+        found = {}
+        for key in sorted(self.digests.keys() | other.digests.keys()):
+            text = _difference(key, self.digests.get(key), other.digests.get(key))
+            if text:
+                found[key] = text
+        return found
+
+    def difference(self, key: str, digest: str | None) -> str:
+        """One datablock as a text for the user; empty where its digest is the same."""
+        return _difference(key, self.digests.get(key), digest)
+
+
+def fingerprint_of(
+    scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAMED
+) -> Fingerprint:
+    """The fingerprint of an evaluated scene, with the names that objects had at the run."""
+    view_layer = scene.view_layers[depsgraph.view_layer.name]
+    made = Fingerprint(view_layer.name, light)
+    originals = [evaluated.original for evaluated in depsgraph.ids]
+    read_by_drivers = {key_of(target) for target in _driver_targets(originals)}
+    harmless = set(harmless_cameras(originals))
+    for original in originals:
+        key = key_of(original)
+        if original in harmless or not is_looked_at(original):
+            continue
+        if light or not isinstance(original, SHADING) or key in read_by_drivers:
+            made.digests[key_of(original, renamed)] = digest_of(original, renamed)
+        made.digests.update(warmth_of(original))
+    made.digests[SCENE] = own_settings(scene, all_sensors(view_layer), light, renamed)
+    made.digests[SHOWN] = what_is_shown(view_layer, renamed)
+    return made
+
+
+def own_settings(
+    scene: Any, sensors: Iterable[Sensor], light: bool, renamed: Renamed = NONE_RENAMED
+) -> str:
+    """A digest of the scene's own settings, and of the texts that its sensors read. It is cheap
+    enough for every frame."""
+    own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
+    own += [scene.world.name_full if scene.world and light else None]
+    own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(sensors))]
+    return digest(own, renamed)
+
+
+def what_is_shown(view_layer: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    """A digest of the names and visibility of objects and collections."""
+    shown = [
+        (_name_at_run(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
+        for obj in view_layer.objects
+        if obj.type != "CAMERA" and not _is_of_a_map(obj)
+    ]
+    layers = list(_layers(view_layer.layer_collection))
+    return digest([sorted(shown), layers])
+
+
+def scene_facts(scene: Any) -> list[Any]:
+    """The scene's settings that readings depend on, without animated values."""
+    return [
+        setting_facts(scene, part, names)
+        for part, names in (
+            (scene, [*OF_SCENE, *_names_of_own()]),
+            (scene.render, OF_RENDER),
+            (scene.unit_settings, OF_UNITS),
+        )
+    ]
+
+
+def _names_of_own() -> list[str]:
+    """Names of the extension's scene settings that readings depend on: all but OF_THE_VIEW, so that
+    a new setting counts unless it is listed there."""
+    return sorted(
+        prop.identifier
+        for prop in bpy.types.Scene.bl_rna.properties
+        if prop.identifier.startswith("angen_") and prop.identifier not in OF_THE_VIEW
+    )
+
+
+def _is_disabled(obj: Any) -> bool:
+    """Whether the monitor icon hides it, without animation. Blender does not evaluate it then, and
+    reports no update when it is shown again."""
+    return obj.hide_viewport and bool(setting_facts(obj, obj, ["hide_viewport"])[0])
+
+
+def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
+    """Contents of the texts that sensors read, such as lens tables; Blender reports no edits of
+    them."""
+    for sensor in sensors:
+        names = READS_TEXTS.get(sensor.kind.identifier)
+        if names is not None:
+            group = getattr(sensor.settings, sensor.kind.attribute)
+            for text in (getattr(group, name) for name in names):
+                if text is not None:
+                    yield text.as_string()
+
+
+def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    return f"{original.bl_rna.identifier} {_name_at_run(original, renamed)}"
+
+
+def _name_at_run(original: Any, renamed: Renamed) -> str:
+    """The name of a datablock at the run."""
+    name: str = original.name_full
+    return renamed.get(name, name) if isinstance(original, bpy.types.Object) else name
+
+
+def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    return digest(facts_of(original), renamed)
+
+
+def warmth_of(original: Any) -> dict[str, str]:
+    """By key, a digest of a material's warmth alone, which pyroelectric detectors notice; its look
+    they do not."""
+    if not isinstance(original, bpy.types.Material):
+        return {}
+    facts = [part_facts(original, original.angen_warmth), animation_facts(original)]
+    return {f"Warmth {original.name_full}": digest(facts)}
+
+
+def is_looked_at(original: Any) -> bool:
+    if isinstance(original, PASSED_OVER) or original.is_embedded_data:
+        return False
+    return not _is_of_a_map(original)
+
+
+def _is_of_a_map(original: Any) -> bool:
+    """Whether it belongs to a coverage map or a proposal that no sensor can see."""
+    if COVERAGE_MARK not in original:
+        return False
+    if isinstance(original, bpy.types.Object):
+        return original.type == "EMPTY" or bool(original.angen_ignored)
+    return True
+
+
+def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    text = repr(facts)
+    if renamed:
+        # A datablock that refers to a renamed one, such as its child, has not changed.
+        names = "|".join(re.escape(repr(now)) for now in renamed)
+        then = {repr(now): repr(name) for now, name in renamed.items()}
+        text = re.sub(names, lambda found: then[found.group()], text)
+    return hashlib.blake2b(text.encode(), digest_size=9).hexdigest()
+
+
+def _layers(layer: Any) -> Iterator[tuple[Any, ...]]:
+    if COVERAGE_MARK not in layer.collection:
+        yield layer.name, layer.exclude, layer.hide_viewport, layer.collection.hide_viewport
+    for child in layer.children:
+        yield from _layers(child)
+
+
+def _driver_targets(originals: Iterable[Any]) -> Iterator[Any]:
+    for original in originals:
+        animation = getattr(original, "animation_data", None)
+        for curve in animation.drivers if animation else ():
+            for variable in curve.driver.variables:
+                yield from (target.id for target in variable.targets if target.id)
+
+
+def harmless_cameras(originals: Iterable[Any]) -> Iterator[Any]:
+    cameras = {
+        original
+        for original in originals
+        if isinstance(original, bpy.types.Object)
+        and original.type == "CAMERA"
+        and original.angen_sensor.kind == "NONE"
+    }
+    if cameras:
+        for camera, users in bpy.data.user_map(subset=cameras).items():
+            if camera in cameras and all(isinstance(user, HARMLESS_USERS) for user in users):
+                yield camera
+
+
+def _difference(key: str, before: str | None, now: str | None) -> str:
+    if before == now:
+        return ""
+    if key in {SCENE, SHOWN}:
+        return "the scene's settings" if key == SCENE else "what is shown or hidden"
+    name = key.partition(" ")[2]
+    return f"'{name}' (new)" if before is None else f"'{name}'{' (gone)' if now is None else ''}"
+
+
+def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
+    """Digests by the keys of a fingerprint, to compare scenes between versions of Blender."""
+    layer = scene.view_layers[depsgraph.view_layer.name]
+    found = {
+        SCENE: digest([scene_facts(scene), animation_facts(scene)]),
+        SHOWN: what_is_shown(layer),
+    }
+    originals = [evaluated.original for evaluated in depsgraph.ids]
+    harmless = set(harmless_cameras(originals))
+    for original in originals:
+        if original not in harmless and is_looked_at(original):
+            found[key_of(original)] = digest(list(_facts(original)))
+    return found
+
+
+def _facts(original: Any) -> Iterator[Any]:
+    yield animation_facts(original)
+    if isinstance(original, bpy.types.Object):
+        yield from _object(original)
+    elif isinstance(original, bpy.types.Mesh):
+        yield from _mesh(original)
+    elif isinstance(original, bpy.types.Armature):
+        yield [
+            (bone.name, bone.parent.name if bone.parent else "", *bone.head_local, *bone.tail_local)
+            for bone in original.bones
+        ]
+    elif isinstance(original, bpy.types.Light):
+        yield setting_facts(original, original, [n for n in OF_LIGHT if hasattr(original, n)])
+
+
+def _object(obj: Any) -> Iterator[Facts]:
+    yield [obj.type, *(getattr(other, "name_full", "") for other in (obj.data, obj.parent))]
+    yield [getattr(slot.material, "name_full", "") for slot in obj.material_slots]
+    yield setting_facts(obj, obj, OF_OBJECT)
+    yield [tuple(row) for row in obj.matrix_parent_inverse]
+    yield [(modifier.name, modifier.type, modifier.show_viewport) for modifier in obj.modifiers]
+    yield [(constraint.name, constraint.type, constraint.mute) for constraint in obj.constraints]
+    yield [part_facts(obj, obj.angen_sensor), part_facts(obj, obj.angen_load)]
+    if obj.rigid_body is not None:
+        yield setting_facts(obj, obj.rigid_body, OF_BODY)
+    if obj.type == "MESH" and obj.vertex_groups:
+        yield weights_of(obj.data)
+    if obj.type in SHAPED:
+        # Each version stores their points in another way.
+        yield [tuple(round(c, 4) for c in corner) for corner in obj.bound_box]
+
+
+def _mesh(mesh: Any) -> Iterator[Any]:
+    if mesh.is_editmode:
+        yield "is edited"
+        return
+    yield from corners_and_faces(mesh)
+
+
+class LightState(NamedTuple):
+    """How often what light depends on was found changed: where two states are equal, so is the
+    light. `power`: of lamps; `motion`: place and shape of objects, and which picture of a film they
+    show; `values`: all else. `edits`: how often more than the frame may have changed."""
+
+    power: int
+    motion: int
+    values: int
+    edits: int
+
+    @property
+    def light(self) -> tuple[int, int, int]:
+        """What readings depend on: an edit that changes none of it changes no light."""
+        return self[:3]
+
+
+# Before the first look.
+NEVER = LightState(-1, -1, -1, -1)
+
+
+class LightChanges:
+    """Remembers the state of a scene as digests. To be told of updates as they come."""
+
+    def __init__(self) -> None:
+        self._state = NEVER
+        self.forget()
+
+    def forget(self) -> None:
+        """The next look finds everything changed: after undo, or when a file was opened."""
+        # Changes of values and of shapes.
+        self._count = self._reshaped = 0
+        # The digests found last: by pointer those of values, by its negative those of shapes.
+        self._known: dict[int, str] = {}
+        # Of power, motion and values, as in `LightState`.
+        self._digests: tuple[str | None, ...] = (None, None, None)
+        self._empties_matter = False
+        # Pictures that change by themselves: Blender's list of updates does not tell of them.
+        self._has_films = False
+        # What nodes look up in the view layer, the scene and the world.
+        self._names: set[str] = set()
+        # Whether anybody asks about the frames that come: each names all that frames can change.
+        self.is_asked = True
+
+    def note(self, depsgraph: Any, edited: bool = False, by_frame: bool = False) -> None:
+        """Compares what was evaluated anew; to be called in the handlers of each evaluation: later
+        the list is empty. `edited`: by more than a change of frame."""
+        if not self._known or (by_frame and not edited and not self.is_asked):
+            return
+        for update in depsgraph.updates:
+            changed = update.id
+            if isinstance(changed, TOLD_ELSEWHERE):
+                continue
+            if isinstance(changed, bpy.types.Mesh) and edited:
+                self._count += 1
+                continue
+            self._count += self._differs(changed)
+            if isinstance(changed, bpy.types.Object) and update.is_updated_geometry:
+                self._reshaped += self._is_reshaped(changed)
+
+    def look(
+        self, view_layer: Any, depsgraph: Any, edits: int = 0, asked: Any = None
+    ) -> LightState:
+        """The state of the scene, and of what is `asked` of it; `edits` as in the state."""
+        if not self._known:
+            self._know_all(depsgraph)
+        scene = view_layer.id_data
+        world = scene.world.session_uid if scene.world else 0
+        names = [(name, looked_up(name, view_layer)) for name in sorted(self._names)]
+        shown = list(shown_objects(view_layer))
+        apart, other = powers(shown)
+        uids = [obj.session_uid for obj in shown]
+        found = (
+            digest(apart),
+            self._motion(view_layer, depsgraph),
+            digest([self._count, world, asked, names, other, uids]),
+        )
+        known = zip(self._state.light, self._digests, found, strict=True)
+        counts = [count + (was != now) for count, was, now in known]
+        self._state, self._digests = LightState._make([*counts, edits]), found
+        return self._state
+
+    def _know_all(self, depsgraph: Any) -> None:
+        """The state against which updates are compared from now on."""
+        for obj in depsgraph.objects:
+            self._differs(obj)
+            if obj.type == "MESH" and (obj.original.modifiers or obj.original.data.shape_keys):
+                self._is_reshaped(obj)
+        data = bpy.data
+        for group in (data.meshes, data.worlds, data.materials, data.lights, data.node_groups):
+            for original in group:
+                evaluated = original.evaluated_get(depsgraph)
+                self._differs(evaluated)
+                tree = getattr(evaluated, "node_tree", None)
+                if tree is not None:
+                    self._differs(tree)
+
+    def _differs(self, evaluated: Any) -> bool:
+        """Whether a datablock has other values than when it was compared last."""
+        return self._is_new(evaluated.original.as_pointer(), self._values_of(evaluated))
+
+    def _is_reshaped(self, evaluated: Any) -> bool:
+        """Whether an object has another shape than when it was compared last."""
+        if evaluated.type in LIGHTLESS | {"LIGHT"}:
+            return False
+        return self._is_new(-evaluated.original.as_pointer(), shape_values(evaluated))
+
+    def _is_new(self, key: int, found: Facts | None) -> bool:
+        """Whether facts are others than those known by a key, or cannot be told (None)."""
+        now = "" if found is None else digest(found)
+        same = bool(now) and self._known.get(key) == now
+        self._known[key] = now
+        return not same
+
+    def _values_of(self, evaluated: Any) -> Facts | None:
+        """The values of a datablock that light may depend on; None where they cannot be told."""
+        if isinstance(evaluated, bpy.types.Object):
+            return object_values(evaluated)
+        if isinstance(evaluated, bpy.types.Mesh):
+            # Its object tells of the shape.
+            return custom_facts(evaluated, present=True)
+        if isinstance(evaluated, bpy.types.NodeTree):
+            self._empties_matter |= looks_at_places(evaluated)
+            self._has_films |= bool(films(evaluated))
+            self._names |= names_looked_up(evaluated)
+            return present_facts(evaluated)
+        if isinstance(evaluated, bpy.types.Light):
+            # Their power is compared at each look.
+            return present_facts(evaluated, POWER)
+        if isinstance(evaluated, (bpy.types.Material, bpy.types.World)):
+            return present_facts(evaluated, NO_LOOK)
+        return None
+
+    def _motion(self, view_layer: Any, depsgraph: Any) -> str:
+        """A digest of where everything is, of changes of shapes, and of the pictures of films."""
+        found, objects = hashlib.blake2b(digest_size=16), depsgraph.objects
+        matrices = np.empty(len(objects) * 16, np.float32)
+        objects.foreach_get("matrix_world", matrices)
+        if not self._empties_matter:
+            matter = np.fromiter((o.type not in LIGHTLESS for o in objects), bool, len(objects))
+            matrices = matrices.reshape(-1, 16)[matter]
+        found.update(matrices.tobytes())
+        film = view_layer.id_data.frame_float if self._has_films else None
+        found.update(repr((self._reshaped, film)).encode())
+        if any(obj.is_instancer for obj in view_layer.objects):
+            for instance in depsgraph.object_instances:
+                if instance.is_instance:
+                    seen = instance.object.session_uid, instance.show_self
+                    found.update(repr(seen).encode())
+                    found.update(np.array(instance.matrix_world, np.float32).tobytes())
+        return found.hexdigest()
+
+
+def object_values(evaluated: Any) -> Facts:
+    """What beside its place, shape and visibility decides how an object meets light."""
+    materials = [slot.material for slot in evaluated.material_slots]
+    found: Facts = [
+        [plain(getattr(evaluated, name)) for name in SEEN_OF_OBJECT],
+        evaluated.angen_sensor.kind,
+        [material.original.session_uid if material else 0 for material in materials],
+        custom_facts(evaluated, present=True),
+    ]
+    linking = getattr(evaluated, "light_linking", None)
+    if linking is not None:
+        for collection in (linking.receiver_collection, linking.blocker_collection):
+            found.append([o.session_uid for o in collection.all_objects] if collection else 0)
+    return found
+
+
+def shape_values(evaluated: Any) -> Facts | None:
+    """The shape of an object; None where it cannot be told."""
+    original, mesh = evaluated.original, evaluated.data
+    deformed = original.type == "MESH" and all(m.type in SHAPING for m in original.modifiers)
+    if not deformed or mesh.is_editmode:
+        return None
+    points = np.empty(len(mesh.vertices) * 3, np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", points)
+    return [hashed(points), len(mesh.loops), len(mesh.polygons)]
+
+
+def looks_at_places(tree: Any) -> bool:
+    """Whether its nodes look at places of objects, or attributes, which anything can drive."""
+    return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
+
+
+def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+    """Power of the lamps among the shown objects, and of those that others too, such as instances,
+    have."""
+    users: dict[Any, int] = {}
+    for obj in shown:
+        if obj.type == "LIGHT":
+            users[obj.data] = users.get(obj.data, 0) + 1
+    apart: list[Any] = []
+    other: list[Any] = []
+    for data in bpy.data.lights:
+        if LIGHT_MARK not in data:
+            is_apart = data.users - data.use_fake_user == users.get(data)
+            power = data.session_uid, data.energy, *tint_of(data)
+            (apart if is_apart else other).append(power)
+    return apart, other
+
+
+def tint_of(data: Any) -> NDArray[np.float64]:
+    """(3,): what a lamp's energy is multiplied with, beside what its nodes do."""
+    tint = np.array(data.color, np.float64) * 2.0 ** getattr(data, "exposure", 0.0)
+    return tint * np.array(data.temperature_color) if getattr(data, "use_temperature", 0) else tint
+
+
+def names_looked_up(tree: Any) -> set[str]:
+    """What its nodes look up in the view layer, the scene and the world."""
+    return {
+        node.attribute_name
+        for node in tree.nodes
+        if node.type == "ATTRIBUTE" and node.attribute_type == "VIEW_LAYER" and node.attribute_name
+    }
+
+
+def looked_up(name: str, view_layer: Any) -> Any:
+    """What a node finds by a name in the view layer, the scene or the world; None for nothing."""
+    scene = view_layer.id_data
+    for owner in filter(None, (view_layer, scene, scene.world)):
+        for path in (f'["{bpy.utils.escape_identifier(name)}"]', name):
+            try:
+                return plain(owner.path_resolve(path))
+            except ValueError:
+                continue
+    return None

@@ -5,7 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import datetime
+from pathlib import Path
 
+from angen_sensors.sensor_logic.files import write_files
+from angen_sensors.sensor_logic.formats import FORMATS, outputs
 from angen_sensors.sensor_logic.formats.log import Log, LoggedActivity, SensorFacts
 from angen_sensors.sensor_logic.formats.source import make_log
 from angen_sensors.sensor_logic.log import Event
@@ -73,3 +76,13 @@ def year(rows: Iterable[tuple[float, str, str, str]] = ROWS, **changed: object) 
     ]
     given: dict = {"start": START, "activities": ACTIVITIES, "about": ABOUT} | changed
     return make_log(events, SENSORS, **given)
+
+
+def write(log: Log, name: str, out: Path) -> Path:
+    """Write a log in a format into a file or folder; return its path."""
+    target = FORMATS[name]
+    files = outputs.output_files(target, out, target.write(log))
+    if target.is_folder:
+        out.mkdir()
+    write_files(files)
+    return out

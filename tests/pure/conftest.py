@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.contact.world import PadForces
-from angen_sensors.sensor_logic.kind import FORCES, LIGHT, RAYS
-from angen_sensors.sensor_logic.model import Array, LightSample, PadContact, Pose, Reading, Update
+from angen_sensors.sensor_logic.kind import RAYS
+from angen_sensors.sensor_logic.model import Array, Pose, Reading, Update
 from angen_sensors.sensor_logic.noise import generator
 
 AHEAD = Pose(np.zeros(3), np.eye(3))
@@ -39,18 +38,9 @@ class Stage:
             readings.append(model.update(parameters, self.update(number, cast)))
         return readings
 
-    def press(self, model: Any, parameters: Any, contacts: Sequence[PadContact]) -> list[Reading]:
-        """The same for a pressure pad, which is told what presses on it."""
-        return [
-            model.update(parameters, self.update(number, flat_world(1.0), contact))
-            for number, contact in enumerate(contacts)
-        ]
-
-    def update(self, number: int, cast: Any, contact: PadContact | None = None) -> Update:
-        pressed = contact or PadContact(PadForces(), np.zeros(3), None)
-        scene = {RAYS: cast, FORCES: lambda: pressed, LIGHT: LightSample}
+    def update(self, number: int, cast: Any) -> Update:
         time = number / self.rate
-        return Update(number, time, AHEAD, scene, self.noise(number), self.noise(0))
+        return Update(number, time, AHEAD, {RAYS: cast}, self.noise(number), self.noise(0))
 
     def noise(self, number: int) -> Callable[[], np.random.Generator]:
         return lambda: generator(self.seed, self.sensor, number)

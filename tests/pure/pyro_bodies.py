@@ -71,20 +71,26 @@ class FacingPlate:
         return warmth
 
 
+def updated(parameters, warmths, pose, rate):
+    """Readings at `rate` a second, one for each warmth; parameters and pose may be functions of the
+    update's number."""
+    detector = PyroelectricDetector()
+
+    def of(value, k):
+        return value(k) if callable(value) else value
+
+    return [
+        detector.update(
+            of(parameters, k),
+            Update(k, k / rate, of(pose, k), {WARMTH: warmth}, lambda k=k: generator(0, "pir", k)),
+        )
+        for k, warmth in enumerate(warmths)
+    ]
+
+
 def sense(parameters, pose, body, places, rate, ambient=20.0):
     """Readings while the body's feet are at each of the places (n, 3), `rate` a second."""
-    detector = PyroelectricDetector()
-    parameters = (
-        parameters if isinstance(parameters, PirParameters) else PirParameters(**parameters)
-    )
-    made = []
-    for k, feet in enumerate(places):
-        update = Update(
-            k, k / rate, pose, {WARMTH: body.seen(feet, ambient)},
-            lambda k=k: generator(0, "pir", k),
-        )  # fmt: skip
-        made.append(detector.update(parameters, update))
-    return made
+    return updated(parameters, [body.seen(feet, ambient) for feet in places], pose, rate)
 
 
 def walk(start, end, speed, rate, before=2.0, after=3.0):

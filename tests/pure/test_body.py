@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A resident's body in numpy: what a viewer of the animation would notice if it were wrong."""
+"""A resident's body in numpy, by what a viewer of the animation would notice; ways over a floor,
+held to scipy's distance transform and Dijkstra's shortest paths; doors; what was done, by whom."""
 
 from __future__ import annotations
 
@@ -8,9 +9,20 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from angen_sensors.residents.acting.timeline import Clip, Gesture, Timeline
+from angen_sensors.residents.acting.places import DOOR, Door
+from angen_sensors.residents.acting.timeline import (
+    Acted,
+    Clip,
+    Gesture,
+    Hold,
+    Switch,
+    Swung,
+    Timeline,
+)
+from angen_sensors.residents.acting.ways import Floor, NoWay, length, way
 from angen_sensors.residents.body import gait, moves, poses
 from angen_sensors.residents.body.cat_skeleton import CAT as CAT_BONES
+from angen_sensors.residents.body.pose import BodyPose
 from angen_sensors.residents.body.skeleton import ADULT, CAT, CHILD, OLDER_ADULT, PERSON
 from angen_sensors.residents.body.solve import solve
 from angen_sensors.residents.body.turns import turned
@@ -77,14 +89,31 @@ def film(request):
     return request.param, line, times, pose, solve(pose)
 
 
-def test_bones_keep_their_lengths_and_hang_together(film):
-    build, _, _, _, bones = film
-    for bone, above in PERSON.parent.items():
+def assert_whole(bones, skeleton, build):
+    """Bones keep their lengths and hang together."""
+    for bone, above in skeleton.parent.items():
         if above:
             length = np.linalg.norm(bones.at[bone] - bones.at[above], axis=1)
-            rest = np.linalg.norm(PERSON.head[bone] - PERSON.head[above]) * build.scale
+            rest = np.linalg.norm(skeleton.head[bone] - skeleton.head[above]) * build.scale
             assert np.abs(length - rest).max() < 1e-9, bone
         assert np.abs(np.linalg.norm(bones.turn[bone], axis=1) - 1).max() < 1e-9
+
+
+def slides(point, down):
+    """How far a point slides, in m, while it is on the floor, and how often it lands there."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], down, [0]]))).reshape(-1, 2)
+    return max((np.ptp(point[a:b, :2], axis=0).max() for a, b in edges), default=0.0), len(edges)
+
+
+def assert_slow(bones, times, limits):
+    for bone, limit in limits.items():
+        speed = np.linalg.norm(np.diff(bones.at[bone], axis=0), axis=1) / (times[1] - times[0])
+        assert speed.max() < limit, f"{bone} at {times[speed.argmax()]:.2f} s"
+
+
+def test_bones_keep_their_lengths_and_hang_together(film):
+    build, _, _, _, bones = film
+    assert_whole(bones, PERSON, build)
 
 
 def test_feet_on_the_floor_do_not_slide(film):
@@ -94,25 +123,20 @@ def test_feet_on_the_floor_do_not_slide(film):
         for x, y, z in SOLE.values():
             offset = (np.array([x, sign * y, z]) - PERSON.head[f"foot.{side}"]) * build.scale
             point = bones.at[f"foot.{side}"] + turned(bones.turn[f"foot.{side}"], offset)
-            down = point[:, 2] < FLOOR + 0.0001
             assert point[:, 2].min() > FLOOR - 0.001
-            edges = np.flatnonzero(np.diff(np.concatenate([[0], down, [0]])))
-            for a, b in edges.reshape(-1, 2):
-                assert np.ptp(point[a:b, :2], axis=0).max() < 0.001, (side, a, b)
-            landed += len(edges) // 2
+            farthest, landings = slides(point, point[:, 2] < FLOOR + 0.0001)
+            assert farthest < 0.001, side
+            landed += landings
     assert landed > 30
 
 
 def test_nothing_jumps(film):
     _, _, times, _, bones = film
-    step = times[1] - times[0]
-    for bone, limit in (("pelvis", 1.7), ("head", 2.2), ("hand.L", 3.5), ("hand.R", 3.5),
-                        ("shin.L", 4.5), ("foot.R", 5.5)):  # fmt: skip
-        speed = np.linalg.norm(np.diff(bones.at[bone], axis=0), axis=1) / step
-        assert speed.max() < limit, f"{bone} at {times[speed.argmax()]:.2f} s"
+    limits = {"pelvis": 1.7, "head": 2.2, "hand.L": 3.5, "hand.R": 3.5, "shin.L": 4.5}
+    assert_slow(bones, times, {**limits, "foot.R": 5.5})
     for bone, turn in bones.turn.items():
-        angle = 2 * np.arccos(np.minimum(1, np.abs((turn[1:] * turn[:-1]).sum(1)))) / step
-        assert angle.max() < 16, f"{bone} turns at {times[angle.argmax()]:.2f} s"
+        angle = 2 * np.arccos(np.minimum(1, np.abs((turn[1:] * turn[:-1]).sum(1))))
+        assert angle.max() < 16 * (times[1] - times[0]), f"{bone} at {times[angle.argmax()]:.2f} s"
 
 
 def test_a_moment_alone_is_as_among_others(film):
@@ -195,22 +219,196 @@ def test_a_cat_walks_on_paws_that_do_not_slide_and_sits_and_lies(size):
         now += seconds
     times = np.arange(0.0, now, 0.02)
     bones = solve(line.poses(times))
-    for bone, above in CAT_BONES.parent.items():
-        if above:
-            length = np.linalg.norm(bones.at[bone] - bones.at[above], axis=1)
-            rest = np.linalg.norm(CAT_BONES.head[bone] - CAT_BONES.head[above]) * build.scale
-            assert np.abs(length - rest).max() < 1e-9, bone
-    walking = times < 0.5 + walk.duration
-    planted = 0
+    assert_whole(bones, CAT_BONES, build)
+    walking, planted = times < 0.5 + walk.duration, 0
     for paw in ("toes.L", "toes.R", "fingers.L", "fingers.R"):
-        at = bones.at[paw]
-        down = (at[:, 2] < FLOOR + CAT_BONES.head[paw][2] * build.scale + 1e-4) & walking
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], down, [0]])))
-        for a, b in edges.reshape(-1, 2):
-            assert np.ptp(at[a:b, :2], axis=0).max() < 0.001, (paw, times[a])
+        height = FLOOR + CAT_BONES.head[paw][2] * build.scale + 1e-4
+        down = (bones.at[paw][:, 2] < height) & walking
+        assert slides(bones.at[paw], down)[0] < 0.001, paw
         planted += down.sum()
     assert planted > 2.0 * walking.sum()  # of four, two and more bear
-    for bone, limit in (("pelvis", 1.5), ("head", 1.8), ("foot.L", 3.0), ("hand.R", 3.0)):
-        speed = np.linalg.norm(np.diff(bones.at[bone], axis=0), axis=1) / 0.02
-        assert speed.max() < limit, f"{bone} at {times[speed.argmax()]:.2f} s"
+    assert_slow(bones, times, {"pelvis": 1.5, "head": 1.8, "foot.L": 3.0, "hand.R": 3.0})
     assert min(at[-1, 2] for at in bones.at.values()) > FLOOR + 0.39
+
+
+# Ways over a floor
+
+
+def flat(rows: str, size: float = 0.25) -> Floor:
+    """A floor drawn from the top: `#` is not free."""
+    lines = rows.strip().split("\n")[::-1]
+    free = np.array([[sign != "#" for sign in line.strip()] for line in lines]).T
+    return Floor(np.zeros(2), size, free)
+
+
+def random_floor(seed: int) -> Floor:
+    rng = np.random.default_rng(seed)
+    free = np.ones((60, 45), bool)
+    for _ in range(14):
+        x, y = rng.integers(0, 55), rng.integers(0, 40)
+        free[x : x + rng.integers(1, 14), y : y + rng.integers(1, 12)] = False
+    return Floor(rng.normal(size=2), 0.1, free)
+
+
+def distance_to_things(floor: Floor, points: np.ndarray) -> np.ndarray:
+    """From points (n, 2) to the squares that are not free."""
+    low = floor.low + np.argwhere(~floor.free) * floor.size
+    off = np.maximum(low - points[:, None], points[:, None] - low - floor.size)
+    return np.linalg.norm(np.maximum(off, 0.0), axis=2).min(axis=1)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_way_is_there_where_there_is_one_and_hardly_longer_than_the_shortest(seed: int) -> None:
+    ndimage = pytest.importorskip("scipy.ndimage")
+    sparse = pytest.importorskip("scipy.sparse")
+    from scipy.sparse.csgraph import dijkstra
+
+    floor, radius = random_floor(seed), 0.15
+    exact = ndimage.distance_transform_edt(np.pad(floor.free, 1))[1:-1, 1:-1]
+    assert np.allclose(floor.clearance, (exact - 0.5) * floor.size)
+    wide = floor.clearance >= radius - 1e-9
+    cells = np.argwhere(wide)
+    number = np.full(wide.shape, -1)
+    number[wide] = np.arange(len(cells))
+    edges = []
+    for dx, dy in ((1, 0), (0, 1), (1, 1), (1, -1)):
+        x, y = cells[((cells + (dx, dy) >= 0) & (cells + (dx, dy) < wide.shape)).all(1)].T
+        open_ = wide[x + dx, y + dy] & wide[x + dx, y] & wide[x, y + dy]
+        x, y = x[open_], y[open_]
+        step = np.full(len(x), np.hypot(dx, dy) * floor.size)
+        edges.append((number[x, y], number[x + dx, y + dy], step))
+    rows, columns, steps = (np.concatenate(part) for part in zip(*edges, strict=True))
+    graph = sparse.coo_matrix((steps, (rows, columns)), (len(cells), len(cells))).tocsr()
+    rng = np.random.default_rng(seed)
+    for _ in range(6):
+        a, b = rng.integers(len(cells), size=2).tolist()
+        start, goal = (floor.middle(tuple(cells[k])) for k in (a, b))
+        shortest = dijkstra(graph, directed=False, indices=a)[b]
+        if np.isinf(shortest):
+            with pytest.raises(NoWay):
+                way(floor, start, goal, radius)
+            continue
+        found = way(floor, start, goal, radius)
+        assert (found[0] == start).all() and (found[-1] == goal).all()
+        straight = np.linalg.norm(goal - start)
+        assert straight - 1e-9 <= length(found) <= 1.5 * shortest + 1e-9
+        for p, q in pairwise(found):
+            between = p + (q - p) * np.linspace(0, 1, 50)[:, None]
+            # Between the middles of cells the distance is off by half a diagonal at most.
+            assert distance_to_things(floor, between).min() >= radius - 0.71 * floor.size
+
+
+def test_a_walker_keeps_off_walls_where_there_is_room_and_cuts_corners() -> None:
+    floor = flat("""
+        ....................
+        ....................
+        ....................
+        ############........
+        ....................
+        ....................
+        ....................
+    """)
+    found = way(floor, np.array([0.6, 0.4]), np.array([0.6, 1.4]), 0.2)
+    # Around the end of the wall, at x = 3.
+    assert len(found) <= 8 and found[:, 0].max() > 3.3
+    assert length(found) < 8.0
+
+
+def test_where_there_is_no_way_the_nearest_place_is_told() -> None:
+    floor = flat("""
+        ....#....
+        ....#....
+        ....#....
+    """)
+    start, goal = np.array([0.4, 0.4]), np.array([2.0, 0.4])
+    with pytest.raises(NoWay) as caught:
+        way(floor, start, goal, 0.1)
+    assert caught.value.nearest[0] == pytest.approx(0.875)
+    with pytest.raises(NoWay, match="no room"):
+        way(floor, start, goal, 2.0)
+    # Who stands at a basin gets away from it.
+    start = np.array([0.02, 0.5])
+    found = way(Floor(np.zeros(2), 0.25, np.ones((8, 4), bool)), start, np.array([1.5, 0.5]), 0.3)
+    assert (found[0] == start).all() and length(found) < 1.6
+
+
+# Doors
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def door(slides: bool = False, opens: float = np.pi / 2, turn: float = 0.0) -> Door:
+    """A leaf of 0.9 m at (2, 1), its hinge there, along x turned by an angle."""
+    c, s = np.cos(turn), np.sin(turn)
+    frame = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return Door(
+        "Door", DOOR, np.array([2.0, 1.0, 0.0]), -frame[:, 0] if slides else UP, 0.0, opens, frame,
+        np.array([0.0, -0.02, 0.0]), np.array([0.9, 0.02, 2.0]), np.array([0.8, 0.0, 1.0]), slides,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("leaf", "handle"),
+    [
+        (door(), (2.0, 1.8, 1.0)),
+        (door(opens=-np.pi / 2), (2.0, 0.2, 1.0)),
+        (door(turn=np.pi / 2), (1.2, 1.0, 1.0)),
+        (door(slides=True, opens=0.85), (1.95, 1.0, 1.0)),
+    ],
+)
+def test_the_handle_goes_with_the_leaf(leaf: Door, handle: tuple) -> None:
+    assert np.allclose(leaf.handle_at(leaf.open), handle)
+
+
+@pytest.mark.parametrize("turn", [0.0, 2.0, -1.0])
+@pytest.mark.parametrize("opens", [1.5, -1.5])
+def test_the_side_that_a_leaf_opens_to(turn: float, opens: float) -> None:
+    leaf = door(opens=opens, turn=turn)
+    assert leaf.side(leaf.handle_at(opens)) == 1.0
+    assert leaf.side(leaf.handle_at(-opens)) == -1.0
+
+
+@pytest.mark.parametrize(
+    ("way", "crossed"),
+    [
+        ([(2.5, 0.0), (2.5, 2.0)], 1.0),
+        ([(2.5, -1.0), (2.5, 0.5), (2.5, 2.0)], 2.0),
+        ([(3.5, 0.0), (3.5, 2.0)], None),
+        ([(2.5, 0.0), (2.5, 0.9), (0.0, 0.9)], None),
+        ([(0.0, 1.0), (4.0, 1.0)], None),
+    ],
+)
+def test_which_ways_cross_a_shut_door(way: list, crossed: float | None) -> None:
+    found = door().crossing(np.array(way))
+    assert found == (None if crossed is None else pytest.approx(crossed))
+
+
+# What was done on a day
+
+
+def body(*moves: tuple[float, float], away: tuple[tuple[float, float], ...] = ()) -> Timeline:
+    """A body that moves from the first time to the second of each, and is away now and then."""
+    clips = [Clip(start, end, standing) for start, end in moves]
+    return Timeline([*clips, *(Clip(*one, standing, still=True, away=True) for one in away)])
+
+
+def standing(times: np.ndarray) -> BodyPose:
+    raise AssertionError("nobody asks for the pose")
+
+
+ACTED = Acted(
+    {"anna": body((10, 20), (20, 25), (90, 99), away=((99, 100),)), "bo": body((22, 30))},
+    {"Door": [Swung(11, 12.5, 0, 1.6, "anna"), Swung(40, 42, 1.6, 0, "bo")]},
+    [Switch(0, "Lamp", False, ""), Switch(50, "Lamp", True, "bo")],
+    {"Cup": [Hold(0, None), Hold(26, 1, person="bo"), Hold(28, None)]},
+)
+
+
+def test_spans_are_all_that_moves_and_who_moves_it() -> None:
+    assert ACTED.spans(0, 60).tolist() == [[0, 0], [10, 30], [40, 42], [50, 50]]
+    assert ACTED.spans(80, 120).tolist() == [[90, 99], [100, 100]]
+    assert ACTED.spans(15, 41).tolist() == [[15, 30], [40, 41]]
+    assert Acted({}).spans(0, 60).shape == (0, 2)
+    asked = [("Door", 11), ("Door", 41), ("Lamp", 49), ("Lamp", 50), ("Cup", 20), ("Cup", 29)]
+    assert [ACTED.mover(*one) for one in asked] == ["anna", "bo", "", "bo", "", "bo"]
+    assert ACTED.mover("Table", 5) == ""

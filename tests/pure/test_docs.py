@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The docs say what the code says."""
+"""The docs say what the code says; a name means one thing in it, and a cache says what it saves."""
 
+import ast
 import json
 import re
 import subprocess
 import sys
+from collections import defaultdict
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from angen_sensors.residents.acting import words
+from angen_sensors.residents.routine import file, timetable
+from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES
 from angen_sensors.sensor_logic.study import draws, study
 
 import hard_cases
 import parameter_tables
-from benchmarks import page
+from benchmarks import page, pir_pyroelectric_report
 
 
 def test_the_parameter_page_is_up_to_date():
@@ -20,34 +26,34 @@ def test_the_parameter_page_is_up_to_date():
     assert written == parameter_tables.page(), "run: python scripts/parameter_tables.py"
 
 
-def test_the_benchmark_page_is_that_of_the_data():
+def test_the_benchmark_page_is_that_of_the_data_and_all_that_it_names_is_there():
     parts = page.known(page.DOCS / "data")
     assert set(parts) == set(page.REPORTS), "run: python -m benchmarks"
     written = (page.DOCS / "benchmarks.md").read_text(encoding="utf-8")
     assert written == page.markdown(parts), "run: python -m benchmarks.page"
-
-
-def test_every_picture_and_page_that_the_benchmarks_name_is_there():
     text = (page.DOCS / "benchmarks.md").read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):
         assert (page.DOCS / target).exists(), target
 
 
-def test_the_page_of_hard_cases_is_that_of_the_data():
+def test_the_page_of_pyroelectric_detectors_is_that_of_the_data_and_has_every_lens():
+    written = pir_pyroelectric_report.PAGE.read_text(encoding="utf-8")
+    data = json.loads((page.DOCS / "data" / "pir_pyroelectric.json").read_text(encoding="utf-8"))
+    assert not data["quick"]
+    filled = pir_pyroelectric_report.filled(written, data)
+    assert filled == written, f"run: {pir_pyroelectric_report.COMMAND}"
+    assert all(f"| `{name}` |" in written for name in LENSES)
+
+
+def test_the_page_of_hard_cases_is_that_of_the_data_and_of_the_tests():
     data = json.loads(hard_cases.DATA.read_text(encoding="utf-8"))
     written = hard_cases.PAGE.read_text(encoding="utf-8")
     assert written == hard_cases.page(data), "run: python scripts/hard_cases.py --page"
-
-
-def test_every_hard_case_has_its_test():
     data = json.loads(hard_cases.DATA.read_text(encoding="utf-8"))
     tests = {row[4] for row in data["rows"]} | {row[3] for row in hard_cases.OTHERS}
     for path, _, name in (test.partition("::") for test in tests):
         source = (hard_cases.ROOT / path).read_text(encoding="utf-8")
         assert f"def {name}(" in source, f"{path}::{name}: run: python scripts/hard_cases.py"
-
-
-def test_every_test_of_hard_cases_is_in_the_page():
     source = (hard_cases.ROOT / hard_cases.OWN).read_text(encoding="utf-8")
     written = hard_cases.PAGE.read_text(encoding="utf-8")
     for name in re.findall(r"^def (test_\w+)", source, re.MULTILINE):
@@ -58,18 +64,30 @@ def test_the_studies_of_the_docs_can_be_read_and_stand_on_their_page():
     written = (page.DOCS / "studies.md").read_text(encoding="utf-8")
     files = sorted(Path(page.DOCS / "studies").glob("*.toml"))
     assert files
-    for file in files:
-        assert draws.count(study.read(file)) > 1
-        assert file.read_text(encoding="utf-8").strip() in written, file.name
+    for path in files:
+        assert draws.count(study.read(path)) > 1
+        assert path.read_text(encoding="utf-8").strip() in written, path.name
+
+
+def test_the_page_of_residents_has_a_routine_and_a_diary_that_can_be_read_and_all_words():
+    written = (page.DOCS / "residents.md").read_text(encoding="utf-8")
+    text = re.search(r"```toml\n(schema.*?)```", written, re.DOTALL).group(1)
+    assert set(file.read(text, "week.toml").activities) == {"Sleeping", "Toilet", "Relaxing"}
+    table = written[written.index("### Words") : written.index("### How it is acted")]
+    steps = re.findall(r"`([^`]+)`", "".join(re.findall(r"^\| (`.*?) \|", table, re.MULTILINE)))
+    told = {word for step in steps for word in words._WORDS if step.startswith(word)}
+    assert told == set(words._WORDS)
+    rows = re.search(r"    start,end.*?(?=\n\n)", written, re.DOTALL).group().replace("    ", "")
+    assert [s.activity for s in timetable.read(rows, "d.csv")[1]][1::2] == ["Toilet", "Relaxing"]
 
 
 def test_text_after_a_table_is_not_read_as_a_row_of_it():
     pages = [*page.DOCS.rglob("*.md"), *page.DOCS.parent.glob("*.md")]
     assert len(pages) > 20
-    for file in pages:
-        text = file.read_text(encoding="utf-8")
+    for path in pages:
+        text = path.read_text(encoding="utf-8")
         found = re.search(r"^\|.*\|\n(?!\||\n|\Z).*", text, re.MULTILINE)
-        assert found is None, f"{file.name}: {found and found.group()}"
+        assert found is None, f"{path.name}: {found and found.group()}"
 
 
 def test_the_readme_says_what_was_measured():
@@ -120,3 +138,40 @@ def test_an_example_without_its_packages_is_one_line(name):
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith(f"{name}: No module named") and "pip install" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+# Rules of the code
+
+FOLDERS = ("angen_addon", "operators", "panels", "sensor_logic")
+TEXTS = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for folder in FOLDERS
+    for path in (ROOT / folder).rglob("*.py")
+}
+CACHES = re.compile(r"@(functools\.)?(lru_cache|cache)\b")
+# The class of the Python package that users hold, and that of the core which it shows.
+TWICE = {"Recording"}
+
+
+def test_no_two_classes_are_called_the_same() -> None:
+    found = defaultdict(list)
+    for name, text in TEXTS.items():
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found[node.name].append(name)
+    assert len(found) > 400
+    assert {name: files for name, files in found.items() if len(files) > 1}.keys() == TWICE
+
+
+def test_each_cache_says_what_it_costs_to_go_without() -> None:
+    silent, count = [], 0
+    for name, text in TEXTS.items():
+        for above, line in pairwise(map(str.strip, text.splitlines())):
+            if CACHES.match(line):
+                count += 1
+                if not (above.startswith("#") and "without" in above):
+                    silent.append(f"{name}: {line}")
+    assert count > 15 and silent == []

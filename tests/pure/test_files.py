@@ -19,31 +19,23 @@ def contents(folder):
     return {p.name: p.read_bytes() if p.is_file() else None for p in folder.iterdir()}
 
 
-def test_files_are_written_byte_for_byte(tmp_path):
+def test_files_are_written_byte_for_byte_and_replaced(tmp_path):
+    (tmp_path / "a.csv").write_text("a long text of before")
     write_files({tmp_path / "a.csv": "ä,1\r\n", tmp_path / "b.csv": ""})
     assert contents(tmp_path) == {"a.csv": "ä,1\r\n".encode(), "b.csv": b""}
 
 
-def test_earlier_files_are_replaced(tmp_path):
-    (tmp_path / "a.csv").write_text("a long text of before")
-    write_files({tmp_path / "a.csv": "new"})
-    assert contents(tmp_path) == {"a.csv": b"new"}
-
-
-def test_a_failure_at_the_second_file_leaves_all_as_it_was(tmp_path):
+@pytest.mark.parametrize(
+    ("second", "text"),
+    [("missing/b.csv", "new"), ("folder_b.csv", "new"), ("b.csv", "\udcff")],
+    ids=["no folder", "a folder there", "cannot be encoded"],
+)
+def test_a_failure_at_the_second_file_leaves_all_as_it_was(tmp_path, second, text):
     (tmp_path / "a.csv").write_text("old")
-    texts = {tmp_path / "a.csv": "new", tmp_path / "missing" / "b.csv": "new"}
+    (tmp_path / "folder_b.csv").mkdir()
     with pytest.raises(AngenError, match=r"b\.csv"):
-        write_files(texts)
-    assert contents(tmp_path) == {"a.csv": b"old"}
-
-
-def test_a_folder_in_the_place_of_the_second_file_leaves_all_as_it_was(tmp_path):
-    (tmp_path / "a.csv").write_text("old")
-    (tmp_path / "b.csv").mkdir()
-    with pytest.raises(AngenError, match=r"b\.csv"):
-        write_files({tmp_path / "a.csv": "new", tmp_path / "b.csv": "new"})
-    assert contents(tmp_path) == {"a.csv": b"old", "b.csv": None}
+        write_files({tmp_path / "a.csv": "new", tmp_path / second: text})
+    assert contents(tmp_path) == {"a.csv": b"old", "folder_b.csv": None}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no limits of this kind")
@@ -191,9 +183,3 @@ def test_a_run_that_goes_on_is_left_alone(writer, tmp_path):
     before = contents(tmp_path)
     write_files({tmp_path / "a.csv": "new"})
     assert contents(tmp_path) == {**before, "a.csv": b"new"}
-
-
-def test_what_cannot_be_encoded_is_told(tmp_path):
-    with pytest.raises(AngenError, match=r"b\.csv: a name in it is not text"):
-        write_files({tmp_path / "a.csv": "new", tmp_path / "b.csv": "\udcff"})
-    assert contents(tmp_path) == {}

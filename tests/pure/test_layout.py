@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layout files as they are read: every wrong one names file, line, sensor and the way out."""
+"""Layout files as they are read: every wrong one names file, line, sensor and the way out; lines of
+values in TOML."""
 
 import json
 import re
@@ -9,6 +10,7 @@ from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.kinds import KINDS
 from angen_sensors.sensor_logic.layout.entries import KEYS, read_layout
 from angen_sensors.sensor_logic.layout.schema import FILE, SHAPES, schema_text
+from angen_sensors.sensor_logic.lines import line_of, read_toml
 from angen_sensors.sensor_logic.parameters import specs
 
 SOUND = """[
@@ -105,3 +107,61 @@ def test_the_schema_is_that_of_the_parameters():
     for of_kind, kind in zip(told, KINDS.values(), strict=True):
         parameters = of_kind["then"]["properties"]["parameters"]["properties"]
         assert parameters.keys() == specs(kind.parameters).keys()
+
+
+# Lines of values
+
+# Each whole number is that of its line.
+TOML = """# a [comment] = 0
+date = 1979-05-27 07:32:00  # "no" = 0
+text = '''
+[no.header]
+no = 0
+'''
+more = \"\"\"a "quoted" \\" text
+[[no]]\"\"\"
+"quoted.key" = 9 # [[no]]
+with.dots."and #".'quotes' = {a = 10, "b" = [ 10,
+  11 ], c.d = [{x = 11}, {x = 11, y = '#]}'}]}
+[list]
+of = [ # one
+  [14, 14],  # two ]
+  [
+
+    17],
+  {name = "x", at = 18},
+]
+none = {}
+[[rows]]
+empty = []
+infinite = +inf
+[rows.inner]
+deep = 25
+[[rows.sub]]
+x = 27
+[[rows.sub]]
+x = 29
+[[ rows ]]
+[[rows.sub]]
+x = 32
+["a b".'c']
+y = 34
+"""
+
+
+def paths(value, path=()):
+    yield path, value
+    if isinstance(value, dict | list):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from paths(inner, (*path, key))
+
+
+def test_toml_gives_the_line_of_every_value():
+    values, lines = read_toml(TOML, "a.toml")
+    numbers = [(path, value) for path, value in paths(values) if isinstance(value, int)]
+    assert len(numbers) == 15
+    assert {path: lines[path] for path, _ in numbers} == dict(numbers)
+    assert line_of(lines, ("rows",)) == 21
+    assert line_of(lines, ("rows", 1)) == 30
+    assert line_of(lines, ("list", "of", 1, "missing", 2)) == 15
+    assert line_of(lines, ("missing",)) == 1

@@ -161,40 +161,42 @@ def replay(tmp_path, angen, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("options", "status", "words"),
+    ("options", "words"),
     [
-        (["EVENTS", "--mqtt", "localhost"], 1, ["pip install angen-sensors[mqtt]"]),
-        (["EVENTS"], 2, ["--mqtt"]),
-        (["--mqtt", "localhost"], 2, ["EVENTS.csv", "--forget"]),
-        (["EVENTS", "--mqtt", "localhost", "--forget"], 2, ["leave out EVENTS.csv"]),
-        (["none.csv", "--mqtt", "localhost"], 2, ["none.csv"]),
-        (["EVENTS", "--mqtt", "anna:secret@localhost"], 2, ["ANGEN_MQTT_PASSWORD"]),
-        (["EVENTS", "--mqtt", "localhost:0"], 2, ["HOST:PORT"]),
-        (["EVENTS", "--mqtt", "localhost:99999"], 2, ["HOST:PORT"]),
-        (["EVENTS", "--mqtt", "mqtt://localhost"], 2, ["HOST:PORT"]),
-        (["EVENTS", "--mqtt", "localhost", "--speed", "-1"], 2, ["-1", "max"]),
-        (["EVENTS", "--mqtt", "localhost", "--topic", "a/#"], 2, ["a/#", "topic"]),
-        (["EVENTS", "--mqtt", "localhost", "--from", "3"], 2, ["--from 3 s", "ends at 2.5 s"]),
-        (["EVENTS", "--mqtt", "localhost", "--from", "noon"], 2, ["noon", "no dates"]),
-        (["EVENTS", "--mqtt", "localhost", "--loop", "--speed", "max"], 2, ["--loop", "--speed"]),
-        (["EVENTS", "--mqtt", "localhost", "--loop", "--from", "2.5"], 2, ["--loop", "--from"]),
+        (["EVENTS"], ["--mqtt"]),
+        (["--mqtt", "localhost"], ["EVENTS.csv", "--forget"]),
+        (["EVENTS", "--mqtt", "localhost", "--forget"], ["leave out EVENTS.csv"]),
+        (["none.csv", "--mqtt", "localhost"], ["none.csv"]),
+        (["EVENTS", "--mqtt", "anna:secret@localhost"], ["ANGEN_MQTT_PASSWORD"]),
+        (["EVENTS", "--mqtt", "localhost:0"], ["HOST:PORT"]),
+        (["EVENTS", "--mqtt", "localhost:99999"], ["HOST:PORT"]),
+        (["EVENTS", "--mqtt", "mqtt://localhost"], ["HOST:PORT"]),
+        (["EVENTS", "--mqtt", "localhost", "--speed", "-1"], ["-1", "max"]),
+        (["EVENTS", "--mqtt", "localhost", "--topic", "a/#"], ["a/#", "topic"]),
+        (["EVENTS", "--mqtt", "localhost", "--from", "3"], ["--from 3 s", "ends at 2.5 s"]),
+        (["EVENTS", "--mqtt", "localhost", "--from", "noon"], ["noon", "no dates"]),
+        (["EVENTS", "--mqtt", "localhost", "--loop", "--speed", "max"], ["--loop", "--speed"]),
+        (["EVENTS", "--mqtt", "localhost", "--loop", "--from", "2.5"], ["--loop", "--from"]),
     ],
 )
-def test_what_cannot_be_done_is_one_clear_line(replay, options, status, words) -> None:
-    found, err = replay(*options)
-    assert found == status, err
+def test_what_cannot_be_done_is_one_clear_line(replay, options, words) -> None:
+    status, err = replay(*options)
+    assert status == 2, err
     assert all(word in err for word in words), err
     assert "secret" not in err
 
 
 def test_moments_are_seconds_or_dates(replay, tmp_path) -> None:
+    options = ["EVENTS", "--mqtt", "localhost"]
+    status, err = replay(*options)
+    assert status == 1 and "pip install angen-sensors[mqtt]" in err
     (tmp_path / "events.csv").write_text(
         "time_s,frame,sensor,kind,field,value,time\n"
         "0,1,P,PIR,moved,0,2026-03-02T07:00:00.000\n9,1,P,PIR,moved,1,2026-03-02T07:00:09.000\n"
     )
-    options = ["EVENTS", "--mqtt", "localhost", "--from"]
-    assert "paho" in replay(*options, "2026-03-02T07:00:05")[1]
-    status, err = replay(*options, "2026-03-02T07:00:10")
-    assert status == 2
-    assert "--from 10 s" in err
-    assert "time zone" in replay(*options, "2026-03-02T07:00:05+01:00")[1]
+    for time, told in (
+        ("2026-03-02T07:00:05", "paho"),
+        ("2026-03-02T07:00:10", "--from 10 s"),
+        ("2026-03-02T07:00:05+01:00", "time zone"),
+    ):
+        assert told in replay(*options, "--from", time)[1]

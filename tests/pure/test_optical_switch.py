@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The slotted switch: single ray, rays across the aperture, and the comparator's hysteresis."""
+"""The slotted switch: single ray, rays across the aperture, the comparator's hysteresis, and what
+goes through its beam between two updates where it is swept."""
 
 import itertools
 import math
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.geometry.sweep import RayCrossings
+from angen_sensors.sensor_logic.kind import CROSSINGS
 from angen_sensors.sensor_logic.kinds.optical_switch import (
     OpticalSwitchParameters,
     SlottedSwitch,
@@ -39,25 +43,19 @@ def test_a_single_ray_is_open_at_the_threshold_and_has_no_memory(stage):
     assert opened(readings) == [1, 0, 1, 0, 0, 1, 0]
 
 
-def test_range_is_published_within_range_min_and_max(stage):
-    parameters = OpticalSwitchParameters(range_min=0.001, range_max=0.5)
-    readings = stage.run(SlottedSwitch(), parameters, [0.2, 9.0, 0.0])
-    assert [r.fields["range_m"] for r in readings] == pytest.approx([0.2, 0.5, 0.001], abs=1e-12)
-    assert [r.value for r in readings] == [r.fields["range_m"] for r in readings]
-
-
-def test_the_beam_starts_at_range_min_along_minus_z(stage):
+def test_range_is_published_within_range_min_and_max_along_minus_z(stage):
     asked = []
 
     def cast(bundle, origins, directions, length):
-        asked.append((origins, directions, length))
+        asked.append((*origins.tolist(), *directions.tolist(), *length.tolist()))
         return length
 
-    stage.run(SlottedSwitch(), OpticalSwitchParameters(range_min=0.01, range_max=0.3), [cast])
-    ((origins, directions, length),) = asked
-    np.testing.assert_allclose(origins, [(0, 0, -0.01)])
-    np.testing.assert_allclose(directions, [(0, 0, -1)])
-    np.testing.assert_allclose(length, [0.29])
+    parameters = OpticalSwitchParameters(range_min=0.001, range_max=0.5)
+    readings = stage.run(SlottedSwitch(), parameters, [0.2, 9.0, 0.0, cast])
+    found = [0.2, 0.5, 0.001, 0.5]
+    assert [r.fields["range_m"] for r in readings] == pytest.approx(found, abs=1e-12)
+    assert [r.value for r in readings] == [r.fields["range_m"] for r in readings]
+    assert asked == [([0, 0, -0.001], [0, 0, -1], pytest.approx(0.499))]
 
 
 @pytest.mark.parametrize("rays", [1, 2, 3, 9, 17, 33])
@@ -84,49 +82,174 @@ def covered(rays, blocked):
 
 
 @pytest.mark.parametrize(
-    ("rays", "opens_at", "closes_at"),
+    ("rays", "hysteresis", "opens_at", "closes_at"),
     # ceil(0.60 k) rays must pass to open; it closes where fewer than 0.45 k do.
-    [(5, 3, 2), (20, 12, 8), (100, 60, 44), (9, 6, 4)],
+    [(5, 0.15, 3, 2), (20, 0.15, 12, 8), (100, 0.15, 60, 44), (9, 0.15, 6, 4)]
+    # Without hysteresis both levels are in the middle.
+    + [(200, 0.0, 105, 104)],
 )
-def test_opens_at_0_60_and_closes_below_0_45(stage, rays, opens_at, closes_at):
-    hysteresis = float(f"{np.float32(0.15):.9g}")  # as Blender stores it
+def test_opens_at_0_60_and_closes_below_0_45(stage, rays, hysteresis, opens_at, closes_at):
+    hysteresis = float(f"{np.float32(hysteresis):.9g}")  # as Blender stores it
     parameters = OpticalSwitchParameters(aperture_rays=rays, aperture=0.001, hysteresis=hysteresis)
-
-    def run(passing):
-        return opened(
-            stage.run(SlottedSwitch(), parameters, [covered(rays, rays - n) for n in passing])
-        )
-
-    assert run([0, opens_at - 1, opens_at]) == [0, 0, 1]
-    assert run([rays, closes_at + 1, closes_at]) == [1, 1, 0]
-
-
-def test_without_hysteresis_both_levels_are_in_the_middle(stage):
-    parameters = OpticalSwitchParameters(aperture_rays=200, aperture=0.001, hysteresis=0.0)
-    passing = [0, 104, 105, 104, 105]  # 0.52 and 0.525 of the light
-    worlds = [covered(200, 200 - n) for n in passing]
-    assert opened(stage.run(SlottedSwitch(), parameters, worlds)) == [0, 0, 1, 0, 1]
-
-
-def toggles(states):
-    return sum(a != b for a, b in itertools.pairwise(states))
+    for passing, states in (
+        ([0, opens_at - 1, opens_at], [0, 0, 1]),
+        ([rays, closes_at + 1, closes_at], [1, 1, 0]),
+    ):
+        worlds = [covered(rays, rays - n) for n in passing]
+        assert opened(stage.run(SlottedSwitch(), parameters, worlds)) == states
 
 
 def test_a_vibrating_edge_toggles_one_ray_and_not_nine(stage, figure):
     """A flag's edge in the middle of a 1 mm slit, vibrating by ± 0.04 mm."""
     shake = random.Random(1)
     worlds = [flag(shake.uniform(-4e-5, 4e-5)) for _ in range(400)]
-    one = OpticalSwitchParameters(aperture_rays=1, aperture=0.001)
-    nine = OpticalSwitchParameters(aperture_rays=9, aperture=0.001)
-    by_one, by_nine = (
-        toggles(opened(stage.run(SlottedSwitch(), given, worlds))) for given in (one, nine)
-    )
-    figure(f"{by_one} and {by_nine} changes in 400 looks")
-    assert by_one > 100
-    assert by_nine <= 1, "once, from its start"
+    changes = []
+    for rays in (1, 9):
+        parameters = OpticalSwitchParameters(aperture_rays=rays, aperture=0.001)
+        states = opened(stage.run(SlottedSwitch(), parameters, worlds))
+        changes.append(sum(a != b for a, b in itertools.pairwise(states)))
+    figure(f"{changes[0]} and {changes[1]} changes in 400 looks")
+    assert changes[0] > 100
+    assert changes[1] <= 1, "once, from its start"
 
 
-def test_a_flag_that_crosses_slowly_switches_once(stage):
-    worlds = [flag(edge) for edge in np.linspace(-0.0006, 0.0006, 100)]
-    nine = OpticalSwitchParameters(aperture_rays=9, aperture=0.001)
-    assert toggles(opened(stage.run(SlottedSwitch(), nine, worlds))) == 1
+# Swept: what went through the beam between two updates
+
+ONE = OpticalSwitchParameters(swept=True)
+FIVE = replace(ONE, aperture_rays=5, aperture=0.001)
+FREE, BROKEN = 0.499, 0.019
+
+
+def passed(*rows, thing=3):
+    """Passes of (rays, begin, end, distance from range_min)."""
+    flat = [(ray, b, e, d, d) for rays, b, e, d in rows for ray in rays]
+    table = np.array(flat, float).reshape(-1, 5)
+    things = np.full(len(table), thing, np.int64)
+    return RayCrossings(table[:, 0].astype(np.intp), *table[:, 1:].T, things)
+
+
+def none():
+    return passed()
+
+
+def swept(update, through):
+    """The update with an answer of what passed."""
+    return replace(update, scene={**update.scene, CROSSINGS: through})
+
+
+@pytest.fixture
+def lived(stage):
+    """Runs (what is ahead, what passed) of updates; of a triple, what was seen at a step between
+    it and the update before."""
+
+    def run(parameters, *steps, model=None):
+        model = model or SlottedSwitch()
+        made = []
+        for number, step in enumerate(steps):
+            for look in step if isinstance(step, list) else [step]:
+                ahead, through = look
+                ranges = np.broadcast_to(ahead, parameters.aperture_rays).astype(float)
+                seen = stage.update(number, lambda *_, r=ranges: r)
+                update = swept(seen, lambda *_, p=through: p)
+                if isinstance(step, list) and look is not step[-1]:
+                    model.watch(parameters, update)
+                else:
+                    made.append(model.update(parameters, update))
+        return [(int(r.fields["open"]), round(r.value, 9)) for r in made]
+
+    return run
+
+
+OPEN, SHUT = (1, 0.5), (0, 0.02)
+THROUGH = passed(([0], 0.4, 0.6, 0.024))
+AGAIN = passed(([0], 0.0, 0.2, 0.019), ([0], 0.5, 0.6, 0.029))
+# A person, who changes shape and is not swept, at one frame between two updates.
+LOOKS = [(FREE, none()), (BROKEN, none()), (FREE, none()), (FREE, none())]
+# From ray to ray, through all of them, one at a time.
+THIN = passed(*(([ray], ray / 5, (ray + 1) / 5, 0.02) for ray in range(5)))
+HALF = np.array([BROKEN, BROKEN, FREE, FREE, FREE])
+TO_AND_FRO = passed(([0, 1], 0.1, 1.0, 0.019), ([2], 0.2, 0.3, 0.019))
+LIVED = {
+    "told at the second update": (
+        ONE,
+        [(FREE, none()), (FREE, THROUGH), (FREE, none())],
+        [OPEN, (0, 0.025), OPEN],
+    ),
+    # No new edge came: what was told before is not told again.
+    "a flag that leaves opens without delay": (
+        ONE,
+        [(BROKEN, none()), (FREE, passed(([0], 0.0, 0.3, 0.019)))],
+        [SHUT, OPEN],
+    ),
+    "comes back and leaves again": (ONE, [(BROKEN, none()), (FREE, AGAIN)], [SHUT, SHUT]),
+    "one that stays reads as unswept": (ONE, [(BROKEN, passed(([0], 0.7, 1.0, 0.009)))], [SHUT]),
+    "beyond the threshold": (ONE, [(FREE, passed(([0], 0.4, 0.6, 0.1)))], [OPEN]),
+    "between two updates": (ONE, [LOOKS, (FREE, none())], [SHUT, OPEN]),
+    "all of five rays": (FIVE, [(FREE, passed((range(5), 0.4, 0.6, 0.019)))], [SHUT]),
+    "0.4 of the light": (FIVE, [(FREE, passed((range(3), 0.4, 0.6, 0.019)))], [SHUT]),
+    "0.6 of the light": (FIVE, [(FREE, passed((range(2), 0.4, 0.6, 0.019)))], [OPEN]),
+    "thinner than the slit": (FIVE, [(FREE, THIN)], [OPEN]),
+    # It closes at 0.4 of the light, and 0.4 and none of it are one break; 0.6 opens it again.
+    "hysteresis": (FIVE, [(HALF, TO_AND_FRO), (HALF, none())], [SHUT, (1, None)]),
+}
+
+
+@pytest.mark.parametrize(("parameters", "steps", "told"), LIVED.values(), ids=LIVED)
+def test_what_goes_through_between_two_updates(lived, parameters, steps, told):
+    found = lived(parameters, (FREE, None), *steps)
+    assert found[0] == OPEN
+    for (state, value), (expected, read) in zip(found[1:], told, strict=True):
+        assert state == expected and (read is None or value == read)
+
+
+def test_what_was_caught_is_known(lived):
+    model = SlottedSwitch()
+    steps = [(FREE, none()), (FREE, passed(([0], 0.25, 0.5, 0.024), thing=9)), (FREE, none())]
+    lived(ONE, (FREE, None), steps, model=model)
+    assert model.latched_break.solid == 9
+    assert model.latched_break.range == pytest.approx(0.025)
+    assert model.latched_break.steps == pytest.approx(1.75)
+    lived(ONE, (BROKEN, none()), model=model)
+    assert model.latched_break is None
+
+
+@pytest.mark.parametrize("gap", [None, "off"])
+def test_after_a_jump_nothing_before_it_is_told(lived, stage, gap):
+    model = SlottedSwitch()
+    jump = (FREE, None) if gap is None else (FREE, none())
+    steps = [(FREE, passed(([0], 0.4, 0.6, 0.024))), jump, (FREE, none())]
+    lived(ONE, (FREE, None), model=model)
+    if gap is None:
+        assert lived(ONE, steps, model=model) == [(1, 0.5)]
+        return
+    # Switched off in between.
+    free = stage.update(1, lambda *_: np.array([FREE]))
+    broken = swept(free, lambda *_: passed(([0], 0.4, 0.6, 0.024)))
+    model.watch(ONE, broken)
+    model.watch(replace(ONE, swept=False), free)
+    assert model.update(ONE, swept(free, lambda *_: none())).active
+
+
+def test_another_number_of_rays_is_another_beam(lived, stage):
+    model = SlottedSwitch()
+    lived(FIVE, (FREE, None), model=model)
+    free = stage.update(1, lambda *_: np.full(5, FREE))
+    model.watch(FIVE, swept(free, lambda *_: passed((range(5), 0.4, 0.6, 0.024))))
+    assert lived(replace(FIVE, aperture_rays=2), (FREE, none()), model=model) == [(1, 0.5)]
+
+
+def test_noise_is_the_same_as_unswept_and_on_what_passes_too(stage):
+    """One draw an update: what nothing passes reads the same to the bit."""
+    noisy = replace(ONE, noise_sigma=0.01)
+    updates = [stage.update(k, lambda *_: np.array([0.2])) for k in range(50)]
+    model, plain = SlottedSwitch(), SlottedSwitch()
+    for update in updates:
+        reading = model.update(noisy, swept(update, lambda *_: none()))
+        assert reading == plain.update(replace(noisy, swept=False), update)
+    found = []
+    for update in updates:
+        through = passed(([0], 0.4, 0.6, 0.024))
+        reading = model.update(noisy, swept(update, lambda *_, p=through: p))
+        found.append(reading.value)
+    assert np.std(found) == pytest.approx(0.01, rel=0.3)
+    assert np.mean(found) == pytest.approx(0.025, abs=0.006)

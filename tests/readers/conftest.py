@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 
 import pytest
+from log_of_a_year import write
 
 
 @pytest.fixture
@@ -29,15 +29,4 @@ def reader():
 @pytest.fixture
 def written(tmp_path):
     """Writes a log in a format; returns the path."""
-    from angen_sensors.sensor_logic.files import write_files
-    from angen_sensors.sensor_logic.formats import FORMATS, outputs
-
-    def write(log, name: str, to: str = "out") -> Path:
-        target, out = FORMATS[name], tmp_path / to
-        files = outputs.output_files(target, out, target.write(log))
-        if target.is_folder:
-            out.mkdir()
-        write_files(files)
-        return out
-
-    return write
+    return lambda log, name, to="out": write(log, name, tmp_path / to)

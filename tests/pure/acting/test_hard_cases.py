@@ -43,6 +43,7 @@ BUILDS = [
         ("put Cup at Stove", "it is not in the hand; take it before"),
         ("take Bed", "take Bed: its Use is Lie, and only what is marked as Use can be carried"),
         ("sit Sofa while drink Sofa every 5 min", "drink Sofa: its Use is Sit, and only"),
+        ("drink Stoov", "drink Stoov: no thing is marked 'Stoov'"),
         ("take Safe", "take Safe: it is 1.9 m large; what is larger than 1 m cannot be carried"),
         ("sit Sofa, reach Stove", "away from 'anna' at 'Sofa'; go there before"),
         ("use Safe", r"use Safe: 'anna' finds no way to it from 'Sofa'; the nearest point that can "

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A day of one person, acted: where the body is, what the hands move, and what is told of it."""
+"""A day of one person, and of one who walks with a frame: where the body is, what it does to doors,
+lamps and things, and that the truth tells it."""
 
 from itertools import pairwise
 
@@ -7,10 +8,10 @@ import numpy as np
 import pytest
 from angen_sensors.residents.acting.timeline import swung
 from angen_sensors.residents.body.poses import palm
+from angen_sensors.residents.body.skeleton import Build, Sort
 from angen_sensors.residents.body.solve import solve
 from angen_sensors.residents.days.truth import activities, people
 from angen_sensors.residents.routine.routine import DAY
-from angen_sensors.sensor_logic.error import InputError
 
 ACTIVITIES = """
 Sleep = lie Bed while turn over every 30 min
@@ -22,6 +23,7 @@ Light = switch Lamp bedroom on, stand at Window
 Drink = take Cup, sit Sofa 1 min, drink Cup, put Cup at Stove, sit Sofa east
 Tidy = open Drawer, stand at Window
 Shut = close Drawer, sit Sofa
+Sip = use Stove 1 min while drink Cup every 5 min
 """
 DAY_PLAN = [(-120, "Sleep"), (400, "Toilet"), (405, "Relax"), (500, "Away"), (600, "Cook"),
             (700, "Toilet"), (800, "Relax"), (1320, "Sleep")]  # fmt: skip
@@ -105,34 +107,43 @@ def test_doors_are_opened_before_and_shut_behind_with_the_hand_on_the_handle(day
             hands = [palm(bones, side, 1.0)[0] for side in (0, 1)]
             assert min(np.linalg.norm(hand - grip) for hand in hands) < 0.15, (name, swing)
             assert acted.mover(name, swing.start) == "anna"
-
-
-def test_who_is_out_is_hidden_and_the_entrance_is_shut(day) -> None:
-    ((start, end),) = day.acted.bodies["anna"].away()
+    # Who is out is hidden, and the entrance is shut.
+    ((start, end),) = acted.bodies["anna"].away()
     assert 500 * 60 < start < 501 * 60 and end == 600 * 60
-    swings = day.acted.swings["Entrance"]
+    swings = acted.swings["Entrance"]
     assert swings[1].end <= start and swings[2].start >= end
 
 
 def test_lamps_things_and_drawers(play) -> None:
     plan = [(0, "Relax"), (60, "Light"), (120, "Light"), (180, "Dark"), (240, "Drink"),
-            (300, "Tidy"), (360, "Shut")]  # fmt: skip
+            (300, "Tidy"), (360, "Shut"), (400, "Sip"), (500, "Relax")]  # fmt: skip
     day = play(ACTIVITIES, {"anna": plan})
+
+    def palms(time: float) -> tuple:
+        bones = solve(day.acted.bodies["anna"].poses(np.array([time])))
+        return bones.at["head"][0], [palm(bones, side, 1.0)[0] for side in (0, 1)]
+
     # A lamp that shines already is not switched on again.
     assert [(s.object, s.on, s.person) for s in day.acted.switches] == [
         ("Bulb bedroom", True, "anna"), ("Bulb bedroom", False, "anna")]  # fmt: skip
-    on = day.acted.switches[0].time
-    bones = solve(day.acted.bodies["anna"].poses(np.array([on])))
     switch = day.places.lamps["Lamp bedroom"].at
-    assert min(np.linalg.norm(palm(bones, k, 1.0)[0] - switch) for k in (0, 1)) < 0.1
-    taken, put = day.acted.holds["Cup"]
+    _, hands = palms(day.acted.switches[0].time)
+    assert min(np.linalg.norm(hand - switch) for hand in hands) < 0.1
+    taken, put, *lifted = day.acted.holds["Cup"]
     assert (taken.person, taken.hand is None, put.hand) == ("anna", False, None)
-    assert np.allclose(put.at, day.places.places["Stove"].target)
-    (sip,) = day.acted.sips["Cup"]
-    bones = solve(day.acted.bodies["anna"].poses(np.array([(sip.start + sip.end) / 2])))
+    stove = day.places.places["Stove"].target
+    assert np.allclose(put.at, stove)
+    sip = day.acted.sips["Cup"][0]
+    head, hands = palms((sip.start + sip.end) / 2)
     assert taken.start < sip.start < sip.end < put.start
-    assert np.linalg.norm(palm(bones, taken.hand, 1.0)[0] - bones.at["head"][0]) < 0.3
+    assert np.linalg.norm(hands[taken.hand] - head) < 0.3
     assert [s.after for s in day.acted.swings["Drawer"]] == [0.4, 0.0]
+    # Who drinks meanwhile lifts the cup and puts it back.
+    assert len(lifted) >= 4 and all(np.allclose(put.at, stove) for put in lifted[1::2])
+    for taken, put in zip(lifted[::2], lifted[1::2], strict=True):
+        head, hands = palms((taken.start + put.start) / 2)
+        assert np.linalg.norm(hands[taken.hand] - head - [0.0, 0.0, 0.05]) < 0.3
+        assert 4 < put.start - taken.start < 8
 
 
 def test_what_was_left_on_open_or_put_somewhere_is_so_on_the_next_day(play) -> None:
@@ -146,20 +157,6 @@ def test_what_was_left_on_open_or_put_somewhere_is_so_on_the_next_day(play) -> N
     stove = day.places.places["Stove"]
     assert was.start < 0 and was.hand is None and np.allclose(was.at, stove.target)
     assert np.hypot(*(day.at("anna", taken.start)[0] - stove.at)[:2]) < 0.2
-
-
-def test_who_drinks_lifts_the_cup_and_puts_it_back(play) -> None:
-    day = play("Rest = stand at Window\nSip = use Stove 1 min while drink Cup every 5 min",
-               {"anna": [(0, "Rest"), (10, "Sip"), (200, "Rest")]})  # fmt: skip
-    holds = day.acted.holds["Cup"]
-    assert len(holds) >= 4 and all(put.at is None for put in holds[1::2])
-    for taken, put in zip(holds[::2], holds[1::2], strict=True):
-        bones = solve(day.acted.bodies["anna"].poses(np.array([(taken.start + put.start) / 2])))
-        mouth = bones.at["head"][0] + [0.0, 0.0, 0.05]
-        assert np.linalg.norm(palm(bones, taken.hand, 1.0)[0] - mouth) < 0.3
-        assert 4 < put.start - taken.start < 8
-    with pytest.raises(InputError, match="drink Stoov: no thing is marked 'Stoov'"):
-        play("Sip = drink Stoov", {"anna": [(0, "Sip")]})
 
 
 def test_the_room_of_a_visit_is_that_of_its_own_places(play) -> None:
@@ -269,3 +266,61 @@ between = ["05:00", "23:30"]
 Relax = { weight = 6, lasts = "52 min", varies = 0.8 }
 Toilet = { weight = 2, lasts = "3 min", varies = 0.4 }
 """
+
+
+FRAMED = Build(Sort.OLDER_ADULT, 1.65, 68.0, 0.85, frame=True)
+FRAMED_ACTIVITIES = """
+Sleep = lie Bed
+Toilet = sit Toilet 2 min, use Washbasin 20 s
+Relax = sit Sofa
+Cook = use Stove 1 min
+Look = stand at Window
+"""
+FRAMED_PLAN = [(0, "Sleep"), (60, "Toilet"), (70, "Relax"), (100, "Cook"), (130, "Look"),
+               (160, "Away"), (200, "Cook"), (230, "Sleep")]  # fmt: skip
+
+
+@pytest.fixture
+def framed_day(play):
+    return play(FRAMED_ACTIVITIES, {"anna": FRAMED_PLAN}, builds={"anna": FRAMED})
+
+
+def on_furniture(framed_day, times: np.ndarray) -> np.ndarray:
+    """(n,): the share of the frame, 0.57 m by 0.63 m, that stands in something."""
+    floor = framed_day.places.storeys[0].floor
+    u, v = (a.ravel() for a in np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(-0.27, 0.27, 9)))
+    found = []
+    for x, y, _, yaw in framed_day.acted.bodies["anna"].poses(times).walker:
+        points = np.column_stack(
+            [x + np.cos(yaw) * u - np.sin(yaw) * v, y + np.sin(yaw) * u + np.cos(yaw) * v]
+        )
+        cells = np.array([floor.cell(point) for point in points])
+        found.append(float(np.mean(~floor.free[cells[:, 0], cells[:, 1]])))
+    return np.array(found)
+
+
+def test_at_a_place_the_frame_stands_in_nothing(framed_day) -> None:
+    stays = [s for s in framed_day.acted.where if s.place and s.end - s.start > 15]
+    assert {s.place for s in stays} >= {"Bed", "Toilet", "Sofa", "Stove", "Window"}
+    middles = np.array([(s.start + s.end) / 2 for s in stays])
+    assert on_furniture(framed_day, middles).max() == 0.0
+    # It stays there meanwhile, with no hand on it, and within a few steps.
+    body = framed_day.acted.bodies["anna"]
+    for stay, middle in zip(stays, middles, strict=True):
+        pose = body.poses(np.array([middle, stay.end - 1.0]))
+        assert np.allclose(pose.walker[0], pose.walker[1])
+        assert np.hypot(*(pose.walker[0, :2] - pose.pelvis[0, :2])) < 2.5
+
+
+def test_it_is_pushed_everywhere_else_and_never_jumps(framed_day) -> None:
+    times = framed_day.moving_times("anna")
+    times = times[framed_day.seen("anna", times)]
+    pose = framed_day.acted.bodies["anna"].poses(times)
+    steps = np.hypot(*np.diff(pose.walker[:, :2], axis=0).T)[np.diff(times) < 0.11]
+    assert steps.max() < 0.25
+    gap = np.hypot(*(pose.walker[:, :2] - pose.pelvis[:, :2]).T)
+    walks = [s for s in framed_day.acted.where if s.posture == "walking" and s.end - s.start > 4]
+    with_it = [np.median(gap[(times > s.start) & (times < s.end)]) for s in walks]
+    assert len(walks) > 8 and np.median(with_it) < 0.5
+    # On the way it meets less of what stands about than it did at places.
+    assert np.mean(on_furniture(framed_day, times[::7])) < 0.03

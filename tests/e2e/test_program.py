@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line of the installed extension, in a real Blender."""
+"""The installed extension in a real Blender: its command line, days by two processes, and that
+what a user reads in panels, table, labels and Explain is what the exported files say."""
+
+from __future__ import annotations
 
 import csv
 import importlib.util
 import json
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Callable
+from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -45,17 +49,19 @@ def event_log(angen: Angen, quick: list[str], tmp_path_factory: pytest.TempPathF
     return path
 
 
-def test_list_names_every_sensor_of_the_sample_home(sensors: list[dict[str, Any]]) -> None:
-    assert len(sensors) == 22
+def test_simulate_writes_the_events_and_check_finds_no_difference(
+    angen: Angen, sensors: list[dict[str, Any]], quick: list[str], event_log: Path
+) -> None:
     assert len({sensor["name"] for sensor in sensors}) == 22
-
-
-def test_simulate_writes_the_events(event_log: Path) -> None:
     with event_log.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["time_s", "frame", "sensor", "kind", "field", "value"]
     assert {row["value"] for row in rows if row["field"] == "moved"} == {"0", "1"}
-    assert Counter(row["time_s"] for row in rows)["0.000000"] >= 2
+    # Without a file they go to standard output.
+    done = angen(HOME, "simulate", *quick)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == event_log.read_text(encoding="utf-8").splitlines()
+    assert angen(HOME, "check", str(event_log), *quick).returncode == 0
 
 
 def test_light_is_rendered(angen: Angen) -> None:
@@ -65,14 +71,6 @@ def test_light_is_rendered(angen: Angen) -> None:
     rows = list(csv.DictReader(done.stdout.splitlines()))
     dark, bright = (float(row["value"]) for row in rows if row["field"] == "luminance_percent")
     assert 0.0 < 3 * dark < bright
-
-
-def test_events_go_to_standard_output_without_a_file(
-    angen: Angen, quick: list[str], event_log: Path
-) -> None:
-    done = angen(HOME, "simulate", *quick)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines() == event_log.read_text(encoding="utf-8").splitlines()
 
 
 @pytest.mark.skipif(
@@ -87,12 +85,6 @@ def test_the_python_module_gives_the_same_events(
         [sys.executable, "-m", "angen_addon", *arguments], cwd=build_zip.ROOT, check=True
     )
     assert compare(event_log, path) == []
-
-
-def test_check_finds_no_difference_to_its_own_log(
-    angen: Angen, quick: list[str], event_log: Path
-) -> None:
-    assert angen(HOME, "check", str(event_log), *quick).returncode == 0
 
 
 def test_a_layout_gives_the_same_sensors_again(
@@ -123,3 +115,63 @@ def test_what_cannot_be_done_exits_with_2(
     done = angen(file, *arguments)
     assert done.returncode == 2
     assert named in done.stderr
+
+
+ENTRANCE = "Switch entrance"
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_days_tell_who_opened_the_entrance_when_somebody_left(angen: Angen, tmp_path: Path) -> None:
+    routine = HOME.with_name("week.toml")
+    options = ["--routine", str(routine), "--start", "2026-03-02", "--seed", "1", "--quiet"]
+    options += ["--days", "2"]
+    options += ["--sensor", ENTRANCE, "--out", str(tmp_path / "day")]
+    done = angen(HOME, "day", *options, "--jobs", "2")
+    assert done.returncode == 0, done.stderr
+    events = rows(tmp_path / "day" / "events.csv")
+    assert {row["sensor"] for row in events} == {ENTRANCE}
+    opened = [row for row in events if row["value"] == "1"]
+    assert opened and all(row["person"] and row["because"] for row in opened)
+    people = rows(tmp_path / "day" / "people.csv")
+    left = [
+        datetime.fromisoformat(row["time"])
+        for before, row in pairwise(people)
+        if row["posture"] == "away" and before["posture"] != "away"
+    ]
+    times = [datetime.fromisoformat(row["time"]) for row in opened]
+    assert left
+    for moment in left:
+        assert any(abs((moment - time).total_seconds()) < 30.0 for time in times), moment
+    # What is there is whole: nothing is lived again.
+    written = {path.name: path.read_bytes() for path in (tmp_path / "day").glob("*.csv")}
+    assert angen(HOME, "day", *options).returncode == 0
+    assert written == {path.name: path.read_bytes() for path in (tmp_path / "day").glob("*.csv")}
+
+
+Run = Callable[[list[str]], subprocess.CompletedProcess[str]]
+SCRIPT = build_zip.ROOT / "scripts" / "shown_numbers.py"
+COMPARE = ["-b", str(HOME), "--python-exit-code", "3", "--python", str(SCRIPT), "--"]
+NAMED = {"table", "label", "full label", "panel", "events", "event", "Pressed By", "Explain"}
+
+
+def test_every_number_on_the_screen_is_that_of_the_csv(run_blender: Run, tmp_path: Path) -> None:
+    events, samples, report = tmp_path / "home.csv", tmp_path / "samples", tmp_path / "report.csv"
+    arguments = [*COMPARE, str(events), str(samples), str(report)]
+    done = run_blender(arguments)
+    assert done.returncode == 0, done.stdout + done.stderr
+    with report.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) > 10_000
+    assert len({row["sensor"] for row in rows}) == 22
+    assert {row["place"] for row in rows} >= NAMED
+
+    # It would notice a file that says something else.
+    wrong = samples / "Switch entrance.csv"
+    wrong.write_text(wrong.read_text(encoding="utf-8").replace("0.0", "0.1"), encoding="utf-8")
+    done = run_blender(arguments)
+    assert done.returncode == 1
+    assert "Switch entrance" in done.stdout

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording as bytes comes back as it was, is small, and is refused where it is not whole."""
+"""A recording as bytes comes back as it was, is small, and is refused where it is not whole;
+columns give back what was put in, to the bit, and keep what repeats once."""
 
 import copy
 import json
 import math
+import pickle
 import struct
 import tracemalloc
 import zlib
@@ -14,6 +16,7 @@ from angen_sensors.sensor_logic.clock import Clock, Schedule
 from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds import KINDS
 from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.columns import CHUNK, Column
 from angen_sensors.sensor_logic.recording.file import TITLE, VERSION, from_bytes, to_bytes
 from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 from hypothesis import given, settings
@@ -98,43 +101,16 @@ def test_comes_back_to_the_bit(recording, facts):
     mostly_slow([1, 200, 255, 256, 3000, 65535, 65536, 70000], 1, 255, 256, 3000, 65536),
 )
 def test_values_come_back_however_many_different_ones_there_are(different):
-    values = iter(np.tile(np.arange(different) * 0.1, 5 if different < 70000 else 2))
-    moments = [(float(i), i / 24) for i in range(different * (5 if different < 70000 else 2))]
-    light = Track("lamp", "LIGHT")
-    for frame, time in moments:
-        light.frames.append(frame)
-        light.times.append(time)
-        light.active.append(1)
-        light.value.append(next(values))
-        for name, column in light.columns.items():
-            column.append(0 if name == "lit" else math.nan)
-    recording = Recording({"lamp": light}, Clock(0, 24), 0, len(moments))
+    values = np.tile(np.arange(different) * 0.1, 5 if different < 70000 else 2)
+    n, light = len(values), Track("lamp", "LIGHT")
+    light.frames.extend(np.arange(n))
+    light.times.extend(np.arange(n) / 24)
+    light.active.extend(np.ones(n))
+    light.value.extend(values)
+    for name, column in light.columns.items():
+        column.extend(np.full(n, 0.0 if name == "lit" else math.nan))
+    recording = Recording({"lamp": light}, Clock(0, 24), 0, n)
     assert contents(from_bytes(to_bytes(recording, {}))[0]) == contents(recording)
-
-
-def hour():
-    """A detector at 10 Hz that sweeps and sees somebody at times, and a noisy light sensor."""
-    clock = Clock(1, 24)
-    rng = np.random.default_rng(1)
-    pir, light = Track("pir", "PIR"), Track("light", "LIGHT")
-    last = 3600 * 24
-    for i, (frame, time) in enumerate(moments_of(clock, 10.0, last)):
-        fields = {f.name: math.nan if f.type is float else False for f in KINDS["PIR"].samples}
-        angle = i % 9 * math.radians(10)
-        pir.append(frame, time, Reading(i % 700 < 40, angle, {**fields, "angle_rad": angle}))
-    for frame, time in moments_of(clock, 1.0, last):
-        names = {f.name: float(rng.normal()) for f in KINDS["LIGHT"].samples if f.type is float}
-        light.append(frame, time, Reading(True, 0.5, {**names, "lit": True}))
-    return Recording({"pir": pir, "light": light}, clock, 1, last)
-
-
-def test_is_small():
-    """A sweeping detector takes less than a byte an update; noise the eight bytes that it has."""
-    recording = hour()
-    pir = Recording({"pir": recording.tracks["pir"]}, recording.clock, 1, 2)
-    assert len(to_bytes(pir, {})) < 0.2 * len(recording.tracks["pir"])
-    light = Recording({"light": recording.tracks["light"]}, recording.clock, 1, 2)
-    assert len(to_bytes(light, {})) < 4 * 8 * len(recording.tracks["light"])
 
 
 def small():
@@ -144,46 +120,24 @@ def small():
     return Recording({"door": made}, Clock(1, 24), 1, 30)
 
 
-def test_a_flipped_bit_anywhere_is_noticed():
+def test_a_flipped_bit_anywhere_and_a_cut_end_are_noticed():
     data = to_bytes(small(), {"a": 1})
     for at in range(len(data)):
         damaged = bytearray(data)
         damaged[at] ^= 4
-        with pytest.raises(AngenError):
-            from_bytes(bytes(damaged))
+        for bad in (bytes(damaged), data[:at]):
+            with pytest.raises(AngenError):
+                from_bytes(bad)
 
 
-def test_a_cut_end_is_noticed():
-    data = to_bytes(small(), {})
-    for length in range(len(data)):
-        with pytest.raises(AngenError):
-            from_bytes(data[:length])
-
-
-@settings(max_examples=100, deadline=None)
-@given(st.binary(max_size=200))
-def test_nonsense_with_a_right_checksum_is_refused(body):
-    data = b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
-    with pytest.raises(AngenError, match="damaged"):
-        from_bytes(data)
-
-
-def test_a_newer_version_says_what_to_do():
+def test_other_versions_and_a_track_under_another_name_are_refused():
     data = to_bytes(small(), {}).replace(b"%s %d " % (TITLE, VERSION), b"%s 9 " % TITLE, 1)
     with pytest.raises(AngenError, match=r"newer.*update the extension"):
         from_bytes(data)
-
-
-def test_fields_of_another_version_are_refused():
-    header = b'{"clock": null, "frames": [1, 2], "facts": {}, "tracks": [{"sensor": "a", '
-    header += b'"kind": "PIR", "count": 0, "steps": {}, "fields": ["smell"], "columns": []}]}'
-    packed = zlib.compress(header)
-    body = struct.pack("<I", len(packed)) + packed
+    header, columns = taken_apart(to_bytes(small(), {}))
+    header["tracks"][0]["fields"] = ["smell"]
     with pytest.raises(AngenError, match="another version"):
-        from_bytes(b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body)
-
-
-def test_a_track_under_another_name_is_no_recording():
+        from_bytes(put_together(header, columns))
     recording = small()
     recording.tracks["window"] = recording.tracks.pop("door")
     with pytest.raises(ValueError, match=r"'door'.*'window'"):
@@ -200,11 +154,21 @@ def taken_apart(data):
     return json.loads(zlib.decompress(body[4 : 4 + size])), body[4 + size :]
 
 
+def with_checksum(body):
+    return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
+
+
 def put_together(header, columns=b""):
     text = header if isinstance(header, bytes) else json.dumps(header).encode()
     packed = zlib.compress(text)
-    body = struct.pack("<I", len(packed)) + packed + columns
-    return b"%s %d %d\n" % (TITLE, VERSION, zlib.crc32(body)) + body
+    return with_checksum(struct.pack("<I", len(packed)) + packed + columns)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.binary(max_size=200))
+def test_nonsense_with_a_right_checksum_is_refused(body):
+    with pytest.raises(AngenError, match="damaged"):
+        from_bytes(with_checksum(body))
 
 
 HOSTILE = [
@@ -281,14 +245,92 @@ def test_what_unpacks_to_gigabytes_is_refused_before_it_does():
     assert peak_mib(put_together(b'{"clock": "' + bytes(2**27))) < 300
 
 
-def test_many_tracks_are_counted_together():
+def test_many_tracks_are_counted_together_and_what_would_be_refused_is_not_written(monkeypatch):
     header, columns = taken_apart(to_bytes(small(), {}))
+    assert len(from_bytes(put_together(header, columns), 30 * 6)[0].tracks) == 1
     with pytest.raises(AngenError, match="more readings"):
         from_bytes(put_together(header, columns), 30 * 6 - 1)
-    assert len(from_bytes(put_together(header, columns), 30 * 6)[0].tracks) == 1
-
-
-def test_what_a_file_would_refuse_is_not_written(monkeypatch):
     monkeypatch.setattr("angen_sensors.sensor_logic.recording.file.VALUES", 30 * 6 - 1)
     with pytest.raises(AngenError, match="more readings"):
         to_bytes(small(), {})
+
+
+# Columns
+
+MANY = 3 * CHUNK + 17
+RNG = np.random.default_rng(3)
+DAY = 864_000
+
+
+def of_pattern(period):
+    return np.resize(RNG.normal(size=period), MANY)
+
+
+COLUMNS = {
+    "nothing": (float, np.empty(0)),
+    "one": (float, np.array([2.5])),
+    "always the same": (float, np.full(MANY, np.nan)),
+    "zeros of both signs": (float, np.where(np.arange(MANY) % 3, 0.0, -0.0)),
+    "a pattern": (float, of_pattern(10)),
+    "a pattern that breaks": (float, np.append(of_pattern(10)[:-40], np.arange(40.0))),
+    "a long pattern": (float, of_pattern(255)),
+    "a pattern too long to be looked for": (float, of_pattern(300)),
+    "runs": (float, np.repeat(RNG.normal(size=99), 400)[:MANY]),
+    "runs across chunks": (bool, np.arange(MANY) // (CHUNK - 3) % 2),
+    "noise": (float, RNG.normal(size=MANY)),
+    "every other one": (bool, np.arange(MANY) % 2),
+    "large integers": (int, RNG.integers(-(2**63), 2**63 - 1, MANY)),
+    "texts": (str, [f"name {i // 700 % 5}" for i in range(MANY)]),
+}
+COLUMNS["exactly a chunk"] = (float, COLUMNS["noise"][1][:CHUNK])
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+@pytest.mark.parametrize("at_once", mostly_slow([1, 1000, MANY], 1000))
+def test_values_come_back(name, at_once):
+    of, values = COLUMNS[name]
+    column = Column(of)
+    for start in range(0, len(values), at_once):
+        part = values[start : start + at_once]
+        column.append(part[0]) if at_once == 1 else column.extend(part)
+    expected = [of(v) for v in values]
+    assert len(column) == len(values) and column == Column(of, values)
+    assert repr(list(column)) == repr([int(v) if of is bool else v for v in expected])
+    again = pickle.loads(pickle.dumps(column))
+    for i in (0, 1, CHUNK - 1, CHUNK, MANY - 1, -1):
+        if -len(values) <= i < len(values):
+            assert repr(again[i]) == repr(list(column)[i])
+    with pytest.raises(IndexError):
+        column[len(values)]
+    bits = [v if of is str else v.tobytes() for v in values]
+    new = [i for i in range(len(values)) if i == 0 or bits[i] != bits[i - 1]]
+    assert column.changes().tolist() == new
+    parts = [value for _, part in column.parts() for value in part.tolist()]
+    assert repr([of(v) for v in parts]) == repr(expected)
+
+
+@pytest.fixture(scope="module")
+def day():
+    """A sweeping detector over a day at 12 frames a second, which sees somebody now and then."""
+    clock = Clock(1, 12)
+    track = Track("pir", "PIR", clock=clock)
+    steps = np.arange(DAY, dtype=np.int64) * 6
+    steps = -(-steps // 5)
+    moved, angle = np.arange(DAY) // 500 % 37 == 0, np.arange(DAY) % 9 * 0.17
+    readings = type("Readings", (), {})()
+    readings.active, readings.value = moved, angle
+    readings.fields = {"angle_rad": angle, "moved": moved, "signal": None}
+    track.extend(1 + steps / 1, steps / 12, readings)
+    return Recording({"pir": track}, clock, 1, 1 + 12 * 86_400)
+
+
+def test_a_day_is_small_in_memory_and_comes_back_from_a_file(day):
+    track = day.tracks["pir"]
+    columns = [track.frames, track.times, track.active, track.value, *track.columns.values()]
+    assert len(track) == DAY and sum(c.nbytes for c in columns) < 500_000
+    # Less than a fifth of a byte an update, also in the file.
+    data = to_bytes(day, {})
+    assert len(data) < 0.2 * DAY
+    again, _ = from_bytes(data)
+    assert again.tracks["pir"] == track
+    assert sum(c.nbytes for c in again.tracks["pir"].columns.values()) < 500_000

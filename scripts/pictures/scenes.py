@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sets up Blender's window for a picture of the sample home:
+
+    PICTURE=coverage blender --factory-startup --addons bl_ext.user_default.angen_sensors \\
+        sample_blends/angen.blend --python scripts/pictures/scenes.py
+
+PICTURE is a function below. READY is printed when the window shows it.
+"""
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+sys.path.append(str(Path(__file__).parent))
+import window
+
+CAMERA = "Camera living"
+# Of the view, from its lower left corner: a free piece of wall.
+MOUSE = (0.33, 0.73)
+
+
+def place() -> Iterator[None]:
+    """A motion detector hangs under the mouse, on a wall of the living room."""
+    main = bpy.context.window_manager.windows[0]
+    area = window.areas()["VIEW_3D"]
+    space = area.spaces[0]
+    region = window.region_of(area)
+    window.through_camera(space, CAMERA)
+    window.plain(space)
+    space.show_region_ui = False
+    window.play_up_to(1130)
+    yield
+    x, y = (int(region.x + MOUSE[0] * region.width), int(region.y + MOUSE[1] * region.height))
+    main.cursor_warp(x, y)
+    yield
+    with bpy.context.temp_override(
+        window=main, area=area, region=region, space_data=space, region_data=space.region_3d
+    ):
+        bpy.ops.angen.sensor_place("INVOKE_DEFAULT", kind="PIR", preset="HAA53_SCAN")
+    yield
+    main.cursor_warp(x + 3, y)
+    yield
+    yield
+
+
+def coverage() -> Iterator[None]:
+    """A coverage map and a proposal."""
+    scene = bpy.context.scene
+    main = bpy.context.window_manager.windows[0]
+    view = window.areas()["VIEW_3D"]
+    space = view.spaces[0]
+    window.without_ceilings()
+    window.only_panels("coverage", "coverage_place")
+    window.plain(space)
+    space.shading.light = "FLAT"
+    scene.angen_overlay.show = False
+    window.view_from(space, (6.6, 4.0, 0.0), 16.0, 18.0)
+    settings = scene.angen_coverage
+    inside = window.region_of(view)
+    with bpy.context.temp_override(window=main, area=view, region=inside):
+        bpy.context.view_layer.objects.active = bpy.data.objects["PIR bedroom"]
+        settings.motion, settings.rooms, settings.count = "CAT", "bedroom, hall", 2
+        bpy.ops.angen.place_propose("EXEC_DEFAULT")
+        settings.rooms = ""
+        bpy.ops.angen.coverage("EXEC_DEFAULT")
+    yield
+    window.open_sidebar(view)
+    yield
+    yield
+    yield
+
+
+ROUTINE = Path(__file__).resolve().parents[2] / "sample_blends" / "week.toml"
+SHOWN = "Meal preparation"
+
+
+def day() -> Iterator[None]:
+    """A day, one stretch of it shown."""
+    main = bpy.context.window_manager.windows[0]
+    view = window.areas()["VIEW_3D"]
+    space = view.spaces[0]
+    window.without_ceilings()
+    window.view_from(space, (4.6, 4.3, 0.0), 13.0, 18.0)
+    window.only_panels("day")
+    window.plain(space)
+    bpy.context.scene.angen_show_places = False
+    settings = bpy.context.scene.angen_day
+    settings.routine = str(ROUTINE)
+    settings.date = "2026-03-02"
+    inside = window.region_of(view)
+    with bpy.context.temp_override(window=main, area=view, region=inside):
+        bpy.ops.angen.day_read()
+        index = next(i for i, done in enumerate(settings.done) if done.name == SHOWN)
+        bpy.ops.angen.day_show(index=index)
+    yield
+    window.open_sidebar(view)
+    start = bpy.context.scene.frame_start
+    for frame in range(start, start + 150):
+        bpy.context.scene.frame_set(frame)
+    yield
+    yield
+    yield
+
+
+# Frame, middle of the view (m), its distance (m), its tilt from above and its turn (degrees), the
+# sensor that is active.
+VIEWS: dict[str, tuple[int, tuple[float, float, float], float, float, float, str]] = {
+    "motion": (1000, (7.9, 4.6, 0.8), 9.0, 52.0, -35.0, "PIR living room"),
+    "home": (700, (5.0, 4.0, 0.0), 19.0, 30.0, 0.0, "PIR hall"),
+    "door": (84, (5.0, 8.2, 2.15), 1.3, 80.0, 15.0, "Switch entrance"),
+    "sofa": (1876, (8.7, 6.2, 0.75), 3.0, 62.0, -30.0, "Pressure sofa"),
+    "light": (1500, (7.9, 4.6, 1.0), 9.0, 45.0, 25.0, "Light sensor living room"),
+}
+
+
+def overlay() -> Iterator[None]:
+    """What the viewport draws of the sensors: one of `VIEWS` by the variable VIEW."""
+    frame, middle, distance, tilt, turn, name = VIEWS[os.environ.get("VIEW", "motion")]
+    view = window.areas()["VIEW_3D"]
+    space = view.spaces[0]
+    window.select(name)
+    window.plain(space)
+    space.overlay.show_extras = False
+    window.view_from(space, middle, distance, tilt, turn)
+    bpy.context.scene.angen_overlay.which = os.environ.get("WHICH", "ALL")
+    yield
+    window.play_up_to(frame)
+    yield
+    window.open_sidebar(view)
+    yield
+    yield
+    yield
+
+
+def pyroelectric() -> Iterator[None]:
+    """The panel of a pyroelectric detector."""
+    areas = window.areas()
+    space = areas["VIEW_3D"].spaces[0]
+    window.select("Person rig")
+    bpy.ops.angen.warmth_set(sort="PERSON")
+    sensor = window.select("PIR living room")
+    sensor.angen_sensor.update_rate = 24.0
+    sensor.angen_sensor.pir.model = "PYROELECTRIC"
+    sensor.angen_sensor.pir.lens = "HC_SR501"
+    sensor.angen_sensor.pir.range_max = 7.0
+    window.through_camera(space, CAMERA)
+    space.shading.color_type = "MATERIAL"
+    space.overlay.show_floor = False
+    areas["PROPERTIES"].spaces[0].context = "PHYSICS"
+    # The outliner gives its room to the properties.
+    yield
+    window.play_up_to(1000)
+    yield
+    window.redraw()
+    yield
+    yield
+
+
+def places() -> Iterator[None]:
+    """The home's places, one door unmarked."""
+    main = bpy.context.window_manager.windows[0]
+    view = window.areas()["VIEW_3D"]
+    space = view.spaces[0]
+    window.without_ceilings()
+    window.view_from(space, (4.6, 4.3, 0.0), 13.0, 18.0)
+    window.only_panels("places")
+    window.plain(space)
+    space.shading.light = "FLAT"
+    bpy.context.scene.angen_overlay.show = False
+    inside = window.region_of(view)
+    with bpy.context.temp_override(window=main, area=view, region=inside):
+        window.select("Door kitchen")
+        bpy.data.objects["Door bedroom"].angen_place.use = "NONE"
+        bpy.ops.angen.places_check()
+    yield
+    window.open_sidebar(view)
+    yield
+    yield
+    yield
+
+
+PLACES = (("ADULT", 1.3, 0.3), ("CHILD", 2.2, 0.0), ("CAT", 2.9, -0.5), ("OLDER_ADULT", 0.2, 0.0))
+
+
+def residents() -> Iterator[None]:
+    """All sorts of residents, and the panel of one; without a home."""
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+    cursor = bpy.context.scene.cursor
+    for sort, x, y in PLACES:
+        cursor.location, cursor.rotation_euler = (x, y, 0.0), (0.0, 0.0, -0.5)
+        bpy.ops.angen.resident_add(sort=sort, walking_frame=sort == "OLDER_ADULT")
+    space = window.areas()["VIEW_3D"].spaces[0]
+    window.plain(space)
+    window.view_from(space, (1.8, 0.0, 0.8), 4.4, 69.0)
+    yield
+    window.open_sidebar(window.areas()["VIEW_3D"])
+    yield
+    yield
+
+
+FRAMES = 1, 700
+EVENT = 71
+# Share of the window's height that the timeline gets.
+TIMELINE = 0.45
+
+
+def timeline() -> Iterator[None]:
+    """The sensors' history and an explanation: the first half minute, simulated."""
+    main = bpy.context.window_manager.windows[0]
+    scene = bpy.context.scene
+    areas = window.areas()
+    # A higher timeline in place of the low one at the bottom.
+    with bpy.context.temp_override(window=main, area=areas["DOPESHEET_EDITOR"]):
+        bpy.ops.screen.area_close()
+    yield
+    with bpy.context.temp_override(window=main, area=areas["VIEW_3D"]):
+        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=TIMELINE)
+    yield
+    views = [area for area in main.screen.areas if area.type == "VIEW_3D"]
+    timeline, view = sorted(views, key=lambda area: area.y)
+    timeline.ui_type = "TIMELINE"
+    yield
+    timeline.spaces.active.show_region_ui = False
+    window.only_panels("events")
+    yield
+    for obj in bpy.data.objects:
+        if obj.angen_sensor.kind == "LIGHT":
+            obj.angen_sensor.light.samples = 4
+    scene.frame_end = FRAMES[1]
+    yield
+    window.select("PIR hall")
+    yield
+    bpy.ops.angen.simulate("EXEC_DEFAULT")
+    scene.frame_set(EVENT)
+    bpy.ops.angen.explain()
+    space = view.spaces[0]
+    space.show_region_ui = True
+    space.shading.color_type = "MATERIAL"
+    yield
+    for area in (view, timeline):
+        region = window.region_of(area)
+        with bpy.context.temp_override(window=main, area=area, region=region):
+            if area is view:
+                scene.camera = bpy.data.objects[CAMERA]
+                space.region_3d.view_perspective = "CAMERA"
+            else:
+                bpy.ops.action.view_all()
+    yield
+    window.open_sidebar(view)
+    yield
+    yield
+
+
+PICTURES = {
+    scene.__name__: scene
+    for scene in (place, coverage, day, overlay, pyroelectric, places, residents, timeline)
+}
+# Seconds between two steps, where not half a second.
+EVERY = {"place": 0.6, "timeline": 0.3}
+picture = os.environ["PICTURE"]
+window.show(PICTURES[picture](), EVERY.get(picture, 0.5))

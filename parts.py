@@ -88,8 +88,10 @@ WITHOUT_BLENDER = {
     "convert": "angen_addon.commands.convert",
     "compare": "angen_addon.commands.compare",
     "replay": "angen_addon.commands.replay",
-    "study": "angen_addon.commands.study",
+    "study": "studies.command",
 }
+# The extras of the Python package that have a house which the extension lacks.
+EXTRAS = {"studies": "study"}
 # The class of an open home, for scripts: the first that is installed.
 HOMES = ("residents.blender.api", "angen_addon.api.home")
 

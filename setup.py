@@ -5,7 +5,7 @@ from setuptools import find_packages, setup
 
 NAME = "angen_sensors"
 FOLDERS = find_packages(
-    include=("angen_addon*", "operators*", "panels*", "residents*", "sensor_logic*")
+    include=[*("angen_addon*", "operators*", "panels*", "residents*", "sensor_logic*", "studies*")]
 )
 
 setup(package_dir={NAME: "."}, packages=[NAME, *(f"{NAME}.{folder}" for folder in FOLDERS)])

@@ -50,7 +50,7 @@ def main(arguments: list[str]) -> int:
     if verb and verb[0] in {"-h", "--help"}:
         sys.stdout.write(usage + "Give --help after the verb for its options.\n")
         return 0
-    if verb and verb[0] in parts.WITHOUT_BLENDER:
+    if verb and verb[0] in parts.WITHOUT_BLENDER and not parser.lacking(verb[0]):
         return int(parts.part(parts.WITHOUT_BLENDER[verb[0]]).main(options, PROGRAM))
     if verb and verb[0] not in verbs:
         note(parser.wrong_verb(verb[0]))

@@ -20,9 +20,9 @@ import psutil
 from angen_addon.process.standalone import load_extension
 
 load_extension()
-from angen_sensors.angen_addon.study import cluster, results  # noqa: E402
-from angen_sensors.angen_addon.study.engine import Driver  # noqa: E402
-from angen_sensors.sensor_logic.study.study import read  # noqa: E402
+from angen_sensors.studies import engine, results  # noqa: E402
+from angen_sensors.studies.engine import Driver  # noqa: E402
+from angen_sensors.studies.study import read  # noqa: E402
 
 from .study_bounds import LONG, SHORT, STORY  # noqa: E402
 
@@ -71,7 +71,7 @@ def _way(folder: Path, jobs: int, runs: int, frames: int) -> dict[str, Any]:
     """All runs by this many workers, some before them apart, in which each opens the home."""
     out = folder / f"jobs{jobs}-{frames}"
     begin = time.perf_counter()
-    with results.Store(out) as store, cluster.here(jobs) as client:
+    with results.Store(out) as store, engine.here(jobs) as client:
         Driver(read(_study(folder, 20, 1)), store, client).run(lambda *_: None)
         start_s = time.perf_counter() - begin
         driver = Driver(read(_study(folder, runs, frames)), store, client)
@@ -113,7 +113,7 @@ def _together(folder: Path, settings: int) -> dict[str, Any]:
             f'"PIR*.hold_time" = {{ from = 0, to = 10, steps = {settings} }}\n'
         )
         out = folder / f"together-{together}"
-        with results.Store(out) as store, cluster.here(1) as client:
+        with results.Store(out) as store, engine.here(1) as client:
             driver = Driver(read(path), store, client)
             begin = _cpu_s(client)
             driver.run(lambda *_: None)
@@ -151,7 +151,7 @@ def _driver(folder: Path, runs: int) -> dict[str, Any]:
         if done % (total // LOOKS) == 0:
             seen.append(process.memory_info().rss / MIB)
 
-    with results.Store(folder / "driver") as store, cluster.here(2) as client:
+    with results.Store(folder / "driver") as store, engine.here(2) as client:
         driver = Driver(read(_study(folder, runs, 1)), store, client)
         begin = time.perf_counter()
         driver.run(look)

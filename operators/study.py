@@ -10,19 +10,75 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import IntProperty, StringProperty
-from bpy.types import Context, Operator
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.scene.sensors import Sensor, all_sensors
-from ..angen_addon.study import wishes
-from ..angen_addon.study.wishes import fill, vary_of
 from ..angen_addon.view.active import active_sensor
+from ..sensor_logic import study_file
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import write_files
-from ..sensor_logic.study import writing
-from ..sensor_logic.study.targets import COMMON, POSE
+from ..sensor_logic.study_file import BETWEEN, COMMON, POSE, Vary
 from .polls import cancelled, needs
+
+
+class AngenStudyVary(PropertyGroup):
+    """A parameter of some sensors that is to vary; those with `choices` take all of them."""
+
+    sensors: StringProperty()
+    parameter: StringProperty()
+    label: StringProperty()
+    first: FloatProperty(name="From", description="Its first value", precision=3)
+    last: FloatProperty(name="To", description="Its last value", precision=3)
+    steps: IntProperty(name="Steps", description="How many values", default=3, min=2, soft_max=50)
+    whole: BoolProperty()
+    choices: StringProperty()
+
+
+class AngenStudy(PropertyGroup):
+    """`file`: the study that was written last, or is to be looked at."""
+
+    varied: CollectionProperty(type=AngenStudyVary)
+    seeds: IntProperty(
+        name="Seeds", description="Runs of each setting, with other noise", default=1, min=1
+    )
+    file: StringProperty(
+        name="Study", description="Its file; the report is in the folder of its name beside it",
+        subtype="FILE_PATH",
+    )  # fmt: skip
+
+
+# Not methods: Blender 4.2 keeps classes of groups of properties, and what they lead to, for good.
+def fill(row: AngenStudyVary, vary: Vary, label: str) -> None:
+    row.name, row.label = vary.key, label
+    row.sensors, row.parameter = BETWEEN.join(vary.sensors), vary.parameter
+    row.first, row.last, row.whole = vary.first, vary.last, vary.whole
+    row.choices = BETWEEN.join(map(str, vary.choices))
+
+
+def vary_of(row: AngenStudyVary) -> Vary:
+    choices = [
+        {"True": True, "False": False}.get(choice, choice)
+        for choice in row.choices.split(BETWEEN)
+        if choice
+    ]
+    return Vary(
+        row.sensors.split(BETWEEN),
+        row.parameter,
+        row.first,
+        row.last,
+        row.steps,
+        row.whole,
+        choices,
+    )
 
 
 def command(file: str) -> str:
@@ -55,14 +111,14 @@ class ANGEN_OT_study_vary(Operator):
     def execute(self, context: Context) -> set[str]:
         sensors = varied_sensors(context)
         kind = sensors[0].kind
-        if self.parameter not in writing.parameters(kind):
+        if self.parameter not in study_file.parameters(kind):
             return cancelled(self, f"'{kind.label}' has no parameter '{self.parameter}'")
         names = [sensor.name for sensor in sensors]
         now = _value(sensors[0], self.parameter)
-        wished = writing.proposed(kind.identifier, names, self.parameter, now)
+        wished = study_file.proposed(kind.identifier, names, self.parameter, now)
         varied = context.window_manager.angen_study.varied
         row = varied.get(wished.key) or varied.add()
-        fill(row, wished, writing.label(kind, self.parameter))
+        fill(row, wished, study_file.label(kind, self.parameter))
         return {"FINISHED"}
 
 
@@ -114,7 +170,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
             # On another drive.
             home = bpy.data.filepath
         try:
-            write_files({path: writing.text(home, wanted.seeds, varied)})
+            write_files({path: study_file.text(home, wanted.seeds, varied)})
         except AngenError as error:
             return cancelled(self, error)
         wanted.file = str(path)
@@ -160,6 +216,8 @@ class ANGEN_OT_study_report(Operator):
 
 _register, _unregister = bpy.utils.register_classes_factory(
     (
+        AngenStudyVary,
+        AngenStudy,
         ANGEN_OT_study_vary,
         ANGEN_OT_study_leave,
         ANGEN_OT_study_write,
@@ -170,10 +228,10 @@ _register, _unregister = bpy.utils.register_classes_factory(
 
 
 def register() -> None:
-    wishes.register()
     _register()
+    bpy.types.WindowManager.angen_study = PointerProperty(type=AngenStudy)
 
 
 def unregister() -> None:
+    del bpy.types.WindowManager.angen_study
     _unregister()
-    wishes.unregister()

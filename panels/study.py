@@ -6,10 +6,9 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Menu, Panel
 
-from ..angen_addon.study.wishes import vary_of
 from ..angen_addon.view.active import active_sensor
-from ..operators.study import command
-from ..sensor_logic.study import writing
+from ..operators.study import command, vary_of
+from ..sensor_logic import study_file
 from .lines import ClosedSidebar, draw_lines
 
 
@@ -22,8 +21,8 @@ class ANGEN_MT_study_vary(Menu):
         if sensor is None:
             self.layout.label(text="Select a sensor")
             return
-        for name in writing.parameters(sensor.kind):
-            label = writing.label(sensor.kind, name)
+        for name in study_file.parameters(sensor.kind):
+            label = study_file.label(sensor.kind, name)
             self.layout.operator("angen.study_vary", text=label).parameter = name
 
 

@@ -8,7 +8,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 # pip builds in the folder that it installs from.
 mkdir -p "$folder/source"
 tar -C "$root" -cf - __init__.py blender_manifest.toml pyproject.toml setup.py README.md LICENSE \
-    parts.py angen_addon operators panels residents sensor_logic | tar -C "$folder/source" -xf -
+    parts.py angen_addon operators panels residents sensor_logic studies | tar -C "$folder/source" -xf -
 "$python" -m pip install -q --disable-pip-version-check --no-deps --target "$folder" "$folder/source"
 cd "$folder"
 export PYTHONPATH="$folder"
@@ -25,4 +25,12 @@ with angen_sensors.open(sys.argv[1]) as home:
     home.simulate().write("again.csv")
 END
 cmp events.csv again.csv
+cat >study.toml <<END
+home = "$root/sample_blends/light_control.blend"
+frames = [1, 24]
+END
+bin/angen study run study.toml --out study --jobs 1
+test -s study/results.csv
+# The page needs matplotlib, which an environment for tests may lack.
+! "$python" -c "import matplotlib" 2>/dev/null || bin/angen study report study
 echo "The installed package and its command write the same events."

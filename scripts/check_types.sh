@@ -7,6 +7,8 @@ set -eu
 mkdir -p .types
 ln -sfn .. .types/angen_sensors
 set -- "$1" -m mypy -m angen_sensors
-for package in sensor_logic angen_addon operators panels residents parts; do set -- "$@" -p "angen_sensors.$package"; done
+for package in sensor_logic angen_addon operators panels residents studies parts; do
+    set -- "$@" -p "angen_sensors.$package"
+done
 for script in scripts/*.py; do set -- "$@" -m "$(basename "$script" .py)"; done
 MYPYPATH=.types:scripts exec "$@"

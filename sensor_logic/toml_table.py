@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from datetime import date, datetime
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
@@ -111,6 +112,18 @@ def text(value: Any) -> str:
 
 def texts(value: Any) -> tuple[str, ...]:
     return tuple(text(item) for item in _array(value))
+
+
+def flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"{value!r} is neither true nor false")
+    return value
+
+
+def calendar_date(value: Any) -> date:
+    if isinstance(value, datetime) or not isinstance(value, date):
+        raise ValueError(f"{value!r} is not a date such as 2026-03-02")
+    return value
 
 
 def number(low: float, high: float) -> Callable[[Any], float]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
-from ...parts import VERBS, WITHOUT_BLENDER, installed, part
+from ...parts import EXTRAS, VERBS, WITHOUT_BLENDER, installed, part
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.error import InputError, replaced
 from ...sensor_logic.kinds import KINDS
@@ -77,8 +77,20 @@ def _make_parser(program: str) -> argparse.ArgumentParser:
     return parser
 
 
+def lacking(name: str) -> str:
+    """The line that says how to get a verb whose house is not installed; empty where it is, and
+    for words that are no verb."""
+    house = WITHOUT_BLENDER.get(name, "").partition(".")[0]
+    if not house or installed(house):
+        return ""
+    package = f'pip install "angen-sensors[{EXTRAS[house]}]"'
+    return f"{name} is in the Python package, not in the extension: {package}"
+
+
 def wrong_verb(name: str) -> str:
     """What to tell where `name` is no verb on a blend file."""
+    if lacking(name):
+        return lacking(name)
     if name in WITHOUT_BLENDER:
         return f"{name} runs without Blender: python -m angen_addon {name}"
     every = (*verbs_here(), *WITHOUT_BLENDER)

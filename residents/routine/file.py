@@ -8,7 +8,16 @@ from datetime import date, datetime
 from typing import Any
 
 from ...sensor_logic.error import InputError
-from ...sensor_logic.toml_table import TomlTable, number, read_table, suggestion, text, texts
+from ...sensor_logic.toml_table import (
+    TomlTable,
+    calendar_date,
+    flag,
+    number,
+    read_table,
+    suggestion,
+    text,
+    texts,
+)
 from .routine import (
     AWAY,
     DAY,
@@ -155,7 +164,7 @@ def _activity(name: str, table: TomlTable) -> RoutineActivity:
 
 
 def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
-    visitor = table.take("visitor", _flag, False)
+    visitor = table.take("visitor", flag, False)
     resident = table.take("resident", text, name)
     if not visitor and "begins" not in table.values:
         raise table.error("'begins' is missing: what the person does at the first midnight")
@@ -167,7 +176,10 @@ def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
 def _days(table: TomlTable) -> Calendar:
     weekdays = table.take("on", _weekdays, frozenset(range(7)))
     months = table.take("season", _months, frozenset(range(1, 13)))
-    first, last = table.take("from", _date, date.min), table.take("to", _date, date.max)
+    first, last = (
+        table.take("from", calendar_date, date.min),
+        table.take("to", calendar_date, date.max),
+    )
     if last < first:
         raise table.error("'to' is before 'from'", "to")
     return Calendar(weekdays, months, first, last)
@@ -248,12 +260,6 @@ def _one_or_more(value: Any) -> tuple[str, ...]:
     return found
 
 
-def _flag(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(f"{value!r} is neither true nor false")
-    return value
-
-
 def _positive(value: Any) -> float:
     found = seconds(value)
     if not 0 < found <= 30 * DAY:
@@ -285,12 +291,6 @@ def _between(value: Any) -> tuple[float, float]:
         raise ValueError(f'{value!r} is not two times of day, such as ["07:00", "23:00"]')
     begins, ends = times
     return begins, ends if ends > begins else ends + DAY
-
-
-def _date(value: Any) -> date:
-    if isinstance(value, datetime) or not isinstance(value, date):
-        raise ValueError(f"{value!r} is not a date such as 2026-03-02")
-    return value
 
 
 def _moment(value: Any) -> datetime:

@@ -77,7 +77,7 @@ class Bench:
             redirect_stderr(err),
         ):
             if without_blender:
-                module = part(f"angen_addon.commands.{words[0]}")
+                module = part("angen_addon.commands.parser").module_of(words[0])
                 try:
                     status = module.main(words[1:], PROGRAM)
                 except SystemExit as stop:

@@ -39,19 +39,16 @@ def test_the_study_of_the_panel_is_that_of_the_selected_sensors(home, wanted, ad
     wanted.seeds = 3
     path = home.parent / "my study.toml"
     assert bpy.ops.angen.study_write(filepath=str(path)) == {"FINISHED"}
-    study = addon_part("sensor_logic.study.study").read(path)
+    studies, settings = addon_part("studies.study"), addon_part("studies.settings")
+    study = studies.read(path)
     assert study.homes == (home.resolve(),) and study.seeds == (1, 2, 3)
-    targets, draws = (
-        addon_part("sensor_logic.study.targets"),
-        addon_part("sensor_logic.study.draws"),
-    )
     kinds = {"PIR hall": "PIR", "PIR bed": "PIR", "Door": "OPTICAL_SWITCH"}
-    facts = targets.HomeFacts("home.blend", kinds, "", {})
-    targets.check(study, [facts])
-    runs = list(draws.runs(study))
+    facts = settings.HomeFacts("home.blend", kinds, "")
+    settings.check(study, [facts])
+    runs = list(studies.runs_of(study))
     # 9 rays: half to twice as many; four hold times; both models; on and off; three seeds.
     assert len(runs) == 3 * 4 * 2 * 2 * 3
-    first = targets.settings_of(facts, runs[0].setting)
+    first = settings.settings_of(facts, runs[0].setting)
     assert first.keys() == {"PIR hall", "PIR bed"}
     assert first["PIR hall"] == first["PIR bed"]
     assert first["PIR bed"] == {

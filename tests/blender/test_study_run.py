@@ -41,7 +41,6 @@ def score(recording, truth):
     return {"moves": sum(row.value == "1" for row in recording.events)}
 """
 RUNS = 8
-STUDY_MODULES = ("angen_addon.study.tasks", "sensor_logic.study.digest")
 
 
 @pytest.fixture
@@ -336,7 +335,7 @@ def test_what_is_done_stays_where_the_scheduler_is_lost(folder, daemon, schedule
 def test_workers_that_are_not_alike_are_refused(folder, daemon, scheduler, package) -> None:
     _, address = scheduler
     other = folder / "other"
-    for part in ("angen_addon", "sensor_logic", "operators", "panels"):
+    for part in ("angen_addon", "sensor_logic", "operators", "panels", "studies"):
         shutil.copytree(ROOT / part, other / "angen_sensors" / part)
     shutil.copy(ROOT / "__init__.py", other / "angen_sensors")
     manifest = (ROOT / "blender_manifest.toml").read_text(encoding="utf-8")
@@ -368,8 +367,8 @@ def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
                 "workers": {"tcp://one:1": {"host": {"python": "3.2.1.final.0"}}},
             }
 
-    with pytest.raises(addon_part("sensor_logic.study.study").InputError) as told:
-        addon_part("angen_addon.study.cluster").check_workers(Client())
+    with pytest.raises(addon_part("sensor_logic.error").InputError) as told:
+        addon_part("studies.engine").check_workers(Client())
     assert str(told.value).startswith("the worker tcp://one:1 has Python 3.2.1, and this is Python")
 
 
@@ -431,12 +430,12 @@ def test_a_full_disk_is_one_clear_line_and_keeps_what_is_done(folder) -> None:
 
 
 def test_a_worker_that_does_not_see_the_drivers_files_gets_them(tmp_path, addon_part) -> None:
-    tasks, digest = map(addon_part, STUDY_MODULES)
-    home = tasks.File(str(tmp_path / "home.blend"), digest.digest_of_bytes(b"BLENDER"))
+    tasks = addon_part("studies.tasks")
+    home = tasks.File(str(tmp_path / "home.blend"), tasks.digest_of_bytes(b"BLENDER"))
     (tmp_path / "home.blend").write_bytes(b"another home of that name")
     with pytest.raises(Exception, match=r"has no file .*home\.blend as it is at the driver"):
         tasks.found(home)
-    plugin = addon_part("angen_addon.study.cluster").FilesOfStudy("files", {home: b"BLENDER"})
+    plugin = tasks.FilesOfStudy("files", {home: b"BLENDER"})
     pickle.loads(pickle.dumps(plugin)).setup(None)
     assert tasks.found(home).read_bytes() == b"BLENDER"
 

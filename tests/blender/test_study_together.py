@@ -69,28 +69,20 @@ def lives_of(
     home: Path, text: str, addon_part: Callable[[str], Any], days_in: str = ""
 ) -> list[list[Any]]:
     """The runs of a study beside a home, together with those that live it together."""
-    study, draws, tasks, worker, engine = map(
-        addon_part,
-        (
-            "sensor_logic.study.study",
-            "sensor_logic.study.draws",
-            "angen_addon.study.tasks",
-            "angen_addon.study.worker",
-            "angen_addon.study.engine",
-        ),
+    study, tasks, runs, engine = (
+        addon_part(f"studies.{name}") for name in ("study", "tasks", "runs", "engine")
     )
     path = home.parent / "study.toml"
     path.write_text(text, encoding="utf-8")
     found = study.read(path)
-    digest = addon_part("sensor_logic.study.digest").digest_of_bytes
     files = {
-        str(path): tasks.File(str(path), digest(path.read_bytes()))
+        str(path): tasks.File(str(path), tasks.digest_of_bytes(path.read_bytes()))
         for path in (*found.homes, *found.routines)
     }
-    homes = {str(home): worker.examine(files[str(home)])}
+    homes = {str(home): runs.examine(files[str(home)])}
     planned = engine.Tasks(found, files, homes, tasks.versions(), days_in)
     lives = defaultdict(list)
-    for run in draws.runs(found):
+    for run in study.runs_of(found):
         lives[planned.life(run)].append(planned.of(run))
     return list(lives.values())
 
@@ -105,7 +97,7 @@ def test_together_each_run_gives_what_it_gives_alone(
     text: str, request: pytest.FixtureRequest, addon_part: Callable[[str], Any]
 ) -> None:
     home = request.getfixturevalue("plain_home" if text is PLAIN else "lived_home")
-    worker = addon_part("angen_addon.study.worker")
+    worker = addon_part("studies.runs")
     lives = lives_of(home, text, addon_part)
     # Where one stands is of the home, and so are the seed, and whether light is measured.
     sizes = sorted(len(life) for life in lives)
@@ -132,7 +124,7 @@ def test_a_day_in_a_study_is_that_of_angen_day(
     text = DAYS.split("[set]")[0].replace("days = 1", "days = 1\nseeds = [1]")
     text += '[vary]\nsensors = ["*"]\n'
     (life,) = lives_of(lived_home, text, addon_part)
-    (done,) = addon_part("angen_addon.study.worker").run(life)
+    (done,) = addon_part("studies.runs").run(life)
     assert not done.error and done.values["events"]
     found = {Path(name).name: text.encode() for name, text in done.files.items()}
     for name in ("events.csv", "activities.csv", "people.csv"):
@@ -146,14 +138,14 @@ def test_days_that_cannot_be_lived_are_told_with_the_reason(
     routine.write_text(routine.read_text().replace('resident = "Adult"', 'resident = "Ada"'))
     text = DAYS.split("measure")[0].replace("days = 1", "days = 1\nseeds = [1]")
     (life,) = lives_of(lived_home, text, addon_part)
-    (done,) = addon_part("angen_addon.study.worker").run(life)
+    (done,) = addon_part("studies.runs").run(life)
     assert "the home has no resident 'Ada'; there are Adult" in done.error
 
 
 def test_one_that_fails_is_told_and_the_others_go_on(
     plain_home: Path, addon_part: Callable[[str], Any]
 ) -> None:
-    worker = addon_part("angen_addon.study.worker")
+    worker = addon_part("studies.runs")
     (life,) = lives_of(
         plain_home,
         'home = "home.blend"\n[vary]\n"PIR hall.range_max" = [1.8, 0.01, 1.2]\n'
@@ -174,11 +166,11 @@ def test_days_that_a_killed_worker_lived_are_not_lived_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     text = DAYS.replace('keep = "events"\n', "").replace("days = 1", "days = 2")
-    worker, days_run = map(addon_part, ("angen_addon.study.worker", "angen_addon.study.days_run"))
+    runs = addon_part("studies.runs")
     kept = lived_home.parent / "days"
     kept.mkdir()
     (life,) = lives_of(lived_home, text, addon_part, str(kept))
-    lived, really = [], days_run.run_days
+    lived, really = [], runs.run_days
 
     def run_days(household: Any, numbers: list[int]) -> Any:
         lived.append(list(numbers))
@@ -187,10 +179,10 @@ def test_days_that_a_killed_worker_lived_are_not_lived_again(
             if len(lived) == 1:
                 raise KeyboardInterrupt
 
-    monkeypatch.setattr(days_run, "run_days", run_days)
+    monkeypatch.setattr(runs, "run_days", run_days)
     with pytest.raises(KeyboardInterrupt):
-        worker.run(life)
-    again = [outcome(done) for done in worker.run(life)]
+        runs.run(life)
+    again = [outcome(done) for done in runs.run(life)]
     assert lived == [[0, 1], [1]]
     shutil.rmtree(kept)
-    assert [outcome(done) for done in worker.run(life)] == again and lived[2:] == [[0, 1]]
+    assert [outcome(done) for done in runs.run(life)] == again and lived[2:] == [[0, 1]]

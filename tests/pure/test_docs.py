@@ -14,7 +14,7 @@ import pytest
 from angen_sensors.residents.acting import words
 from angen_sensors.residents.routine import file, timetable
 from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES
-from angen_sensors.sensor_logic.study import draws, study
+from angen_sensors.studies import study
 
 import hard_cases
 import parameter_tables
@@ -65,7 +65,7 @@ def test_the_studies_of_the_docs_can_be_read_and_stand_on_their_page():
     files = sorted(Path(page.DOCS / "studies").glob("*.toml"))
     assert files
     for path in files:
-        assert draws.count(study.read(path)) > 1
+        assert study.count_of(study.read(path)) > 1
         assert path.read_text(encoding="utf-8").strip() in written, path.name
 
 

@@ -11,13 +11,12 @@ import importlib, pkgutil, sys
 class Blocked:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in {"bpy", "bmesh", "mathutils", "bpy_extras", "gpu", "bl_ext",
-                                      "angen_addon", "operators", "panels"}:
+                                      "angen_addon", "operators", "panels", "studies"}:
             raise ImportError(f"{name} is blocked")
 sys.meta_path.insert(0, Blocked())
 import sensor_logic
 for module in pkgutil.walk_packages(sensor_logic.__path__, "sensor_logic."):
-    if ".study" not in module.name:
-        importlib.import_module(module.name)
+    importlib.import_module(module.name)
     print(module.name)
 """
 

@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PRODUCT = ("angen_addon", "operators", "panels", "residents", "sensor_logic")
+# Each house imports itself and those before it.
+HOUSES = (("angen_addon", "operators", "panels", "sensor_logic"), ("residents",), ("studies",))
+PRODUCT = tuple(folder for house in HOUSES for folder in house)
 SENSING = tuple(f"angen_addon.{name}" for name in ("runtime", "scene", "recording"))
 INTERFACE = (
     "operators",
@@ -19,8 +21,6 @@ WINDOW = (
     *("operators", "panels", "angen_addon.view", "angen_addon.kinds"),
     *("residents.operators", "residents.panels", "residents.blender.places_drawn"),
 )
-# The sensors know neither the people nor the studies.
-SENSORS = ("angen_addon", "operators", "panels", "sensor_logic")
 
 
 def modules() -> dict[str, Path]:
@@ -87,15 +87,38 @@ def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
     assert len(outside) > 200 and not wrong
 
 
-def test_the_sensors_know_nothing_of_the_residents() -> None:
+def imported_absolutely(path: Path) -> Iterator[str]:
+    """The modules of the product that a file imports by their whole names."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        for name in names:
+            inner = name.removeprefix("bl_ext.user_default.").removeprefix("angen_sensors.")
+            if inner.partition(".")[0] in PRODUCT:
+                yield inner
+
+
+def test_no_house_imports_one_after_it() -> None:
+    """By any import: as a module is loaded, inside functions, and for types alone. The root names
+    the houses' verbs as texts."""
+    of = {folder: number for number, house in enumerate(HOUSES) for folder in house}
+    found = [
+        (name, other)
+        for name, path in MODULES.items()
+        for other in (*imported(name, everywhere=True), *imported_absolutely(path))
+        if other
+    ]
     wrong = {
         (name, other)
-        for name in MODULES
-        if name.startswith(SENSORS) and ".study" not in name
-        for other in imported(name, everywhere=True)
-        if other.startswith("residents")
+        for name, other in found
+        if of[other.partition(".")[0]] > of[name.partition(".")[0]]
     }
     assert not wrong
+    assert ("studies.runs", "studies.truth") in found, "inside a function"
+    assert ("studies.results", "studies.tasks") in found, "for types alone"
 
 
 def circles() -> set[frozenset[str]]:

@@ -1,29 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies without Blender: the file, its draws, what its keys mean in a home, sums over seeds."""
+"""Studies without Blender: the file, its draws, what its keys set in a home, the judgement of days;
+and the line that the command says without them."""
 
 from __future__ import annotations
 
-import math
+import subprocess
+import sys
+import zipfile
 from datetime import date
 from pathlib import Path
 
 import numpy as np
 import pytest
-from angen_sensors.residents.days.rows import DayRows
-from angen_sensors.residents.days.truth import Whereabouts
-from angen_sensors.sensor_logic.choice import SensorChoice
-from angen_sensors.sensor_logic.error import InputError
-from angen_sensors.sensor_logic.formats.log import LoggedActivity
-from angen_sensors.sensor_logic.log import Event
-from angen_sensors.sensor_logic.study import draws, summary, targets, truth
-from angen_sensors.sensor_logic.study.study import Study, read
-from angen_sensors.sensor_logic.study.targets import HomeFacts
+
+import build_zip
+from angen_addon.process.standalone import load_extension
+
+load_extension()
+from angen_sensors.residents.days.rows import DayRows  # noqa: E402
+from angen_sensors.residents.days.truth import Whereabouts  # noqa: E402
+from angen_sensors.sensor_logic.choice import SensorChoice  # noqa: E402
+from angen_sensors.sensor_logic.error import InputError  # noqa: E402
+from angen_sensors.sensor_logic.formats.log import LoggedActivity  # noqa: E402
+from angen_sensors.sensor_logic.log import Event  # noqa: E402
+from angen_sensors.studies import settings, truth  # noqa: E402
+from angen_sensors.studies.settings import HomeFacts  # noqa: E402
+from angen_sensors.studies.study import Study, count_of, read, runs_of  # noqa: E402
 
 HOME = HomeFacts(
     "home.blend",
     {"PIR hall": "PIR", "PIR bed": "PIR", "Lamp.001": "LIGHT"},
     "sha256:0",
-    {},
 )
 
 
@@ -105,7 +112,7 @@ def test_choices_of_sensors_are_all_of_their_sets(study) -> None:
     few = study('[vary]\nsensors = { of = ["a", "b*", "c"], least = 2 }')
     assert few.vary["sensors"] == (("a", "b*"), ("a", "c"), ("b*", "c"), ("a", "b*", "c"))
     all_of_seven = study(f"[vary]\nsensors = {{ of = {list('abcdefg')} }}")
-    assert draws.count(all_of_seven) == 2**7 - 1
+    assert count_of(all_of_seven) == 2**7 - 1
 
 
 def test_a_home_that_is_missing_is_named(tmp_path) -> None:
@@ -136,26 +143,26 @@ def test_a_home_that_is_missing_is_named(tmp_path) -> None:
 )
 def test_what_the_home_does_not_have_is_told_before_a_run(study, vary, told) -> None:
     with pytest.raises(InputError) as error:
-        targets.check(study(f"[vary]\n{vary}"), [HOME])
+        settings.check(study(f"[vary]\n{vary}"), [HOME])
     assert told in str(error.value) and "\n" not in str(error.value)
 
 
 def test_the_draws(study) -> None:
     def values(text: str, name: str = "a.b") -> list:
-        return [run.setting[name] for run in draws.runs(study(text))]
+        return [run.setting[name] for run in runs_of(study(text))]
 
     grid = study(
         'seeds = 2\n[vary]\n"a.b" = [1, 2]\n"a.c" = { from = 1, to = 100, steps = 3, log = true }'
     )
-    assert draws.count(grid) == 12
-    assert [tuple(r.setting.values()) + (r.seed,) for r in draws.runs(grid)][:3] == [
+    assert count_of(grid) == 12
+    assert [tuple(r.setting.values()) + (r.seed,) for r in runs_of(grid)][:3] == [
         (1, 1.0, 1),
         (1, 1.0, 2),
         (1, pytest.approx(10.0), 1),
     ]
     assert values('[vary]\n"a.b" = { from = 1, to = 4, steps = 9, whole = true }') == [1, 2, 3, 4]
     rows = study('draw = "list"\n[vary]\n"a.b" = [1, 2]\n"a.c" = ["x", "y"]')
-    assert [list(r.setting.values()) for r in draws.runs(rows)] == [[1, "x"], [2, "y"]]
+    assert [list(r.setting.values()) for r in runs_of(rows)] == [[1, "x"], [2, "y"]]
     for draw in ("random", "sobol"):
         head = f'draw = "{draw}"\nruns = 600\n[vary]\n"a.b" = '
         found = np.array(values(head + "{ from = -1, to = 3 }"))
@@ -165,11 +172,11 @@ def test_the_draws(study) -> None:
         assert {type(v) for v in whole} == {int}
         assert all(abs(whole.count(v) - 200) < 60 for v in (1, 2, 3))
         assert values(head + "{ from = -1, to = 3 }") == found.tolist()
-    assert draws.count(study()) == 1 and next(draws.runs(study())).setting == {}
+    assert count_of(study()) == 1 and next(runs_of(study())).setting == {}
 
 
 def test_keys_set_the_sensors_that_they_fit() -> None:
-    found = targets.settings_of(
+    found = settings.settings_of(
         HOME,
         {"PIR*.rays": 9.0, "sensors": ("PIR hall", "Lamp*"), "PIR hall.move_z": 0.5},
     )
@@ -181,27 +188,26 @@ def test_keys_set_the_sensors_that_they_fit() -> None:
     assert isinstance(found["PIR hall"]["rays"], int)
     # As `--sensor` and `--no-light` choose.
     chosen = SensorChoice(("PIR*",), light=False)
-    assert targets.settings_of(HOME, {}, chosen) == {"Lamp.001": {"enabled": False}}
-    (preset,) = targets.settings_of(HOME, {"PIR bed.preset": "HC_SR501"}).values()
+    assert settings.settings_of(HOME, {}, chosen) == {"Lamp.001": {"enabled": False}}
+    (preset,) = settings.settings_of(HOME, {"PIR bed.preset": "HC_SR501"}).values()
     assert preset["range_max"] == 7.0 and preset["hold_time"] == 0.3
 
 
-def test_a_mean_counts_each_seed_once_and_its_interval_is_students() -> None:
-    # Three seeds with means 1, 2 and 6: sd 2.6458, t(2) = 4.3027.
-    values = np.array([0.0, 2.0, 2.0, 6.0, math.nan])
-    found = summary.mean_over_seeds(values, ["1", "1", "2", "3", "3"])
-    assert found.value == pytest.approx(3.0)
-    assert found.half == pytest.approx(4.30265 * 2.645751 / math.sqrt(3), rel=1e-5)
-    alone = summary.mean_over_seeds(values[:2], ["1", "1"])
-    assert alone.value == 1.0 and math.isnan(alone.half)
-
-
-def test_levels_are_values_bins_or_names() -> None:
-    assert [level.label for level in summary.levels(["b", "a", "b"])] == ["b", "a"]
-    assert [level.rows for level in summary.levels(["2", "1", "2"])] == [[1], [0, 2]]
-    bins = summary.levels([str(x / 100) for x in range(400)])
-    assert len(bins) == summary.BINS and all(len(level.rows) == 50 for level in bins)
-    assert bins[0].at == pytest.approx(0.245)
+def test_the_command_says_how_to_get_it_where_the_zip_has_it_not(tmp_path) -> None:
+    zipfile.ZipFile(build_zip.build(tmp_path / "zip", None)).extractall(tmp_path / "extension")
+    assert not (tmp_path / "extension" / "studies").exists()
+    done = subprocess.run(
+        [sys.executable, "-m", "angen_addon", "study", "run", "s.toml", "--out", "out"],
+        cwd=tmp_path / "extension",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        "angen: study is in the Python package, not in the extension: "
+        'pip install "angen-sensors[study]"\n'
+    )
 
 
 def us(clock: str) -> int:

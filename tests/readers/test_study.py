@@ -4,17 +4,18 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import xml.etree.ElementTree as ET
+from importlib import import_module
 from itertools import combinations, product
 from pathlib import Path
+from typing import Any
 
 import pytest
 from angen_sensors.angen_addon.process.standalone import load_extension
 
-load_extension()
-from angen_sensors.angen_addon.study import report, results  # noqa: E402
-from angen_sensors.sensor_logic.study import summary  # noqa: E402
+NEEDED = ("jinja2", "matplotlib", "pandas", "pyarrow", "scipy")
 
 # Two seeds of three settings; of the last one a run failed.
 ROWS = [
@@ -36,10 +37,22 @@ ROWS = [
 
 
 @pytest.fixture
-def folder(tmp_path: Path, reader) -> Path:
-    for needed in ("pyarrow", "matplotlib", "scipy"):
+def report(reader) -> Any:
+    """The module of the report, where what it needs is installed."""
+    for needed in NEEDED:
         reader(needed)
-    assert results.write_tables(tmp_path, results.Table(lambda: ROWS)) == []
+    load_extension()
+    return import_module("angen_sensors.studies.report")
+
+
+@pytest.fixture
+def write_tables(report) -> Any:
+    return import_module("angen_sensors.studies.results").write_tables
+
+
+@pytest.fixture
+def folder(tmp_path: Path, write_tables) -> Path:
+    assert write_tables(tmp_path, ROWS) == []
     facts = {
         "name": "try.toml", "varied": ["PIR*.rays", "PIR*.sweep"], "seeds": 2, "runs": 7,
         "best": ["most", "events"][::-1], "homes": ["home.blend"],
@@ -63,7 +76,7 @@ def test_both_tables_are_the_rows(folder, reader) -> None:
     assert str(parquet["PIR*.rays"].dtype) == "int64"
 
 
-def test_the_report_tells_what_is_in_the_rows(folder) -> None:
+def test_the_report_tells_what_is_in_the_rows(folder, report) -> None:
     page = report.write(folder).read_text(encoding="utf-8")
     assert "5 of 7 runs went well, 1 failed, 1 was not run yet." in page
     assert "it is &lt;too&gt; much" in page
@@ -87,8 +100,7 @@ def test_the_report_tells_what_is_in_the_rows(folder) -> None:
     assert report.write(folder).read_text(encoding="utf-8") == page
 
 
-def test_many_sets_of_sensors_are_shown_by_their_number(tmp_path, reader) -> None:
-    reader("matplotlib"), reader("scipy")
+def test_many_sets_of_sensors_are_shown_by_their_number(tmp_path, report, write_tables) -> None:
     sets = [s for count in (1, 2, 3) for s in combinations("abcdef", count)]
     rows = [
         {
@@ -98,7 +110,7 @@ def test_many_sets_of_sensors_are_shown_by_their_number(tmp_path, reader) -> Non
         }
         for number, (chosen, seed) in enumerate(product(sets, (1, 2)))
     ]  # fmt: skip
-    results.write_tables(tmp_path, results.Table(lambda: rows))
+    write_tables(tmp_path, rows)
     facts = {
         "name": "s.toml", "varied": ["sensors"], "seeds": 2, "runs": len(rows),
         "best": ["noticed", "most"], "homes": ["home.blend"],
@@ -109,15 +121,41 @@ def test_many_sets_of_sensors_are_shown_by_their_number(tmp_path, reader) -> Non
     assert re.findall(r"<tr><td>([^<]*)</td>", table) == ["c", "a; c", "a; b; c"]
     drawn = (tmp_path / "pictures" / "01 noticed against what varied.svg").read_text()
     assert "sensors on" in drawn and "a; b" not in drawn
-    read = summary.read(tmp_path / "results.csv", ["sensors"])
-    shown = summary.pictured(
-        read, sorted(summary.settings(read), key=lambda s: "c" not in s.values[0])
+    found = report.read(tmp_path / "results.csv", ["sensors"])
+    best = report.ranked(found, found.settings["noticed"], "most")
+    shown = report.pictured(found, best)
+    assert shown.varied == ["sensors on"]
+    assert shown.rows["sensors on"].tolist() == ["1", "1", "2", "2", "3", "3"]
+    assert shown.rows["noticed"].tolist() == pytest.approx([0.3, 0.3, 0.5, 0.5, 0.7, 0.7])
+
+
+def test_a_mean_counts_each_seed_once_and_its_interval_is_students(report, reader) -> None:
+    # Three seeds with means 1, 2 and 6: sd 2.6458, t(2) = 4.3027; the other setting has one seed.
+    rows = reader("pandas").DataFrame(
+        {
+            "setting": [0, 0, 0, 0, 0, 1, 1],
+            "seed": ["1", "1", "2", "3", "3", "1", "1"],
+            "events": [0.0, 2.0, 2.0, 6.0, math.nan, 0.0, 2.0],
+        }
     )
-    assert shown.varied == {"sensors on": ["1", "1", "2", "2", "3", "3"]}
-    assert shown.measured["noticed"].tolist() == pytest.approx([0.3, 0.3, 0.5, 0.5, 0.7, 0.7])
+    found = report.means(rows, [rows["setting"]], ["events"])
+    assert found.value["events"].tolist() == pytest.approx([3.0, 1.0])
+    half = 4.30265 * 2.645751 / math.sqrt(3)
+    assert found.half["events"].tolist() == pytest.approx([half, math.nan], rel=1e-5, nan_ok=True)
 
 
-def test_a_folder_without_results_is_one_clear_line(folder) -> None:
+def test_levels_are_values_bins_or_names(report, reader) -> None:
+    def levels(values: list[str]) -> Any:
+        return report.levels(reader("pandas").Series(values))
+
+    assert levels(["b", "a", "b"]).labels == ["b", "a"]
+    assert levels(["2", "1", "2"]).of.tolist() == [1, 0, 1]
+    bins = levels([str(x / 100) for x in range(400)])
+    assert bins.of.value_counts().tolist() == [50] * report.BINS
+    assert bins.at[0] == pytest.approx(0.245)
+
+
+def test_a_folder_without_results_is_one_clear_line(folder, report) -> None:
     with pytest.raises(Exception, match=r"has no results of a study \(No such file"):
         report.write(folder / "none")
     (folder / "study.json").write_text("{")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text of a study file, of what a user picked."""
+"""The text of a study file (docs/studies.md) for what a user picked in the window; the package's
+folder `studies` reads and runs it."""
 
 from __future__ import annotations
 
@@ -8,10 +9,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..kind import Kind
-from ..kinds import KINDS
-from ..parameters import Spec, specs
-from .targets import BETWEEN, COMMON, POSE
+from .kind import Kind
+from .kinds import KINDS
+from .parameters import Spec, specs
+
+# A sensor is moved by metres along the home's axes, and turned by radians about its own.
+POSE = ("move_x", "move_y", "move_z", "turn_x", "turn_y", "turn_z")
+COMMON = ("enabled", "update_rate")
+# Between the names of a key.
+BETWEEN = "; "
 
 LABELS = {
     "enabled": ("On", ""),
@@ -49,7 +55,7 @@ class Vary:
 
 
 def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
-    """A study of a home that is beside it, or at a path."""
+    """The text of a study; `home` is a path, relative to the study's folder or absolute."""
     lines = [
         f"home = {json.dumps(home, ensure_ascii=False)}",
         f"seeds = {seeds}",

@@ -1,39 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the keys of a study mean in a home: which parameter of which sensors each of them sets."""
+"""What the keys of a study set in a home: which parameter of which sensors, and whether that
+changes the home for other sensors too."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
-from ..choice import ALL_SENSORS, SensorChoice, fitting, not_found
-from ..error import InputError
-from ..kind import Kind
-from ..kinds import KINDS
-from ..parameters import defaults, specs
-from ..wording import hint
+from ..sensor_logic.choice import ALL_SENSORS, SensorChoice, fitting, not_found
+from ..sensor_logic.error import InputError
+from ..sensor_logic.kind import Kind
+from ..sensor_logic.kinds import KINDS
+from ..sensor_logic.parameters import defaults, specs
+from ..sensor_logic.study_file import BETWEEN, COMMON, POSE
+from ..sensor_logic.wording import hint
 from .study import SENSORS, WITHOUT_DOT, Range, Study, Value
 
-# A sensor is moved by metres along the home's axes, and turned by radians about its own.
-POSE = ("move_x", "move_y", "move_z", "turn_x", "turn_y", "turn_z")
-COMMON = ("enabled", "update_rate")
 PRESET = "preset"
-# Between the names of a key.
-BETWEEN = "; "
+# Sensor → parameter → value.
+Settings = dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class HomeFacts:
     """What is known of a home before it is simulated: the kinds of its sensors by name, in order,
-    the digest of its file and of all that it links, the versions that would simulate it, and which
-    sensors are `free`: nothing but they themselves depends on how they are set."""
+    the digest of its file and of all that it links, and which sensors are `free`: nothing but they
+    themselves depends on how they are set."""
 
     name: str
     kinds: Mapping[str, str]
     digest: str
-    versions: Mapping[str, str]
     frame_start: int = 1
     free: frozenset[str] = frozenset()
 
@@ -51,12 +50,6 @@ class HomeFacts:
         return [name for name in self.kinds if name in found]
 
 
-def split(key: str) -> tuple[str, str]:
-    """Name or pattern of sensors, and the parameter."""
-    pattern, _, parameter = key.rpartition(".")
-    return pattern, parameter
-
-
 def check(study: Study, homes: Iterable[HomeFacts]) -> None:
     """Raises InputError for what no sensor of one of the homes has, and values out of limits."""
     for home in homes:
@@ -71,16 +64,11 @@ def check(study: Study, homes: Iterable[HomeFacts]) -> None:
         fixed = {key: (value,) for key, value in study.fixed.items()}
         for key, values in (study.vary | fixed).items():
             if key == SENSORS:
-                for patterns in values:  # type: ignore[union-attr]
-                    _check_sensors(study, home, patterns)  # type: ignore[arg-type]
+                for pattern in itertools.chain.from_iterable(cast(Any, values)):
+                    if not home.fitting(pattern):
+                        raise _no_sensor(study, home, SENSORS, pattern)
             elif key not in WITHOUT_DOT:
                 _check_key(study, home, key, values)
-
-
-def _check_sensors(study: Study, home: HomeFacts, patterns: tuple[str, ...]) -> None:
-    for pattern in patterns:
-        if not home.fitting(pattern):
-            raise _no_sensor(study, home, SENSORS, pattern)
 
 
 def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> InputError:
@@ -89,7 +77,7 @@ def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> InputEr
 
 
 def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...] | Range) -> None:
-    pattern, parameter = split(key)
+    pattern, _, parameter = key.rpartition(".")
     names = home.fitting(pattern)
     if not names:
         raise _no_sensor(study, home, key, pattern)
@@ -114,34 +102,31 @@ def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
     if parameter == PRESET:
         known = [preset.identifier for preset in kind.presets]
         return "" if value in known else f"'{value}' is unknown: {hint(str(value), known)}"
-    if parameter in POSE:
-        return "" if _is_number(value) else f"is {value!r}: it must be a number"
-    if parameter == "update_rate":
-        sound = _is_number(value) and float(value) > 0  # type: ignore[arg-type]
-        return "" if sound else f"is {value!r}: it must be a number above 0"
-    if parameter == "enabled":
-        return "" if isinstance(value, bool) else f"is {value!r}: it must be true or false"
-    default = defaults(kind.parameters)[parameter]
-    problem = _wrong_type(default, value, is_range, parameter)
-    if problem or specs(kind.parameters)[parameter].pointer:
-        return problem
+    own = defaults(kind.parameters)
+    # A value of its type.
+    like = {"enabled": True, "update_rate": 1.0, **dict.fromkeys(POSE, 0.0), **own}[parameter]
+    if isinstance(like, int) and not isinstance(like, bool) and is_range:
+        return "counts: add whole = true to its range"
+    if wanted := _wanted(like, value, parameter == "update_rate"):
+        return f"is {value!r}: it must be {wanted}"
+    if parameter not in own or specs(kind.parameters)[parameter].pointer:
+        return ""
     told = kind.parameters(**{parameter: value}).problems()
     prefix = f"{parameter} "
     return next((text.removeprefix(prefix) for text in told if text.startswith(prefix)), "")
 
 
-def _wrong_type(default: Any, value: Value, is_range: bool, parameter: str) -> str:
-    if isinstance(default, bool):
-        return "" if isinstance(value, bool) else f"is {value!r}: it must be true or false"
-    if isinstance(default, (int, float)):
-        if not _is_number(value):
-            return f"is {value!r}: it must be a number"
-        if isinstance(default, int) and is_range:
-            return "counts: add whole = true to its range"
-        if isinstance(default, int) and float(value) != int(value):  # type: ignore[arg-type]
-            return f"is {value!r}: it must be a whole number"
-        return ""
-    return "" if isinstance(value, str) else f"is {value!r}: it must be a text"
+def _wanted(like: Any, value: Any, above_0: bool) -> str:
+    """What a value must be where it has not the type of another one; empty where it has."""
+    if isinstance(like, bool):
+        return "" if isinstance(value, bool) else "true or false"
+    if not isinstance(like, (int, float)):
+        return "" if isinstance(value, str) else "a text"
+    if above_0:
+        return "" if _is_number(value) and value > 0 else "a number above 0"
+    if not _is_number(value):
+        return "a number"
+    return "a whole number" if isinstance(like, int) and value != int(value) else ""
 
 
 def _is_number(value: Any) -> bool:
@@ -150,10 +135,10 @@ def _is_number(value: Any) -> bool:
 
 def settings_of(
     home: HomeFacts, values: Mapping[str, Value], choice: SensorChoice = ALL_SENSORS
-) -> dict[str, dict[str, Any]]:
-    """What a run sets: sensor → parameter → value. Of two keys that set the same the later one
-    holds; sensors that `sensors` does not name, or the `choice` not take, are switched off."""
-    found: dict[str, dict[str, Any]] = {}
+) -> Settings:
+    """What a run sets. Of two keys that set the same, the later one holds. Sensors that `sensors`
+    does not name, or that the `choice` does not take, are switched off."""
+    found: Settings = {}
     on = values.get(SENSORS)
     if isinstance(on, tuple):
         present = {name for pattern in on for name in home.fitting(pattern)}
@@ -162,7 +147,7 @@ def settings_of(
     for key, value in values.items():
         if key in WITHOUT_DOT:
             continue
-        pattern, parameter = split(key)
+        pattern, _, parameter = key.rpartition(".")
         for name in home.fitting(pattern):
             kind = KINDS[home.kinds[name]]
             found.setdefault(name, {}).update(_values_of(kind, parameter, value))
@@ -178,3 +163,17 @@ def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
         default = defaults(kind.parameters)[parameter]
         return {parameter: type(default)(value)}
     return {parameter: value}
+
+
+def of_the_home(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
+    """What of a run's settings changes the home for other sensors too: where one stands, for its
+    housing is in the way of their rays, and all that is set of those that are not `home.free`."""
+    found = {
+        name: {
+            parameter: value
+            for parameter, value in values.items()
+            if name not in home.free or (parameter in POSE and value)
+        }
+        for name, values in settings.items()
+    }
+    return {name: values for name, values in found.items() if values}

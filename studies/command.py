@@ -10,16 +10,24 @@ import signal
 import sys
 import time
 from dataclasses import replace
-from importlib import import_module
-from typing import Any
 
-from ...sensor_logic.error import InputError
-from ...sensor_logic.study import study as studies
-from ...sensor_logic.wording import part_is, plural, shown_duration
-from .console import BAD_INPUT, DONE, FAILED, note, tell
-from .parser import Parser, add_choice, choice_of, path
+from ..angen_addon.commands.console import BAD_INPUT, DONE, FAILED, note, tell
+from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path
+from ..sensor_logic.error import InputError
+from ..sensor_logic.wording import part_is, plural, shown_duration
+from . import study
 
-LIBRARIES = ("dask", "distributed", "scipy", "pyarrow", "matplotlib", "pandas")
+# What the extra [study] of the package installs, loaded where it is used.
+LIBRARIES = (
+    "dask",
+    "distributed",
+    "jinja2",
+    "markupsafe",
+    "matplotlib",
+    "pandas",
+    "pyarrow",
+    "scipy",
+)
 
 
 def main(arguments: list[str], program: str) -> int:
@@ -31,38 +39,37 @@ def main(arguments: list[str], program: str) -> int:
     except ModuleNotFoundError as error:
         if error.name not in LIBRARIES:
             raise
-        note(f'{error}: pip install "angen-sensors[sweep]"')
+        note(f'{error}: pip install "angen-sensors[study]"')
     except InputError as error:
         note(str(error))
     return BAD_INPUT
 
 
 def _run(options: argparse.Namespace) -> int:
-    study = replace(studies.read(options.study), choice=choice_of(options))
-    cluster: Any = import_module("..study.cluster", __package__)
-    engine: Any = import_module("..study.engine", __package__)
-    results: Any = import_module("..study.results", __package__)
+    wanted = replace(study.read(options.study), choice=choice_of(options))
+    from . import engine, results
+
     jobs = options.jobs or os.cpu_count() or 1
-    clients = cluster.elsewhere(options.scheduler) if options.scheduler else cluster.here(jobs)
+    clients = engine.elsewhere(options.scheduler) if options.scheduler else engine.here(jobs)
     line = _Line()
     # A job that a shell runs in the background begins with Ctrl-C ignored, as do its children.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     with results.Store(options.out) as store, clients as client:
-        driver = engine.Driver(study, store, client)
+        driver = engine.Driver(wanted, store, client)
         try:
             driver.run(line.show)
-        except InputError as error:
+        except (InputError, KeyboardInterrupt) as error:
             line.end()
-            note(f"{part_is(driver.kept(), driver.total, 'run')} done: {error}")
-            driver.write_tables()
-            return FAILED
-        except KeyboardInterrupt:
-            line.end()
-            note(
-                f"interrupted: {part_is(driver.kept(), driver.total, 'run')} done and kept; the "
-                "same command goes on from there"
-            )
-            driver.write_tables()
+            done = f"{part_is(driver.kept(), driver.total, 'run')} done"
+            if isinstance(error, InputError):
+                note(f"{done}: {error}")
+            else:
+                note(f"interrupted: {done} and kept; the same command goes on from there")
+            try:
+                driver.write_tables()
+            except InputError as error:
+                # A full disk has room for neither.
+                note(str(error))
             return FAILED
         line.end()
         driver.write_tables()
@@ -76,7 +83,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    report: Any = import_module("..study.report", __package__)
+    from . import report
+
     note(f"written: {report.write(options.folder)}")
     return DONE
 

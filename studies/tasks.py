@@ -1,23 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a worker of a study is given and gives back, and the files that it knows."""
+"""What a worker of a study is given and gives back, and the files and versions that it has. The
+driver, which has no Blender, loads this module too."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import platform
 import sys
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ...sensor_logic.error import AngenError
-from ...sensor_logic.study.digest import digest_of_bytes
-from ..output.run_log import extension_version
+import distributed
 
-# File → what it holds, where the disk of the driver is not that of this worker.
+from ..angen_addon.output.run_log import extension_version
+from ..sensor_logic.error import AngenError
+from .settings import Settings
+
+# Digest → the file that was sent, where this worker does not see the driver's disk.
 _sent: dict[str, Path] = {}
+
+
+def digest_of(facts: Mapping[str, Any]) -> str:
+    """A digest of plain data, by which a run is known: 24 hexadecimal digits. The order of keys
+    does not change it, that of lists does."""
+    text = json.dumps(facts, sort_keys=True, ensure_ascii=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+def digest_of_bytes(content: bytes) -> str:
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"
 
 
 @dataclass(frozen=True)
@@ -34,15 +50,14 @@ class File:
 
 @dataclass(frozen=True)
 class Task:
-    """All that a run needs. `settings`: sensor → parameter → value; those of them that change the
-    home are `of_the_home`. `functions`: (label, name, source) of those that measure. `versions` are
-    those that all runs of the study have. `days_in`: where days are kept, by its path at the
-    driver."""
+    """All that a run needs. Those of the `settings` that change the home are `of_the_home`.
+    `functions`: (label, name, source) of those that measure. `versions` are those that all runs of
+    the study have. `days_in`: where days are kept, by its path at the driver."""
 
     digest: str
     home: File
     seed: int
-    settings: dict[str, dict[str, Any]]
+    settings: Settings
     measure: tuple[str, ...]
     functions: tuple[tuple[str, str, str], ...]
     keep: tuple[str, ...]
@@ -52,7 +67,7 @@ class Task:
     start: str = ""
     days: int = 0
     empty_for: float = 30.0
-    of_the_home: dict[str, dict[str, Any]] = field(default_factory=dict)
+    of_the_home: Settings = field(default_factory=dict)
     days_in: str = ""
 
 
@@ -68,18 +83,27 @@ class Done:
     files: dict[str, str] = field(default_factory=dict)
 
 
-def put(name: str, digest: str, content: bytes) -> None:
-    """Keeps a file that was sent, whose digest is `digest`."""
-    path = Path(_folder().name) / f"{digest.rpartition(':')[2][:16]}-{name}"
-    path.write_bytes(content)
-    _sent[digest] = path
-
-
 # One a process, with which it goes; without it each file would get a folder.
 @cache
 def _folder() -> tempfile.TemporaryDirectory[str]:
-    """Goes with the process."""
     return tempfile.TemporaryDirectory(prefix="angen-study-")
+
+
+class FilesOfStudy(distributed.WorkerPlugin):
+    """Brings files to each worker that does not see the driver's, also to one that comes late."""
+
+    def __init__(self, name: str, files: Mapping[File, bytes]) -> None:
+        self.name = name
+        self._files = dict(files)
+
+    def setup(self, worker: Any) -> None:
+        for file, content in self._files.items():
+            try:
+                found(file)
+            except AngenError:
+                path = Path(_folder().name) / f"{file.digest.rpartition(':')[2][:16]}-{file.name}"
+                path.write_bytes(content)
+                _sent[file.digest] = path
 
 
 def found(file: File) -> Path:
@@ -98,14 +122,10 @@ def _digest(path: Path, changed: int) -> str:
     return digest_of_bytes(path.read_bytes())
 
 
-def versions(_: None = None) -> dict[str, str]:
-    """Of all that a run depends on here. Raises AngenError where Blender's module is missing."""
-    return _versions()
-
-
 # Once a process; without it 11 ms more a run.
 @cache
-def _versions() -> dict[str, str]:
+def versions(_: None = None) -> dict[str, str]:
+    """Of all that a run depends on here. Raises AngenError where Blender's module is missing."""
     try:
         import bpy
         import numpy
@@ -123,9 +143,9 @@ def _versions() -> dict[str, str]:
 
 def _code() -> str:
     """A digest of what simulates: of the same version there are many while it is worked on."""
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[1]
     found = hashlib.sha256()
-    for folder in ("sensor_logic", "angen_addon"):
+    for folder in ("sensor_logic", "angen_addon", "residents", "studies"):
         for path in sorted((root / folder).rglob("*.py")):
             found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return found.hexdigest()[:12]

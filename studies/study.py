@@ -1,19 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a study from TOML. Everything that is wrong is told with its line."""
+"""A study: its TOML file, each error of which is told with its line, and the runs that it asks
+for."""
 
 from __future__ import annotations
 
 import ast
+import itertools
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import date, datetime
-from itertools import combinations
+from datetime import date
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
-from ..choice import ALL_SENSORS, SensorChoice
-from ..error import InputError
-from ..toml_table import TomlTable, number, read_table, suggestion, text, texts
+import numpy as np
+
+from ..sensor_logic.choice import ALL_SENSORS, SensorChoice
+from ..sensor_logic.error import InputError
+from ..sensor_logic.model import Array
+from ..sensor_logic.toml_table import (
+    TomlTable,
+    calendar_date,
+    flag,
+    number,
+    read_table,
+    suggestion,
+    text,
+    texts,
+)
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")
@@ -47,12 +61,26 @@ class Range:
 
     def at(self, share: float) -> float:
         """The number at a share from 0 to 1."""
-        if self.log:
-            found = self.first * (self.last / self.first) ** share
-        else:
-            found = self.first + share * (self.last - self.first)
         # A share of 1 is the last number itself, without rounding.
-        return self.last if share == 1.0 else found
+        if share == 1.0:
+            return self.last
+        if self.log:
+            return float(self.first * (self.last / self.first) ** share)
+        return self.first + share * (self.last - self.first)
+
+    def values(self) -> list[Value]:
+        """The values of a grid."""
+        found = [self.at(step / (self.steps - 1)) for step in range(self.steps)]
+        # A whole number that two steps come to counts once.
+        return list(dict.fromkeys(map(round, found))) if self.whole else list(found)
+
+    def drawn(self, share: float) -> Value:
+        """The value that a random share, from 0 to below 1, stands for."""
+        if not self.whole:
+            return self.at(share)
+        # Each whole number is as likely as the others, the ends too.
+        wide = Range(self.first - 0.5, self.last + 0.5, log=self.log)
+        return int(min(max(round(wide.at(share)), self.first), self.last))
 
 
 @dataclass(frozen=True)
@@ -69,44 +97,38 @@ class Function:
 
 
 @dataclass(frozen=True)
-class Days:
-    """What is lived in each run: `days` from midnight of `start` on, by one of the routines."""
-
-    start: date
-    days: int
-
-
-@dataclass(frozen=True)
 class Study:
     """A study as its file has it. Paths are absolute. `vary`: the values of each key, or a range;
-    `fixed`: what all runs have in common. `empty_for` (s): a sensor that goes on
-    in a room that is empty for so long before and after gives a false alarm. `best`: the measure
-    that matters, and whether most of it is wanted. `together`: whether runs that differ in their
-    sensors alone live the home once. `choice`: the other sensors are switched off in all runs."""
+    `fixed`: what all runs have in common. With `routines` each run lives `days` from midnight of
+    `start` on, by one of them. `empty_for` (s): a sensor that goes on in a room that is empty for
+    so long before and after gives a false alarm. `best`: the measure that matters, and whether most
+    of it is wanted. `together`: whether runs that differ in their sensors alone live the home once.
+    `lines`: file and line of each key. `choice`: the other sensors are switched off in all runs."""
 
     name: str
     homes: tuple[Path, ...]
-    seeds: tuple[int, ...]
+    routines: tuple[Path, ...]
+    start: date | None
+    days: int
     vary: dict[str, tuple[Value, ...] | Range]
     fixed: dict[str, Value]
-    draw: str = "grid"
-    runs: int = 0
-    draw_seed: int = 0
-    frames: tuple[int, int] | None = None
-    measure: tuple[str, ...] = ("events",)
-    functions: tuple[Function, ...] = ()
-    keep: tuple[str, ...] = ()
-    best: tuple[str, Literal["most", "least"]] | None = None
-    routines: tuple[Path, ...] = ()
-    days: Days | None = None
-    empty_for: float = 30.0
-    together: bool = True
-    lines: tuple[tuple[str, str], ...] = ()
+    lines: dict[str, str]
+    measure: tuple[str, ...]
+    functions: tuple[Function, ...]
+    draw: str
+    runs: int
+    draw_seed: int
+    seeds: tuple[int, ...]
+    frames: tuple[int, int] | None
+    keep: tuple[str, ...]
+    best: tuple[str, str] | None
+    empty_for: float
+    together: bool
     choice: SensorChoice = ALL_SENSORS
 
     def where(self, key: str) -> str:
         """File and line of a key of [vary] or [set]."""
-        return dict(self.lines).get(key, self.name)
+        return self.lines.get(key, self.name)
 
 
 def read(path: Path) -> Study:
@@ -123,11 +145,6 @@ def read(path: Path) -> Study:
 def _study(top: TomlTable, folder: Path) -> Study:
     homes = top.take("home", lambda value: _files(value, folder))
     routines = top.take("routine", lambda value: _files(value, folder), ())
-    days = None
-    if routines:
-        days = Days(top.take("start", _date), top.take("days", _whole(1, 100_000)))
-    draw = top.one_of("draw", DRAWS, "grid")
-    drawn = draw in ("random", "sobol")
     measure, functions = top.take(
         "measure", lambda value: _measures(value, folder), (("events",), ())
     )
@@ -139,42 +156,44 @@ def _study(top: TomlTable, folder: Path) -> Study:
     if best is not None and not functions and not _is_measured(best[0], measure):
         known = [column for name in measure for column in MEASURES[name]]
         raise top.error(f"{best[0]!r} is not measured; {suggestion(best[0], known)}", "best")
-    vary = {key: _values(table, key) for table, key in _keys(top, "vary")}
-    fixed = {key: _value(table, key) for table, key in _keys(top, "set")}
+    keys = {name: _keys(top, name) for name in ("vary", "set")}
+    vary = {key: _values(keys["vary"], key) for key in keys["vary"].values}
+    fixed = {key: _value(keys["set"], key) for key in keys["set"].values}
     for key in vary.keys() & fixed.keys():
-        raise top.below(fixed, "set").error(f"{key!r} also varies", key)
+        raise keys["set"].error(f"{key!r} also varies", key)
     if len(homes) > 1:
-        vary = {HOME: tuple(str(home) for home in homes), **vary}
+        vary = {HOME: tuple(map(str, homes)), **vary}
     if len(routines) > 1:
-        vary = {**vary, ROUTINE: tuple(str(routine) for routine in routines)}
+        vary = {**vary, ROUTINE: tuple(map(str, routines))}
+    draw = top.one_of("draw", DRAWS, "grid")
     found = Study(
-        top.name,
-        homes,
-        top.take("seeds", _seeds, (0,)),
-        vary,
-        fixed,
-        draw,
-        top.take("runs", _whole(1, MOST_RUNS)) if drawn else 0,
-        top.take("draw_seed", _whole(0, SEEDS - 1), 0),
-        None if routines else top.take("frames", _frames, None),
-        measure,
-        functions,
-        top.take("keep", _kept, ()),
-        best,
-        routines,
-        days,
-        top.take("empty_for", number(0, 3600), 30.0),
-        top.take("together", _flag, True),
-        tuple(
-            (key, _place(table, key)) for name in ("vary", "set") for table, key in _keys(top, name)
-        ),
+        name=top.name,
+        homes=homes,
+        routines=routines,
+        start=top.take("start", calendar_date) if routines else None,
+        days=top.take("days", _whole(1, 100_000)) if routines else 0,
+        vary=vary,
+        fixed=fixed,
+        lines={key: table.where(key) for table in keys.values() for key in table.values},
+        measure=measure,
+        functions=functions,
+        draw=draw,
+        runs=top.take("runs", _whole(1, MOST_RUNS)) if draw in ("random", "sobol") else 0,
+        draw_seed=top.take("draw_seed", _whole(0, SEEDS - 1), 0),
+        seeds=top.take("seeds", _seeds, (0,)),
+        frames=None if routines else top.take("frames", _frames, None),
+        keep=top.take("keep", _kept, ()),
+        best=best,
+        empty_for=top.take("empty_for", number(0, 3600), 30.0),
+        together=top.take("together", flag, True),
     )
     top.finish()
     _check_ranges(found)
     return found
 
 
-def _keys(top: TomlTable, name: str) -> list[tuple[TomlTable, str]]:
+def _keys(top: TomlTable, name: str) -> TomlTable:
+    """The table [vary] or [set]. Raises InputError for keys that are no parameter of a sensor."""
     table = top.below(top.take(name, dict, {}), name)
     for key in table.values:
         if "." not in key and key != SENSORS:
@@ -183,30 +202,25 @@ def _keys(top: TomlTable, name: str) -> list[tuple[TomlTable, str]]:
                 "in quotation marks",
                 key,
             )
-    return [(table, key) for key in table.values]
-
-
-def _place(table: TomlTable, key: str) -> str:
-    return str(table.error("", key)).removesuffix(": ")
+    return table
 
 
 def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
     """What a key of [vary] takes. Raises InputError."""
     found = table.values[key]
-    if isinstance(found, dict) and key == SENSORS:
-        return _choices(table.below(found, key))
     if isinstance(found, dict):
-        return _range(table.below(found, key))
+        below = table.below(found, key)
+        return _choices(below) if key == SENSORS else _range(below)
     if not isinstance(found, list) or not found:
         raise table.error(
             f"{key}: give a list of values, [1, 2, 3], or {{ from = 1, to = 3, steps = 3 }}", key
         )
-    one = _one_set if key == SENSORS else _scalar
+    one = _names if key == SENSORS else _scalar
     return table.take(key, lambda values: tuple(map(one, values)))
 
 
 def _value(table: TomlTable, key: str) -> Value:
-    return table.take(key, _one_set if key == SENSORS else _scalar)
+    return table.take(key, _names if key == SENSORS else _scalar)
 
 
 def _scalar(value: Any) -> Value:
@@ -217,9 +231,12 @@ def _scalar(value: Any) -> Value:
     return value
 
 
-def _one_set(value: Any) -> tuple[str, ...]:
-    """Names or patterns of sensors."""
-    return (text(value),) if isinstance(value, str) else texts(value)
+def _names(value: Any, what: str = "") -> tuple[str, ...]:
+    """A name, or several: of `what`, one at least."""
+    found = (text(value),) if isinstance(value, str) else texts(value)
+    if what and not found:
+        raise ValueError(f"it names no {what}")
+    return found
 
 
 def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
@@ -244,7 +261,7 @@ def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
             "'least' or 'most'",
             "of",
         )
-    return tuple(chosen for count in counts for chosen in combinations(names, count))
+    return tuple(chosen for count in counts for chosen in itertools.combinations(names, count))
 
 
 def _range(table: TomlTable) -> Range:
@@ -253,8 +270,8 @@ def _range(table: TomlTable) -> Range:
         table.take("from", any_number),
         table.take("to", any_number),
         table.take("steps", _whole(2, MOST_RUNS), 0),
-        table.take("log", _flag, False),
-        table.take("whole", _flag, False),
+        table.take("log", flag, False),
+        table.take("whole", flag, False),
     )
     table.finish()
     if found.last <= found.first:
@@ -280,10 +297,7 @@ def _check_ranges(study: Study) -> None:
 
 
 def _files(value: Any, folder: Path) -> tuple[Path, ...]:
-    names = (text(value),) if isinstance(value, str) else texts(value)
-    if not names:
-        raise ValueError("it names no file")
-    found = tuple((folder / name).resolve() for name in names)
+    found = tuple((folder / name).resolve() for name in _names(value, "file"))
     for path in found:
         if not path.is_file():
             raise ValueError(f"there is no file {path}")
@@ -293,10 +307,7 @@ def _files(value: Any, folder: Path) -> tuple[Path, ...]:
 
 
 def _measures(value: Any, folder: Path) -> tuple[tuple[str, ...], tuple[Function, ...]]:
-    names = (text(value),) if isinstance(value, str) else texts(value)
-    functions = []
-    if not names:
-        raise ValueError("it names no measure")
+    names, functions = _names(value, "measure"), []
     for name in names:
         if ".py:" in name:
             functions.append(_function(name, folder))
@@ -326,20 +337,18 @@ def _function(name: str, folder: Path) -> Function:
 
 
 def _kept(value: Any) -> tuple[str, ...]:
-    names = (text(value),) if isinstance(value, str) else texts(value)
+    names = _names(value)
     for name in names:
         if name not in KEPT:
             raise ValueError(f"{name!r} cannot be kept; {suggestion(name, KEPT)}")
     return names
 
 
-def _best(value: Any) -> tuple[str, Literal["most", "least"]]:
+def _best(value: Any) -> tuple[str, str]:
     which, _, measure = text(value).partition(" ")
-    if which == "most" and measure:
-        return measure.strip(), "most"
-    if which == "least" and measure:
-        return measure.strip(), "least"
-    raise ValueError(f'{value!r} is not "most MEASURE" or "least MEASURE"')
+    if which not in ("most", "least") or not measure:
+        raise ValueError(f'{value!r} is not "most MEASURE" or "least MEASURE"')
+    return measure.strip(), which
 
 
 def _is_measured(column: str, measure: tuple[str, ...]) -> bool:
@@ -376,13 +385,69 @@ def _whole(low: int, high: int) -> Any:
     return read_whole
 
 
-def _flag(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(f"{value!r} is neither true nor false")
-    return value
+# --- the runs -----------------------------------------------------------------------------------
+
+Setting = dict[str, Value]
 
 
-def _date(value: Any) -> date:
-    if isinstance(value, datetime) or not isinstance(value, date):
-        raise ValueError(f"{value!r} is not a date such as 2026-03-02")
-    return value
+class Run(NamedTuple):
+    """A run: its number from 1, what varies, and the seed."""
+
+    number: int
+    setting: Setting
+    seed: int
+
+
+def count_of(study: Study) -> int:
+    """How many runs it has. Raises InputError where they are too many."""
+    if study.draw in ("random", "sobol"):
+        settings = study.runs
+    elif study.draw == "list":
+        settings = len(_values_of(next(iter(study.vary.values()), (0,))))
+    else:
+        settings = math.prod(len(_values_of(way)) for way in study.vary.values())
+    total = settings * len(study.seeds)
+    if total > MOST_RUNS:
+        raise InputError(f"{study.name}: {total} runs are more than {MOST_RUNS}")
+    return total
+
+
+def runs_of(study: Study) -> Iterator[Run]:
+    """All runs in order: each setting with every seed. Raises InputError."""
+    number = itertools.count(1)
+    for setting in _settings(study):
+        for seed in study.seeds:
+            yield Run(next(number), setting, seed)
+
+
+def _settings(study: Study) -> Iterator[Setting]:
+    ways = list(study.vary.values())
+    rows: Iterable[tuple[Value, ...]]
+    if study.draw == "grid":
+        rows = itertools.product(*map(_values_of, ways))
+    elif study.draw == "list":
+        # Lists alone, of one length: `_check_ranges` has looked at that.
+        rows = zip(*map(_values_of, ways), strict=True)
+    else:
+        rows = (tuple(map(_drawn, ways, shares)) for shares in _shares(study, len(ways)).tolist())
+    for row in rows:
+        yield dict(zip(study.vary, row, strict=True))
+
+
+def _values_of(way: Sequence[Value] | Range) -> Sequence[Value]:
+    return way.values() if isinstance(way, Range) else way
+
+
+def _drawn(way: Sequence[Value] | Range, share: float) -> Value:
+    return way.drawn(share) if isinstance(way, Range) else way[int(share * len(way))]
+
+
+def _shares(study: Study, dimensions: int) -> Array:
+    """Random or Sobol numbers from 0 to below 1, shape (runs, dimensions)."""
+    if study.draw == "random":
+        return np.random.default_rng(study.draw_seed).random((study.runs, dimensions))
+    from scipy.stats import qmc
+
+    sobol: Any = qmc.Sobol(dimensions, scramble=True, rng=study.draw_seed)
+    # All points of a power of two, of which the first are taken.
+    return np.asarray(sobol.random_base2(max(study.runs - 1, 0).bit_length()))[: study.runs]

@@ -5,28 +5,33 @@ made of these, `results.csv` and `results.parquet`."""
 from __future__ import annotations
 
 import contextlib
-import csv
-import importlib
-import io
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ...sensor_logic.error import AngenError, InputError
-from ...sensor_logic.files import write_files
-from .tasks import Done
+import pandas
 
-fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
+from ..sensor_logic.error import AngenError, InputError
+from ..sensor_logic.files import fcntl, write_files
+
+if TYPE_CHECKING:
+    from .tasks import Done
 
 RUNS, CSV, PARQUET, LOGS = "runs.jsonl", "results.csv", "results.parquet", "logs"
 # Days of runs that are not over yet.
 DAYS = "days"
 # What the report needs to know of the study.
 FACTS = "study.json"
-# Rows of a Parquet file that are in memory at once.
-ROWS = 1000
+# The type of a column in Parquet by what pandas finds in it; all else is text.
+TYPES = {
+    "boolean": "bool_",
+    "integer": "int64",
+    "floating": "float64",
+    "mixed-integer-float": "float64",
+    "empty": "null",
+}
 Row = dict[str, Any]
 
 
@@ -51,7 +56,7 @@ class Store:
                 raise InputError(f"another study is writing into {folder}") from None
         # Where the line of each run is, of those that went well and of those that failed.
         self._at: dict[str, int] = {}
-        self._failed: set[str] = set()
+        self.failed: set[str] = set()
         self.read()
 
     def __enter__(self) -> Store:
@@ -87,11 +92,11 @@ class Store:
     def _note(self, row: Row, at: int) -> None:
         digest = row["digest"]
         self._at[digest] = at
-        (self._failed.add if row["error"] else self._failed.discard)(digest)
+        (self.failed.add if row["error"] else self.failed.discard)(digest)
 
     def has(self, digest: str) -> bool:
         """Whether a run is done, and went well."""
-        return digest in self._at and digest not in self._failed
+        return digest in self._at and digest not in self.failed
 
     def add(self, done: Done, versions: dict[str, str]) -> None:
         """Keeps what came of a run. Raises InputError, and then keeps nothing of it."""
@@ -126,10 +131,6 @@ class Store:
         found: Row = json.loads(self._file.readline())
         return found
 
-    @property
-    def failed(self) -> set[str]:
-        return self._failed
-
 
 def _reopened(file: Any, at: int) -> Any:
     """The file as it was before a line that did not go in whole; closing it may try once more."""
@@ -140,94 +141,34 @@ def _reopened(file: Any, at: int) -> Any:
     return open(path, "a+b")
 
 
-class Table:
-    """The rows of a table, gone through anew each time, and its columns by what they hold."""
-
-    def __init__(self, rows: Any) -> None:
-        self._rows = rows
-        self.columns: dict[str, type] = {}
-        for row in self:
-            for name, value in row.items():
-                if value is not None:
-                    self.columns[name] = _wider(self.columns.get(name), type(value))
-                else:
-                    self.columns.setdefault(name, type(None))
-        for name in ("seconds", "digest", "error"):
-            self.columns[name] = self.columns.pop(name, str)
-
-    def __iter__(self) -> Iterator[Row]:
-        return iter(self._rows())
-
-
-def _wider(one: type | None, other: type) -> type:
-    """A type that holds what both do."""
-    if one in (None, type(None)) or one is other:
-        return other
-    return float if {one, other} == {int, float} else str
-
-
-def write_tables(folder: Path, table: Table) -> list[str]:
+def write_tables(folder: Path, rows: Iterable[Row]) -> list[str]:
     """Writes results.csv and results.parquet; returns what could not be, a sentence each. Raises
     InputError."""
+    table = pandas.DataFrame(list(rows), dtype=object)
+    for name in ("seconds", "digest", "error"):
+        table[name] = table.pop(name) if name in table else None
+    types = {name: TYPES.get(pandas.api.types.infer_dtype(table[name]), "string") for name in table}
+    flags = [name for name, kind in types.items() if kind == "bool_"]
+    # Switches are 1 and 0.
+    plain = table.assign(**{name: table[name].astype("boolean").astype("Int64") for name in flags})
     try:
-        write_files({folder / CSV: _csv(table)})
+        write_files({folder / CSV: plain.to_csv(index=False, lineterminator="\n")})
     except AngenError as error:
         raise InputError(f"{error}; the runs themselves are kept") from None
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
-        return [f'{PARQUET} is not written ({error}): pip install "angen-sensors[sweep]"']
+        return [f'{PARQUET} is not written ({error}): pip install "angen-sensors[study]"']
+    texts = [name for name, kind in types.items() if kind == "string"]
+    table[texts] = table[texts].map(str, na_action="ignore")
+    schema = pyarrow.schema([(name, getattr(pyarrow, kind)()) for name, kind in types.items()])
     part = folder / f".{PARQUET}.part"
     try:
-        _write_parquet(pyarrow, part, table)
+        found = pyarrow.Table.from_pandas(table, schema).replace_schema_metadata()
+        pyarrow.parquet.write_table(found, part)
         os.replace(part, folder / PARQUET)
     except OSError as error:
         part.unlink(missing_ok=True)
         raise InputError(f"cannot write {folder / PARQUET}: {error.strerror}") from None
     return []
-
-
-def _csv(table: Table) -> Iterator[str]:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(table.columns)
-    for row in table:
-        writer.writerow([_text(row.get(name)) for name in table.columns])
-        yield out.getvalue()
-        out.seek(0)
-        out.truncate()
-    yield out.getvalue()
-
-
-def _text(value: Any) -> str:
-    if value is None:
-        return ""
-    return str(int(value)) if isinstance(value, bool) else str(value)
-
-
-def _write_parquet(pyarrow: Any, path: Path, table: Table) -> None:
-    types = {bool: "bool_", int: "int64", float: "float64", str: "string", type(None): "null"}
-    schema = pyarrow.schema(
-        [(name, getattr(pyarrow, types[of])()) for name, of in table.columns.items()]
-    )
-    with pyarrow.parquet.ParquetWriter(path, schema) as writer:
-        waiting: list[Row] = []
-
-        def flush() -> None:
-            rows = [
-                {
-                    name: None if row.get(name) is None else of(row[name])
-                    for name, of in table.columns.items()
-                }
-                for row in waiting
-            ]
-            writer.write_table(pyarrow.Table.from_pylist(rows, schema))
-            waiting.clear()
-
-        for row in table:
-            waiting.append(row)
-            if len(waiting) == ROWS:
-                flush()
-        if waiting:
-            flush()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks [--quick] [--only PART]`: measures, and writes data, plots and pages.
+"""`python -m benchmarks [--quick] [--only PART] [--page]`: measures, and writes data and pages.
 
-The data go to docs/data; the page docs/benchmarks.md and the tables of docs/pressure.md and
+The data go to docs/data; docs/benchmarks.md, its plots and the tables of docs/pressure.md and
 docs/pir.md are made from them. With --quick all output goes to build/bench instead, and of light,
 which has its own program, only the error of a run is measured. Exit status 1: a figure breaks its
 bound, or a part could not be measured; the data of all other parts are written nevertheless.
@@ -10,6 +10,8 @@ bound, or a part could not be measured; the data of all other parts are written 
 from __future__ import annotations
 
 import argparse
+import json
+import re
 import subprocess
 import sys
 import time
@@ -20,13 +22,13 @@ from typing import Any
 
 from angen_addon.process.standalone import load_extension
 
-from . import page, pressure_report
-from .regressions import broken, checked
+from . import page
+from .bounds import PARTS, broken, checked, left_out
 
 ROOT = Path(__file__).resolve().parent.parent
 LIGHT = "light"
-# The module that measures a part, where its name differs from the part's.
-MODULES = {"rays": "ray_benchmark"}
+# The functions that measure parts, where they are not `measure` of the part's module.
+FUNCTIONS = {"live": "home.measure_live", "pir_pyroelectric": "pir.measure_pyroelectric"}
 
 
 def main() -> None:
@@ -38,15 +40,23 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="measure less, into build/bench")
     parser.add_argument(
         "--only",
-        choices=(*page.REPORTS, LIGHT),
+        choices=(*PARTS, LIGHT),
         help="measure only this part; keep the last data of the others",
     )
+    parser.add_argument(
+        "--page", action="store_true", help="measure nothing; write all pages from the last data"
+    )
+    parser.add_argument("--apart", nargs=2, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
+    if arguments.apart:
+        print(json.dumps(call(arguments.apart[0], *json.loads(arguments.apart[1]))), flush=True)
+        return
     docs = ROOT / "build" / "bench" if arguments.quick else ROOT / "docs"
     (docs / "data").mkdir(parents=True, exist_ok=True)
+    chosen = [*PARTS, LIGHT] if arguments.only is None else [arguments.only]
     problems: list[str] = []
-    for name in page.REPORTS:
-        if arguments.only in (None, name):
+    for name in PARTS:
+        if name in chosen and not arguments.page:
             problems += _tried(name, arguments.quick, docs)
     try:
         _write_pages(docs, arguments.quick)
@@ -56,15 +66,27 @@ def main() -> None:
             f"the pages could not be written: {error!r}, see above; a part that was measured by "
             "another version of the benchmarks must be measured again"
         )
-    if arguments.only in (None, LIGHT) and not _light_holds(arguments.quick):
+    options = ["--page"] if arguments.page else ["--quick", "--only", "run"]
+    options = options if arguments.page or arguments.quick else []
+    if LIGHT in chosen and not (arguments.page and arguments.quick) and not _light_holds(options):
         problems.append("light: out of bounds or could not be measured, see above")
     if problems:
         raise SystemExit("\n".join(["Figures break their bounds:", *problems]))
 
 
-def _light_holds(quick: bool) -> bool:
-    """Measures light in its own program; returns whether its figures hold their bounds."""
-    options = ["--quick", "--only", "run"] if quick else []
+def call(function: str, *arguments: Any) -> Any:
+    """Calls a function of the benchmarks ("module.name") with the extension registered."""
+    extension = load_extension()
+    extension.register()
+    try:
+        module, _, name = function.partition(".")
+        return getattr(import_module(f"benchmarks.{module}"), name)(*arguments)
+    finally:
+        extension.unregister()
+
+
+def _light_holds(options: list[str]) -> bool:
+    """Runs light's own program; returns whether its figures hold their bounds."""
     return not subprocess.run([sys.executable, "-m", "benchmarks.light", *options]).returncode
 
 
@@ -72,8 +94,8 @@ def _write_pages(docs: Path, quick: bool) -> None:
     print(page.write(docs))
     print(f"written to {docs.relative_to(ROOT)}/benchmarks.md", file=sys.stderr, flush=True)
     for name, data in page.known(docs / "data").items():
-        if not quick and hasattr(page.REPORTS[name], "write"):
-            page.REPORTS[name].write(data)
+        if not quick:
+            page.write_tables(name, data)
 
 
 def _tried(name: str, quick: bool, docs: Path) -> list[str]:
@@ -83,9 +105,8 @@ def _tried(name: str, quick: bool, docs: Path) -> list[str]:
     except Exception as error:
         traceback.print_exc()
         return [f"{name}: could not be measured: {error!r}, see above"]
-    if hasattr(page.REPORTS[name], "left_out"):
-        for what in page.REPORTS[name].left_out(data):
-            print(f"{name}: LEFT OUT: {what}", file=sys.stderr, flush=True)
+    for what in left_out(name, data):
+        print(f"{name}: LEFT OUT: {what}", file=sys.stderr, flush=True)
     figures = checked(name, data)
     within = sum(figure.holds for figure in figures)
     print(f"{name}: {within} of {len(figures)} bounds held", file=sys.stderr, flush=True)
@@ -94,20 +115,19 @@ def _tried(name: str, quick: bool, docs: Path) -> list[str]:
 
 def _measure(name: str, quick: bool, docs: Path) -> dict[str, Any]:
     """Measures a part and writes its data at once, in case a later part fails."""
-    extension = load_extension()
-    extension.register()
     begin = time.perf_counter()
-    try:
-        common = import_module("benchmarks.common")
-        found = import_module(f"benchmarks.{MODULES.get(name, name)}").measure(quick)
-        machine = common.machine()
-    finally:
-        extension.unregister()
+    found = call(FUNCTIONS.get(name, f"{name}.measure"), quick)
     took = time.perf_counter() - begin
-    data = {"machine": machine, "quick": quick, "took_s": took, **found}
-    (docs / "data" / f"{name}.json").write_text(pressure_report.dumped(data), encoding="utf-8")
+    data = {"machine": call("common.machine"), "quick": quick, "took_s": took, **found}
+    (docs / "data" / f"{name}.json").write_text(dumped(data), encoding="utf-8")
     print(f"{name}: {took:.0f} s", file=sys.stderr, flush=True)
     return data
+
+
+def dumped(data: dict[str, Any]) -> str:
+    """JSON with one line for each innermost list, for readable diffs."""
+    text = json.dumps(data, indent=1, ensure_ascii=False)
+    return re.sub(r"\[[^][{}]*\]", lambda m: re.sub(r"\s*\n\s*", " ", m[0]), text) + "\n"
 
 
 if __name__ == "__main__":

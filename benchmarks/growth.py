@@ -1,25 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How cost and memory grow: with the objects, triangles, sensors and frames of a scene, and with
 the length of a recording. Each case runs in a process of its own, so that its memory is its own.
-
-`python -m benchmarks.growth '{"objects": 100}'` measures one case and prints it.
 """
 
 from __future__ import annotations
 
-import json
-import resource
-import subprocess
-import sys
+import math
 import time
-from pathlib import Path
+from collections import defaultdict
 from typing import Any
 
-from .common import spread
-from .progress import progress
+import bpy
+import numpy as np
+from angen_sensors.sensor_logic.kinds import KINDS
+from angen_sensors.sensor_logic.log import events_csv
+from angen_sensors.sensor_logic.model import Reading
+from angen_sensors.sensor_logic.recording.file import from_bytes, to_bytes
+from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
-ROOT = Path(__file__).resolve().parent.parent
-STATUS = Path("/proc/self/status")
+from .common import (
+    MIB,
+    apart,
+    bare_frames,
+    link,
+    memory_mib,
+    new_scene,
+    progress,
+    run,
+    sensors_of,
+    spread,
+)
+
 BASE = {"objects": 300, "triangles": 12_000, "sensors": 7, "frames": 96}
 SWEEPS: dict[str, tuple[int, ...]] = {
     "objects": (10, 30, 100, 300, 1000, 3000),
@@ -35,104 +46,53 @@ GLANCE: dict[str, tuple[int, ...]] = {
 }
 DAY = 86_400
 RATES = {"PIR": (7, 10.0), "OPTICAL_SWITCH": (7, 1.0), "LIGHT": (7, 1.0), "PRESSURE": (1, 1.0)}
+FPS, HIGH = 24, 2.2
 
 
 def measure(quick: bool) -> dict[str, Any]:
     rounds = 1 if quick else 3
-    sweeps = GLANCE if quick else SWEEPS
     # Round by round, so that a busy moment of the machine meets all cases.
-    found: dict[tuple[str, int], list[dict[str, float]]] = {}
+    found = defaultdict[tuple[str, int], list[dict[str, float]]](list)
     for turn in range(rounds):
-        for name, sizes in sweeps.items():
+        for name, sizes in (GLANCE if quick else SWEEPS).items():
             for size in sizes:
                 progress("growth", turn, rounds, f"{size} {name}")
-                found.setdefault((name, size), []).append(_case({**BASE, name: size}))
-    return {
-        "base": BASE,
-        "sweeps": {
-            name: [{"size": size, **_together(found[name, size])} for size in sizes]
-            for name, sizes in sweeps.items()
-        },
-        "recording": _case({"recording": DAY // 24 if quick else DAY}),
-    }
+                case = apart("growth.run_scene", *({**BASE, name: size}).values())
+                found[name, size].append(case)
+    sweeps: dict[str, list[dict[str, Any]]] = {name: [] for name in SWEEPS}
+    for (name, size), runs in found.items():
+        told = {key: spread([each[key] for each in runs]) for key in runs[0]}
+        sweeps[name].append({"size": size, **told})
+    recording = apart("growth.run_recording", DAY // 24 if quick else DAY)
+    return {"base": BASE, "sweeps": sweeps, "recording": recording}
 
 
-def _together(runs: list[dict[str, float]]) -> dict[str, Any]:
-    return {key: spread([run[key] for run in runs]) for key in runs[0]}
-
-
-def _case(case: dict[str, int]) -> dict[str, Any]:
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.growth", json.dumps(case)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    if done.returncode:
-        raise RuntimeError(f"growth of {case} failed:\n{done.stderr[-2000:]}")
-    return dict(json.loads(done.stdout.splitlines()[-1]))
-
-
-def _memory() -> float:
-    """MiB of this process at most so far."""
-    if STATUS.exists():
-        # Not getrusage: it hands down what the parent had.
-        line = next(t for t in STATUS.read_text().splitlines() if t.startswith("VmHWM:"))
-        return int(line.split()[1]) / (1 << 10)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1 << 20)
-
-
-def _run_scene(objects: int, triangles: int, sensors: int, frames: int) -> dict[str, float]:
+def run_scene(objects: int, triangles: int, sensors: int, frames: int) -> dict[str, float]:
     """A hall of still objects with as many triangles in all, one thing that moves to and fro, and
     detectors of the thesis's kind, all 24 fps at 10 Hz."""
-    import bpy
-    from angen_sensors.angen_addon.runtime.simulation import simulate
-    from angen_sensors.angen_addon.scene.sensors import all_sensors
-    from angen_sensors.sensor_logic.recording.tracks import Recording
-
-    from .growth_scene import hall
-
-    empty = _memory()
+    empty = memory_mib(most=True)
     scene = hall(objects, triangles, sensors, frames)
-    built = _memory()
-    chosen = all_sensors(bpy.context.view_layer)
+    built = memory_mib(most=True)
     # By the end of a second all tilts have been looked at once: what stands still is known.
-    early, second = Recording(), scene.frame_start + scene.render.fps
-    begin = time.perf_counter()
-    for _ in simulate(scene, chosen, scene.frame_start, second, early):
-        pass
-    first, steps = time.perf_counter() - begin, len(next(iter(early.tracks.values())))
-    recording = Recording()
-    begin = time.perf_counter()
-    for _ in simulate(scene, chosen, scene.frame_start, scene.frame_end, recording):
-        pass
-    wall = time.perf_counter() - begin
-    looks = len(next(iter(recording.tracks.values())))
-    frames_looked = sorted({int(f) for t in recording.tracks.values() for f in t.frames})[steps:]
-    begin = time.perf_counter()
-    for frame in frames_looked:
-        scene.frame_set(frame)
-    evaluation = (time.perf_counter() - begin) / len(frames_looked)
+    first, early = run(scene, sensors_of(), 1, 1 + FPS)
+    wall, recording = run(scene, sensors_of(), 1, frames)
+    tracks = recording.tracks.values()
+    steps, looks = (len(next(iter(r.tracks.values()))) for r in (early, recording))
+    looked = sorted({int(frame) for track in tracks for frame in track.frames})[steps:]
+    evaluation = bare_frames(scene, looked) / len(looked) * 1e3
     ms = (wall - first) / (looks - steps) * 1e3
     return {
-        "start_ms": first * 1e3,
-        "ms": ms,
-        "sensing_ms": ms - evaluation * 1e3,
-        "evaluation_ms": evaluation * 1e3,
-        "scene_mib": built - empty,
-        "run_mib": _memory() - built,
-    }
+        "start_ms": first * 1e3, "ms": ms, "sensing_ms": ms - evaluation,
+        "evaluation_ms": evaluation, "scene_mib": built - empty,
+        "run_mib": memory_mib(most=True) - built,
+    }  # fmt: skip
 
 
-def _run_recording(seconds: int) -> dict[str, Any]:
-    """A recording as long as that, of the home's 22 sensors at the thesis's rates."""
-    from angen_sensors.sensor_logic.kinds import KINDS
-    from angen_sensors.sensor_logic.model import Reading
-    from angen_sensors.sensor_logic.recording.tracks import Recording, Track
-
-    before = _memory()
-    recording, rows = Recording(frame_start=1, frame_end=seconds * 24), 0
+def run_recording(seconds: int) -> dict[str, Any]:
+    """A recording as long as that, of the home's 22 sensors at the thesis's rates; its event log,
+    and its file."""
+    before = memory_mib(most=True)
+    recording, rows = Recording(frame_start=1, frame_end=seconds * FPS), 0
     begin = time.perf_counter()
     for kind_name, (count, rate) in RATES.items():
         kind = KINDS[kind_name]
@@ -144,24 +104,9 @@ def _run_recording(seconds: int) -> dict[str, Any]:
                 # What stays as it was most of the time, as sensors' readings do.
                 active = number // 97 % 5 == 0
                 reading = Reading(active, float(active), busy if active else idle)
-                track.append(1 + number * 24 / rate, number / rate, reading)
+                track.append(1 + number * FPS / rate, number / rate, reading)
             rows += len(track)
-    filled = time.perf_counter() - begin
-    found: dict[str, Any] = {
-        "seconds": seconds,
-        "rows": rows,
-        "fill_s": filled,
-        "mib": _memory() - before,
-    }
-    found.update(_written(recording))
-    return found
-
-
-def _written(recording: Any) -> dict[str, Any]:
-    from angen_sensors.sensor_logic.log import events_csv
-    from angen_sensors.sensor_logic.recording.file import from_bytes, to_bytes
-
-    begin = time.perf_counter()
+    filled, mib = time.perf_counter(), memory_mib(most=True) - before
     text = events_csv(recording)
     logged = time.perf_counter()
     data = to_bytes(recording, {})
@@ -170,26 +115,47 @@ def _written(recording: Any) -> dict[str, Any]:
     loaded = time.perf_counter()
     assert events_csv(again) == text, "a recording that was read again says the same"
     return {
-        "events_s": logged - begin,
-        "events_mib": len(text) / (1 << 20),
-        "save_s": saved - logged,
-        "load_s": loaded - saved,
-        "file_mib": len(data) / (1 << 20),
-    }
+        "seconds": seconds, "rows": rows, "fill_s": filled - begin, "mib": mib,
+        "events_s": logged - filled, "events_mib": len(text) / MIB, "save_s": saved - logged,
+        "load_s": loaded - saved, "file_mib": len(data) / MIB,
+    }  # fmt: skip
 
 
-def _main() -> None:
-    from angen_addon.process.standalone import load_extension
+def hall(objects: int, triangles: int, sensors: int, frames: int) -> Any:
+    """`objects` in the same 20 × 20 m however many there are, `triangles` shared among them."""
+    scene = new_scene(FPS, frames)
+    chance = np.random.default_rng(1)
+    link("floor", _sheet("floor", 20.0, 20.0, 1))
+    side = max(1, math.ceil(math.sqrt(triangles / objects / 2)))
+    for i in range(objects):
+        x, y = chance.uniform(-9.5, 9.5, 2).tolist()
+        # Meshes of their own, as most furniture has; half of them stand, half lie.
+        thing = link(f"thing {i}", _sheet(f"thing {i}", 0.5, 0.5, side), (x, y, 0.3))
+        thing.rotation_euler.x = math.pi / 2 if i % 2 else 0.0
+    mover = link("mover", _sheet("mover", 0.6, 1.7, 8), (0, 0, 0.9))
+    mover.rotation_euler.x = math.pi / 2
+    for number, frame in enumerate(range(1, frames + 96, 48)):
+        mover.location.x = -4.0 if number % 2 else 4.0
+        mover.keyframe_insert("location", index=0, frame=frame)
+    for i in range(sensors):
+        x, y = chance.uniform(-6, 6, 2).tolist()
+        sensor = link(f"PIR {i:03d}", None, (x, y, HIGH))
+        # Horizontal, any way.
+        sensor.rotation_euler = (math.pi / 2, 0, float(chance.uniform(0, 2 * math.pi)))
+        sensor.angen_sensor.kind = "PIR"
+    bpy.context.view_layer.update()
+    return scene
 
-    extension = load_extension()
-    extension.register()
-    try:
-        case = json.loads(sys.argv[1])
-        done = _run_recording(case["recording"]) if "recording" in case else _run_scene(**case)
-    finally:
-        extension.unregister()
-    print(json.dumps(done))
 
-
-if __name__ == "__main__":
-    _main()
+def _sheet(name: str, width: float, depth: float, side: int) -> Any:
+    """A slightly wavy sheet of side × side squares."""
+    x, y = np.meshgrid(
+        np.linspace(-width / 2, width / 2, side + 1), np.linspace(-depth / 2, depth / 2, side + 1)
+    )
+    z = 0.02 * np.sin(20 * x) * np.sin(20 * y) if side > 1 else np.zeros_like(x)
+    corner = np.arange((side + 1) ** 2).reshape(side + 1, side + 1)
+    squares = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], axis=2)
+    mesh = bpy.data.meshes.new(name)
+    points = np.stack([x, y, z], axis=2).reshape(-1, 3)
+    mesh.from_pydata(points.tolist(), [], squares.reshape(-1, 4).tolist())
+    return mesh

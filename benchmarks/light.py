@@ -1,9 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks.light [--quick] [--only PART] [--beside CHECKOUT]`: the light sensor's
-speed against its error, and Cycles against Radiance; writes docs/light_benchmarks.md, .json, .svg.
+"""`python -m benchmarks.light [--quick] [--only PART] [--beside CHECKOUT] [--page]`: the light
+sensor's speed against its error, and Cycles against Radiance; writes docs/light_benchmarks.md,
+.json, .svg.
 
 A run's error and processor time are told beside those of another checkout, such as of former code
 (`git worktree add ../former COMMIT`). Ends with status 1 where a run's error is out of bounds.
+
+Errors of an update are against a reference with so many light paths that its own noise, told
+beside, is far below. Those of a run are told at moments that are drawn from the story, by several
+seeds, against far more light paths by other seeds, without any reference. These err too: their own
+noise is told, and taken out of the rms. Seconds are those of the story once a second of it, after
+one another with the code of another checkout, where one is given.
 """
 
 from __future__ import annotations
@@ -11,23 +18,52 @@ from __future__ import annotations
 import argparse
 import json
 import platform
+import subprocess
 import sys
-from importlib.util import find_spec
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
+from mathutils import Vector
 
 from angen_addon.process.standalone import load_extension
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
-DATA = DOCS / "light_benchmarks.json"
-# Between these docs/light.md has a table.
-BEGIN, END = "<!-- table: python -m benchmarks.light -->\n", "<!-- end of table -->"
-BEGIN_RUN, END_RUN = "<!-- run: python -m benchmarks.light -->\n", "<!-- end of run -->"
+EXTENSION = load_extension()
+from angen_sensors.angen_addon.scene.changes import LightChanges  # noqa: E402
+from angen_sensors.angen_addon.scene.light import engine, probe  # noqa: E402
+from angen_sensors.angen_addon.scene.light.cycles import CyclesLight  # noqa: E402
+from angen_sensors.angen_addon.scene.light.probe import LightRequest  # noqa: E402
+
+from . import page  # noqa: E402
+from .bounds import broken  # noqa: E402
+from .common import ROOT, has, open_home, progress, rms, spread  # noqa: E402
+
+DATA = page.DOCS / "light_benchmarks.json"
+METHODS = ("FOUR_WALL", "ILLUMINANCE")
 # Some minutes each.
-PARTS = ("ILLUMINANCE", "FOUR_WALL", "plane", "run", "radiance")
+PARTS = (*reversed(METHODS), "plane", "run", "radiance")
 REFERENCE, RADIANCE, TRUE_RUN = 65_536, 131_072, 32_768
+# At noon of the story: several lamps are on, and the sun shines.
+FRAME = 1500
+REFERENCE_SEEDS = 3
+SAMPLES = (256, 1024, 4096, 16384)
+COUNTS = (1, 7, 50)
+# So many are timed alone: each reads the same whatever others there are.
+MANY, MANY_SAMPLES = 500, 1024
+# Far clip planes in m; the thesis's sensor has 5. Light paths of an update that is timed.
+PLANES, TIMED = (1.0, 2.0, 5.0, 10.0), 1024
+# Light paths of an update of a run, and of the reference; the last is what the home has, and what
+# the other checkout is measured by is what it had.
+WAYS = ((1024, 0), (64, 16_384), (128, 32_768), (256, 32_768))
+BESIDE = (256, 16_384)
+SEEDS, TRUE_SEEDS = 4, 4
+# The story has so many frames, of which one in each second is timed, and these are compared.
+FRAMES, STEP, MOMENTS = 4120, 24, 12
 
 
 def main() -> None:
@@ -35,55 +71,256 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="fewer light paths; writes no file")
     parser.add_argument("--only", choices=PARTS, help="this part; the others as last measured")
     parser.add_argument("--beside", type=Path, help="another checkout, measured in turns")
+    parser.add_argument("--page", action="store_true", help="write the pages from the last data")
+    parser.add_argument("--story", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     quick, parts = arguments.quick, (arguments.only,) if arguments.only else PARTS
+    if arguments.story:
+        print("\n" + json.dumps(story(**json.loads(arguments.story))), flush=True)
+        return
     data: dict[str, Any] = json.loads(DATA.read_text()) if DATA.exists() and not quick else {}
-    if "moments" not in data.get("run", {}):
-        # As another version of this measured it.
-        data.pop("run", None)
     machine = f"{platform.processor() or platform.machine()}, Blender {bpy.app.version_string}"
-    extension = load_extension()
-    extension.register()
+    EXTENSION.register()
     try:
-        from . import light_plane, light_radiance, light_report, light_run, light_speed
-
-        for part in parts:
-            if part == "run":
-                paths = TRUE_RUN // 16 if quick else TRUE_RUN
-                found = light_run.measure(paths, quick, arguments.beside)
-            elif part == "plane":
-                found = light_plane.measure(quick)
-            elif part != "radiance":
-                found = light_speed.measure(part, 4096 if quick else REFERENCE, 1 if quick else 3)
-            elif find_spec("pyradiance"):
-                found = light_radiance.measure(1024 if quick else RADIANCE)
-            else:
-                continue
-            data[part] = {"machine": machine, **found}
+        for part in () if arguments.page else parts:
+            if part != "radiance" or has("pyradiance"):
+                data[part] = {"machine": machine, **measured(part, quick, arguments.beside)}
     finally:
-        extension.unregister()
-    text = light_report.markdown(data)
-    print(text)
+        EXTENSION.unregister()
+    print(page.text_of("light", data))
     if not quick:
         DATA.write_text(json.dumps(data, indent=1) + "\n")
-        (DOCS / "light_benchmarks.md").write_text(text)
-        _fill(BEGIN, END, light_report.table(data))
-        _fill(BEGIN_RUN, END_RUN, light_report.run_table(data))
-        if find_spec("matplotlib"):
-            (DOCS / "light_benchmarks.svg").write_text(light_report.plot(light_report.rows(data)))
-            if "run" in data:
-                (DOCS / "light_run.svg").write_text(light_report.run_plot(data["run"]["rows"]))
-    problems = light_run.problems(data["run"]) if "run" in parts else []
-    if problems:
-        sys.exit("\n".join(problems))
+        page.write_light(data)
+    if "run" in parts:
+        sys.exit("\n".join(broken("light", data)) or None)
 
 
-def _fill(begin: str, end: str, table: str) -> None:
-    """Puts a table into docs/light.md."""
-    page = DOCS / "light.md"
-    before, _, rest = page.read_text().partition(begin)
-    after = rest.partition(end)[2]
-    page.write_text(f"{before}{begin}\n{table}\n{end}{after}")
+def measured(part: str, quick: bool, beside: Path | None) -> dict[str, Any]:
+    if part == "run":
+        return measure_run(TRUE_RUN // 16 if quick else TRUE_RUN, quick, beside)
+    if part == "plane":
+        return measure_plane(quick)
+    if part == "radiance":
+        from . import radiance
+
+        return radiance.measure(1024 if quick else RADIANCE)
+    return measure_speed(part, 4096 if quick else REFERENCE, 1 if quick else 3)
+
+
+def requests_of(method: str, samples: int, count: int = 7, **other: Any) -> list[LightRequest]:
+    """What the home's own light sensors ask, in the order of their names; then the same ones a bit
+    lower and turned."""
+    objects = bpy.context.scene.objects
+    own = sorted((o for o in objects if o.angen_sensor.kind == "LIGHT"), key=lambda o: o.name)
+    found = []
+    for number in range(count):
+        obj, turn = own[number % len(own)], number // len(own) * 0.7
+        pose = np.array(obj.matrix_world, np.float64)
+        x, z = pose[:3, 0].copy(), pose[:3, 2].copy()
+        pose[:3, 0] = np.cos(turn) * x - np.sin(turn) * z
+        pose[:3, 2] = np.sin(turn) * x + np.cos(turn) * z
+        pose[2, 3] -= 0.1 * (number // len(own))
+        name = obj.name if number < len(own) else f"Light sensor {number:02d}"
+        told = {"samples": samples, "exposure": obj.angen_sensor.light.exposure, **other}
+        found.append(LightRequest(name, pose, method, **told))
+    return found
+
+
+def values_of(requests: Sequence[LightRequest], kept: CyclesLight | None = None) -> Any:
+    """The readings, each in its method's unit."""
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    found = probe.measure(scene, layer, requests, kept=kept)
+    read = [(s.illuminance_lux, s.luminance_percent) for s in (found[r.name] for r in requests)]
+    return np.array([lux if percent is None else percent for lux, percent in read], np.float64)
+
+
+def measure_speed(method: str, reference_samples: int, rounds: int) -> dict[str, Any]:
+    """A row for each number of samples and of sensors, by one method."""
+    scene = open_home()
+    scene.frame_set(FRAME)
+    asked = requests_of(method, reference_samples, max(COUNTS))
+    true, noise = _reference(asked)
+    rows = []
+    for samples in SAMPLES:
+        for count in COUNTS:
+            progress(f"light, {method}", len(rows), len(SAMPLES) * len(COUNTS), f"{samples} paths")
+            part = [replace(request, samples=samples) for request in asked[:count]]
+            found, cost = _timed(part, rounds)
+            error = np.abs(found / true[:count] - 1.0)
+            told = {"rms": rms(error), "median": float(np.median(error))}
+            told |= {"worst": float(error.max()), "reference_noise": noise}
+            row = {"method": method, "samples": samples, "sensors": count}
+            rows.append({**row, "ms_a_sensor": cost / count, **told})
+    _, cost = _timed(requests_of(method, MANY_SAMPLES, MANY), rounds)
+    many = {"sensors": MANY, "samples": MANY_SAMPLES, "ms_a_sensor": cost / MANY}
+    told = {"static_ms": _static_ms(), "reference_samples": reference_samples}
+    return {"rows": rows, "many": many, **told}
+
+
+def _timed(requests: Sequence[LightRequest], rounds: int) -> tuple[Any, float]:
+    """Values, and the time of a further update [ms] as in a run: the person has moved on."""
+    scene, kept, costs = bpy.context.scene, CyclesLight(), []
+    values = values_of(requests, kept)
+    for number in range(rounds):
+        scene.frame_set(FRAME + 1 + number)
+        start = time.perf_counter()
+        values_of(requests, kept)
+        costs.append(time.perf_counter() - start)
+    kept.close()
+    scene.frame_set(FRAME)
+    return values, float(np.median(costs)) * 1000.0
+
+
+def _reference(requests: Sequence[LightRequest]) -> tuple[Any, float]:
+    """Means over seeds, and their relative noise (median over the sensors)."""
+    seed, found = engine.SEED, []
+    try:
+        for engine.SEED in range(1000, 1000 + REFERENCE_SEEDS):
+            found.append(values_of(requests))
+    finally:
+        engine.SEED = seed
+    mean = np.maximum(np.mean(found, axis=0), 1e-9)
+    noise = np.std(found, axis=0, ddof=1) / np.sqrt(REFERENCE_SEEDS)
+    return mean, float(np.median(noise / mean))
+
+
+def _static_ms() -> float:
+    """Milliseconds that it takes to find that nothing has changed."""
+    changes, layer = LightChanges(), bpy.context.view_layer
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    state = changes.look(layer, depsgraph)
+    start = time.perf_counter()
+    for _ in range(50):
+        assert changes.look(layer, depsgraph) == state
+    return (time.perf_counter() - start) / 50 * 1000.0
+
+
+def measure_plane(quick: bool) -> dict[str, Any]:
+    """Cost and reading against the far clip plane, of four walls each: a row for each plane. All
+    planes take turns, so that a busy moment of the machine meets each of them."""
+    exact = TIMED if quick else REFERENCE
+    scene = open_home()
+    scene.frame_set(FRAME)
+    rows, turns = [], []
+    for plane in PLANES:
+        requests = requests_of("FOUR_WALL", exact, clip_end=plane)
+        ended = sum(_ends(request, way) for request in requests for way in _ways(request))
+        names = [request.name for request in requests]
+        percent = dict(zip(names, values_of(requests).tolist(), strict=True))
+        rows.append({"far_m": plane, "views": 4 * len(names), "ended": ended, "percent": percent})
+        asked = [replace(request, samples=TIMED) for request in requests]
+        turns.append((asked, CyclesLight(), []))
+    for turn in range((2 if quick else 15) + 1):
+        scene.frame_set(FRAME + turn)
+        for requests, kept, times in turns:
+            start = time.perf_counter()
+            values_of(requests, kept)
+            # The first update makes what the further ones keep.
+            if turn:
+                times.append((time.perf_counter() - start) * 1000.0 / len(requests))
+    for row, (_, kept, times) in zip(rows, turns, strict=True):
+        row["ms_a_sensor"] = spread(times)
+        kept.close()
+    return {"rows": rows, "samples": TIMED, "exact": exact}
+
+
+def _ways(request: LightRequest) -> list[Any]:
+    """Unit vectors (3,) along the middles of its views: −Z, −X, +Z, +X."""
+    x, z = request.matrix[:3, 0], request.matrix[:3, 2]
+    return [-z, -x, z, x]
+
+
+def _ends(request: LightRequest, way: Any) -> bool:
+    """Whether something stands between both clip planes, by Blender's own ray."""
+    start = Vector(request.matrix[:3, 3] + request.clip_start * way)
+    reach = request.clip_end - request.clip_start
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return bool(bpy.context.scene.ray_cast(depsgraph, start, Vector(way), distance=reach)[0])
+
+
+def measure_run(paths: int, quick: bool, beside: Path | None = None) -> dict[str, Any]:
+    """A row for each method and way; `paths`: of what they are compared with."""
+    ways, seeds = (WAYS[-1:], 1) if quick else (WAYS, SEEDS)
+    asked = [("this", ROOT, way) for way in ways]
+    asked += [("beside", beside.resolve(), BESIDE)] if beside else []
+    # A frame from each of as many parts of the story.
+    edges = np.linspace(1, FRAMES + 1, (2 if quick else MOMENTS) + 1).astype(int).tolist()
+    drawn = np.random.default_rng(1)
+    at = [int(drawn.integers(*part)) for part in pairwise(edges)]
+    timed = at if quick else list(range(1, FRAMES + 1, STEP))
+    rows = []
+    for method in METHODS:
+        known = range(2000, 2000 + TRUE_SEEDS)
+        found = np.array([run["values"] for run in _story(ROOT, method, paths, 0, known, at)])
+        true = np.maximum(found.mean(axis=0), 1e-9)
+        noise = found.std(axis=0, ddof=1) / np.sqrt(TRUE_SEEDS) / true
+        for code, root, way in asked:
+            progress("light of a run", len(rows), len(METHODS) * len(asked), f"{method} {code}")
+            found = np.array([r["values"] for r in _story(root, method, *way, range(seeds), at)])
+            told = {"method": method, "code": code, "samples": way[0], "reference": way[1]}
+            rows.append(told | _errors(found / true - 1.0, noise))
+        for row, (_, root, way) in zip(rows[-len(asked) :], asked, strict=True):
+            (run,) = _story(root, method, *way, range(1), timed)
+            row["ms_a_sensor"] = 1000.0 * run["wall_s"] / (true.shape[1] * len(timed))
+            row |= {"cpu_s": run["cpu_s"], "to_bare": run["cpu_s"] / run["bare_s"]}
+    told = {"updates": len(timed), "moments": len(at), "paths": paths, "seeds": seeds}
+    return {"rows": rows, **told, "true_seeds": TRUE_SEEDS, "quick": quick}
+
+
+def _errors(error: Any, noise: Any) -> dict[str, Any]:
+    """Of relative errors (seeds, moments, sensors) against what itself errs by `noise` (moments,
+    sensors): that is taken out of the rms, whose standard error is that over seeds; what the rms
+    is of each sensor tells where it comes from."""
+    of_seeds = np.mean(error**2, axis=(1, 2)) - np.mean(noise**2)
+    square, count = max(float(of_seeds.mean()), 0.0), len(of_seeds)
+    off = float(of_seeds.std(ddof=1)) / np.sqrt(count) if count > 1 else None
+    sensors = np.mean(error**2, axis=(0, 1)) - np.mean(noise**2, axis=0)
+    return {
+        "rms": float(np.sqrt(square)),
+        "rms_error": off / (2.0 * np.sqrt(square)) if off and square else None,
+        "median": float(np.median(np.abs(error))), "worst": float(np.abs(error).max()),
+        "noise_rms": rms(noise), "rms_of_sensors": np.sqrt(np.maximum(sensors, 0.0)).tolist(),
+    }  # fmt: skip
+
+
+def _story(
+    root: Path, method: str, samples: int, reference: int, seeds: range, frames: list[int]
+) -> list[dict[str, Any]]:
+    """What `story` tells for each seed, by the code of a checkout, in a process of its own."""
+    job = {"method": method, "samples": samples, "reference": reference, "frames": frames}
+    text = json.dumps({**job, "seeds": list(seeds)})
+    # The benchmarks are this checkout's, the extension is the other one's.
+    code = f"import sys, benchmarks; sys.path.insert(0, {str(root)!r}); "
+    code += "from benchmarks.light import main; main()"
+    command = [sys.executable, "-c", code, "--story", text]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"{root}, {text}: {done.stderr.strip() or done.stdout[-500:]}")
+    found: list[dict[str, Any]] = json.loads(done.stdout.strip().splitlines()[-1])
+    return found
+
+
+def story(
+    method: str, samples: int, reference: int, seeds: list[int], frames: list[int]
+) -> list[dict[str, Any]]:
+    """The light of the Ängen home at some frames of its story, with each of some seeds: values
+    (frames, sensors), and the seconds that all of it took; `bare_s`: of these, what Blender took to
+    put the home to its frames."""
+    EXTENSION.register()
+    scene, found = open_home(), []
+    asked = requests_of(method, samples)
+    for engine.SEED in seeds:
+        lights, values, bare = CyclesLight(reference), [], 0.0
+        cpu, wall = time.process_time(), time.perf_counter()
+        for frame in frames:
+            before = time.process_time()
+            scene.frame_set(frame)
+            bare += time.process_time() - before
+            values.append(values_of(asked, lights).tolist())
+        cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+        lights.close()
+        found.append({"values": values, "cpu_s": cpu, "wall_s": wall, "bare_s": bare})
+    return found
 
 
 if __name__ == "__main__":

@@ -2,101 +2,167 @@
 """The ray layer against others, in one run, on the same boxes and the same rays: Blender's
 `scene.ray_cast`, BVH trees in world space, MuJoCo's rangefinder and multi-ray, and Embree.
 
-The reference is a float64 intersection of ray and box. All see ten looks a second of seven
-detectors, 120 rays at nine tilts each; every look moves the walker. MuJoCo's touch sensor is put
-beside the pad.
+The scene is the Ängen home and a walker as boxes, which every engine can be given alike; the
+reference is a float64 intersection of ray and box. All see ten looks a second of seven detectors,
+120 rays at nine tilts each; every look moves the walker. MuJoCo's touch sensor is put beside the
+pad, and Radiance beside the light sensors.
 """
 
 from __future__ import annotations
 
-import importlib.util
+import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import bpy
 import numpy as np
 from angen_sensors.angen_addon.runtime.probes import make_caster
 from angen_sensors.angen_addon.runtime.time_base import evaluated_depsgraph
+from angen_sensors.angen_addon.scene.sensors import read_pose
+from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
+from angen_sensors.sensor_logic.model import Pose
+from mathutils import Matrix
+from mathutils.bvhtree import BVHTree
 
-from . import peers_light, pressure_scenes
-from .box_home import RATE, BoxHome, blender_scene, make, triangles
-from .common import spread
-from .progress import progress
-from .walkers import ranges_to
+from . import pressure_scenes
+from .bounds import OURS, REFERENCE
+from .common import box_mesh, has, link, new_scene, open_home, progress, rms, sensors_of, spread
+from .pressure_scenes import numbers
+from .walkers import Boxes, Walker, ranges_to
 
 Array = np.typing.NDArray[np.float64]
+FRAME = 600
+# Looks a second: the detectors' update rate, which is the scene's frame rate here.
+RATE = 10
+# Across the living room, towards the sofa: feet on the floor finish.
+START, TOWARDS, FLOOR = np.array([6.6, 4.0]), math.radians(20), 0.055
+WALKER = Walker("walk", 1.70, 1.2)
 # Where a ray passes an edge, single precision meets the one or the other side of it.
 EDGE = 1e-3
 MASS, GRAVITY = 5.0, 9.81
 TOUCH_STEP = 0.001
+# A box's triangles, by its corners.
+TRIANGLES = np.array(
+    [
+        (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+        (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+    ]
+)  # fmt: skip
 # A look: seconds of sensing, and the ranges of all detectors (n,).
 Looks = Iterator[tuple[float, Array]]
 
 
+@dataclass
+class BoxHome:
+    """Still boxes, where the walker is at each look, and every ray of every detector: `origins`,
+    `directions` (n, 3), `reach` (n,) for each of the detectors."""
+
+    still: Boxes
+    walker: list[Boxes]
+    rays: list[tuple[Array, Array, Array]]
+
+
 def measure(quick: bool) -> dict[str, Any]:
-    home = make(0.5 if quick else 3.0)
+    home = box_home(0.5 if quick else 3.0)
     rounds = 1 if quick else 3
-    exact = [_exact(home, look) for look in range(len(home.walker))]
-    engines = [(name, work) for name, module, work in ENGINES if _has(module)]
-    taken: dict[str, list[float]] = {name: [] for name, _ in engines}
-    starts: dict[str, list[float]] = {name: [] for name, _ in engines}
-    errors: dict[str, Array] = {}
+    exact = np.concatenate([_exact(home, walker) for walker in home.walker])
+    engines = [(name, work) for name, module, work in ENGINES if has(module)]
+    runs: dict[str, list[list[tuple[float, Array]]]] = {name: [] for name, _ in engines}
     for turn in range(rounds):
         for name, work in engines:
             progress("peers", turn, rounds, name)
-            looks = list(work(home))
-            times = [seconds for seconds, _ in looks[1:]]
-            # The first look is the start: still things are met there.
-            taken[name].append(sum(times) / len(times) * RATE)
-            starts[name].append(looks[0][0])
-            found = np.concatenate([ranges for _, ranges in looks])
-            errors[name] = np.abs(found - np.concatenate(exact))
+            runs[name].append(list(work(home)))
+    light = None
+    if has("pyradiance"):
+        from . import radiance
+
+        light = radiance.measure_speed(rounds, quick)
     return {
         "boxes": len(home.still.half) + len(home.walker[0].half),
-        "rays_a_look": sum(len(r[2]) for r in home.rays),
-        "looks_a_second": RATE,
+        "rays_a_look": sum(len(r[2]) for r in home.rays), "looks_a_second": RATE,
         "looks": len(home.walker),
-        "missing": [name for name, module, _ in ENGINES if not _has(module)],
-        "edge_m": EDGE,
-        "rays": [
-            {
-                "engine": name,
-                "ms_a_second": spread([t * 1e3 for t in taken[name]]),
-                "start_ms": spread([t * 1e3 for t in starts[name]]),
-                "rms_m": float(np.sqrt(np.mean(_off_edges(errors[name]) ** 2))),
-                "worst_m": float(_off_edges(errors[name]).max()),
-                "at_edges": int((errors[name] > EDGE).sum()),
-                "rays": len(errors[name]),
-            }
-            for name, _ in engines
-        ],
-        "touch": _touch(rounds),
-        "light": peers_light.measure(rounds, quick) if _has("pyradiance") else None,
-    }
+        "missing": [name for name, module, _ in ENGINES if not has(module)], "edge_m": EDGE,
+        "rays": [_row(name, found, exact) for name, found in runs.items()],
+        "touch": _touch(rounds) if has("mujoco") else None, "light": light,
+    }  # fmt: skip
 
 
-def _has(module: str) -> bool:
-    return not module or importlib.util.find_spec(module) is not None
+def _row(name: str, runs: list[list[tuple[float, Array]]], exact: Array) -> dict[str, Any]:
+    # The first look is the start: still things are met there.
+    later = [[seconds for seconds, _ in looks[1:]] for looks in runs]
+    error = np.abs(np.concatenate([ranges for _, ranges in runs[-1]]) - exact)
+    off_edges = error[error <= EDGE]
+    return {
+        "engine": name,
+        "ms_a_second": spread([sum(times) / len(times) * RATE * 1e3 for times in later]),
+        "start_ms": spread([looks[0][0] * 1e3 for looks in runs]), "rms_m": rms(off_edges),
+        "worst_m": float(off_edges.max()), "at_edges": int((error > EDGE).sum()),
+        "rays": len(error),
+    }  # fmt: skip
 
 
-def _off_edges(errors: Array) -> Array:
-    return errors[errors <= EDGE]
+def box_home(seconds: float) -> BoxHome:
+    open_home().frame_set(FRAME)
+    poses = [read_pose(s, s.object.matrix_world, 1.0) for s in sensors_of("PIR")]
+    walker = []
+    for look in range(round(seconds * RATE)):
+        body = WALKER.boxes(START, TOWARDS, look / RATE)
+        walker.append(Boxes(body.centre + np.array([0, 0, FLOOR]), body.half, body.axes))
+    still = _boxes([pose.origin for pose in poses])
+    return BoxHome(still, walker, [_rays(pose) for pose in poses])
 
 
-def _exact(home: BoxHome, look: int) -> Array:
-    found = []
-    for origins, directions, reach in home.rays:
-        ranges = reach.copy()
-        for boxes in (home.still, home.walker[look]):
-            ranges = ranges_to(boxes, origins, directions, ranges)
-        found.append(ranges)
-    return np.concatenate(found)
+def _rays(pose: Pose) -> tuple[Array, Array, Array]:
+    """Every tilt of the thesis's fan."""
+    parameters = PirParameters()
+    directions = fan_directions(parameters).reshape(-1, 3) @ pose.axes.T
+    origins = pose.origin + directions * parameters.range_min
+    reach = np.full(len(directions), parameters.range_max - parameters.range_min)
+    return origins, directions, reach
+
+
+def _boxes(keep_out: Sequence[Array]) -> Boxes:
+    """A box about every mesh of the home, turned as its object is; none that a detector is in,
+    nor the person, who is animated."""
+    centres, halves, axes = [], [], []
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    for obj in bpy.context.view_layer.objects:
+        if obj.type != "MESH" or not obj.visible_get() or obj.angen_ignored:
+            continue
+        if any(m.type == "ARMATURE" for m in obj.modifiers):
+            continue
+        evaluated = obj.evaluated_get(depsgraph)
+        matrix = np.array(evaluated.matrix_world, np.float64)
+        corners = np.array(evaluated.bound_box, np.float64)
+        size = np.linalg.norm(matrix[:3, :3], axis=0)
+        half = np.maximum((corners.max(axis=0) - corners.min(axis=0)) / 2 * size, 1e-4)
+        turn = matrix[:3, :3] / size
+        middle = (corners.max(axis=0) + corners.min(axis=0)) / 2
+        centre = matrix[:3, :3] @ middle + matrix[:3, 3]
+        # Near a detector's lens nothing starts inside of a box.
+        if any((np.abs((at - centre) @ turn) < half + 0.06).all() for at in keep_out):
+            continue
+        if np.linalg.det(turn) < 0.0:
+            turn = turn * np.array([1.0, 1.0, -1.0])
+        centres.append(centre)
+        halves.append(half)
+        axes.append(turn)
+    return Boxes(np.array(centres), np.array(halves), np.array(axes))
+
+
+def _exact(home: BoxHome, walker: Boxes) -> Array:
+    still = [ranges_to(home.still, *rays) for rays in home.rays]
+    return np.concatenate(
+        [ranges_to(walker, *rays[:2], near) for rays, near in zip(home.rays, still, strict=True)]
+    )
 
 
 def _layer(caster_name: str) -> Callable[[BoxHome], Looks]:
     def looks(home: BoxHome) -> Looks:
         """As in a run; Blender's evaluation of the frame is left out, as no peer has one."""
-        scene = blender_scene(home)
+        scene = _blender_scene(home)
         scene.angen_ray_caster = caster_name
         caster = make_caster(scene)
         for frame in range(1, len(home.walker) + 1):
@@ -110,9 +176,31 @@ def _layer(caster_name: str) -> Callable[[BoxHome], Looks]:
     return looks
 
 
+def _blender_scene(home: BoxHome) -> Any:
+    """The boxes as objects, those of the walker keyed at each frame; a frame a look."""
+    scene = new_scene(RATE, len(home.walker))
+    for boxes, name in ((home.still, "still"), (home.walker[0], "walker")):
+        for i, half in enumerate(boxes.half):
+            obj = link(f"{name} {i}", box_mesh([(half, (0, 0, 0))]))
+            obj.rotation_mode = "QUATERNION"
+            for frame, body in enumerate(home.walker if name == "walker" else [boxes], 1):
+                matrix = np.eye(4)
+                matrix[:3, :3], matrix[:3, 3] = body.axes[i], body.centre[i]
+                obj.matrix_world = Matrix(matrix.tolist())
+                if name == "walker":
+                    obj.keyframe_insert("location", frame=frame)
+                    obj.keyframe_insert("rotation_quaternion", frame=frame)
+    bpy.context.view_layer.update()
+    return scene
+
+
+def triangles(boxes: Boxes) -> Array:
+    """(12 n, 3, 3)."""
+    return boxes.corners()[:, TRIANGLES].reshape(-1, 3, 3)
+
+
 def _trees(home: BoxHome) -> Looks:
     """Two BVH trees in world space; that of the walker is built anew at each look."""
-    from mathutils.bvhtree import BVHTree
 
     def tree_of(corners: Array) -> Any:
         faces = np.arange(len(corners) * 3).reshape(-1, 3)
@@ -124,14 +212,12 @@ def _trees(home: BoxHome) -> Looks:
         still = still or tree_of(triangles(home.still))
         moving = tree_of(triangles(walker))
         found = []
-        for origins, directions, reach in home.rays:
-            for start, way, limit in zip(
-                origins.tolist(), directions.tolist(), reach.tolist(), strict=True
-            ):
-                distance = still.ray_cast(start, way, limit)[3]
-                limit = limit if distance is None else distance
-                distance = moving.ray_cast(start, way, limit)[3]
-                found.append(limit if distance is None else distance)
+        for rays in home.rays:
+            for start, way, limit in zip(*(part.tolist() for part in rays), strict=True):
+                for tree in (still, moving):
+                    distance = tree.ray_cast(start, way, limit)[3]
+                    limit = limit if distance is None else distance
+                found.append(limit)
         yield time.perf_counter() - begin, np.array(found)
 
 
@@ -158,38 +244,32 @@ def _embree(home: BoxHome) -> Looks:
         yield time.perf_counter() - begin, np.minimum(ranges.astype(np.float64), reach)
 
 
-def _mujoco_text(home: BoxHome, rangefinders: bool) -> str:
-    def geom(boxes: Any, i: int, moving: bool) -> str:
-        place = f'pos="{_numbers(boxes.centre[i])}" quat="{_numbers(_quaternion(boxes, i))}"'
-        size = f'size="{_numbers(boxes.half[i])}"'
-        if moving:
-            return f'<body mocap="true" {place}><geom type="box" {size}/></body>'
-        return f'<geom type="box" {size} {place}/>'
+def _mujoco_model(home: BoxHome, rangefinders: bool) -> Any:
+    import mujoco
+
+    def geom(boxes: Boxes, i: int) -> tuple[str, str]:
+        place = f'pos="{numbers(boxes.centre[i])}" quat="{numbers(_quaternion(boxes, i))}"'
+        return f'<geom type="box" size="{numbers(boxes.half[i])}"', place
 
     text = '<mujoco><default><geom contype="0" conaffinity="0"/></default><worldbody>'
-    text += "".join(geom(home.still, i, False) for i in range(len(home.still.half)))
+    text += "".join("{} {}/>".format(*geom(home.still, i)) for i in range(len(home.still.half)))
     walker = home.walker[0]
-    text += "".join(geom(walker, i, True) for i in range(len(walker.half)))
+    for shape, place in (geom(walker, i) for i in range(len(walker.half))):
+        text += f'<body mocap="true" {place}>{shape}/></body>'
     sensors = ""
     if rangefinders:
         # In a body of their own: a rangefinder passes through what its body has.
         text += "<body>"
         rays = [ray for bundle in home.rays for ray in zip(*bundle, strict=True)]
         for i, (origin, way, reach) in enumerate(rays):
-            text += f'<site name="s{i}" pos="{_numbers(origin)}" zaxis="{_numbers(way)}"/>'
+            text += f'<site name="s{i}" pos="{numbers(origin)}" zaxis="{numbers(way)}"/>'
             sensors += f'<rangefinder site="s{i}" cutoff="{float(reach)!r}"/>'
         text += "</body>"
-    return f"{text}</worldbody><sensor>{sensors}</sensor></mujoco>"
+    text = f"{text}</worldbody><sensor>{sensors}</sensor></mujoco>"
+    return mujoco.MjModel.from_xml_string(text)
 
 
-def _mujoco_moves(home: BoxHome, data: Any, look: int) -> None:
-    walker = home.walker[look]
-    for i in range(len(walker.half)):
-        data.mocap_pos[i] = walker.centre[i]
-        data.mocap_quat[i] = _quaternion(walker, i)
-
-
-def _quaternion(boxes: Any, index: int) -> Array:
+def _quaternion(boxes: Boxes, index: int) -> Array:
     import mujoco
 
     found = np.zeros(4)
@@ -197,88 +277,80 @@ def _quaternion(boxes: Any, index: int) -> Array:
     return found
 
 
-def _rangefinders(home: BoxHome) -> Looks:
+def _mujoco(home: BoxHome, rangefinders: bool) -> Looks:
+    """Rangefinders, or all rays of a detector in one call."""
     import mujoco
 
-    model = mujoco.MjModel.from_xml_string(_mujoco_text(home, True))
+    model = _mujoco_model(home, rangefinders)
     data = mujoco.MjData(model)
-    reach = np.concatenate([rays[2] for rays in home.rays])
-    for look in range(len(home.walker)):
+    for walker in home.walker:
         begin = time.perf_counter()
-        _mujoco_moves(home, data, look)
+        for i, centre in enumerate(walker.centre):
+            data.mocap_pos[i], data.mocap_quat[i] = centre, _quaternion(walker, i)
         mujoco.mj_kinematics(model, data)
-        mujoco.mj_sensorPos(model, data)
-        found = np.array(data.sensordata)
-        yield time.perf_counter() - begin, np.where(found < 0.0, reach, np.minimum(found, reach))
+        if rangefinders:
+            mujoco.mj_sensorPos(model, data)
+            found = np.array(data.sensordata)
+            reach = np.concatenate([rays[2] for rays in home.rays])
+            found = np.where(found < 0.0, reach, np.minimum(found, reach))
+        else:
+            found = np.concatenate([_multi_ray(model, data, *rays) for rays in home.rays])
+        yield time.perf_counter() - begin, found
 
 
-def _multi_ray(home: BoxHome) -> Looks:
-    """All rays of a detector in one call, from its lens; the start's offset is taken off."""
+def _multi_ray(model: Any, data: Any, origins: Array, directions: Array, reach: Array) -> Array:
+    """From the detector's lens; the start's offset is taken off."""
     import mujoco
 
-    model = mujoco.MjModel.from_xml_string(_mujoco_text(home, False))
-    data = mujoco.MjData(model)
-    for look in range(len(home.walker)):
-        begin = time.perf_counter()
-        _mujoco_moves(home, data, look)
-        mujoco.mj_kinematics(model, data)
-        found = []
-        for origins, directions, reach in home.rays:
-            offset = 0.05
-            lens = origins[0] - directions[0] * offset
-            met = np.zeros(len(reach), np.int32)
-            ranges = np.zeros(len(reach))
-            mujoco.mj_multiRay(
-                model, data, lens, directions.ravel(), None, True, -1, met, ranges, None,
-                len(reach), float(reach[0] + offset),
-            )  # fmt: skip
-            found.append(np.where(ranges < 0.0, reach, np.minimum(ranges - offset, reach)))
-        yield time.perf_counter() - begin, np.concatenate(found)
+    offset = 0.05
+    lens = origins[0] - directions[0] * offset
+    met, ranges = np.zeros(len(reach), np.int32), np.zeros(len(reach))
+    mujoco.mj_multiRay(
+        model, data, lens, directions.ravel(), None, True, -1, met, ranges, None,
+        len(reach), float(reach[0] + offset),
+    )  # fmt: skip
+    return np.where(ranges < 0.0, reach, np.minimum(ranges - offset, reach))
 
 
 ENGINES: tuple[tuple[str, str, Callable[[BoxHome], Looks]], ...] = (
-    ("Ängen Sensors", "", _layer("FAST")),
-    ("Blender `scene.ray_cast`", "", _layer("SCENE")),
+    (OURS, "", _layer("FAST")),
+    (REFERENCE, "", _layer("SCENE")),
     ("mathutils BVHTree", "", _trees),
     ("Embree (embreex)", "embreex", _embree),
-    ("MuJoCo rangefinder", "mujoco", _rangefinders),
-    ("MuJoCo mj_multiRay", "mujoco", _multi_ray),
+    ("MuJoCo rangefinder", "mujoco", lambda home: _mujoco(home, True)),
+    ("MuJoCo mj_multiRay", "mujoco", lambda home: _mujoco(home, False)),
 )
 
 
-def _touch(rounds: int) -> dict[str, Any] | None:
+def _touch(rounds: int) -> dict[str, Any]:
     """A box of 5 kg at rest on a pad: seconds for a simulated second, and the error."""
-    if not _has("mujoco"):
-        return None
     ours, evaluation, theirs = [], [], []
     for _ in range(rounds):
-        scene = pressure_scenes.new_scene(last=48)
+        scene = pressure_scenes.new_world(last=48)
         pressure_scenes.floor()
         pressure_scenes.pad("pad", (0.2, 0.2, 0.01), (0, 0, 0.01))
         pressure_scenes.box("box", (0.1, 0.1, 0.1), (0, 0, 0.12), MASS)
         begin = time.perf_counter()
         followed = pressure_scenes.follow(scene)
-        whole = time.perf_counter() - begin
+        whole, sensing = time.perf_counter() - begin, sum(followed.seconds)
         seconds = len(followed.seconds) / 24.0
-        ours.append(sum(followed.seconds) / seconds * 1e3)
-        evaluation.append((whole - sum(followed.seconds)) / seconds * 1e3)
+        ours.append(sensing / seconds * 1e3)
+        evaluation.append((whole - sensing) / seconds * 1e3)
         settled = followed.tracks["pad"].force[24:]
-        error = max(abs(force / (MASS * GRAVITY) - 1.0) for force in settled)
-        wall, peer_error = _mujoco_touch()
+        wall, felt = _mujoco_touch()
         theirs.append(wall * 1e3)
+    exact = MASS * GRAVITY
     return {
-        "exact_n": MASS * GRAVITY,
-        "ours_ms_a_second": spread(ours),
-        "bullet_ms_a_second": spread(evaluation),
-        "mujoco_ms_a_second": spread(theirs),
-        "ours_error": error,
-        "mujoco_error": peer_error,
+        "exact_n": exact, "ours_ms_a_second": spread(ours),
+        "bullet_ms_a_second": spread(evaluation), "mujoco_ms_a_second": spread(theirs),
+        "ours_error": max(abs(force / exact - 1.0) for force in settled),
+        "mujoco_error": max(abs(force / exact - 1.0) for force in felt),
         "mujoco_step_s": TOUCH_STEP,
-    }
+    }  # fmt: skip
 
 
-def _mujoco_touch() -> tuple[float, float]:
-    """Wall seconds of a simulated second, and the relative error of its last tenth."""
+def _mujoco_touch() -> tuple[float, list[float]]:
+    """Wall seconds of a simulated second, and the newtons in its last tenth."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(
@@ -289,17 +361,11 @@ def _mujoco_touch() -> tuple[float, float]:
         <body pos="0 0 0.12"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="{MASS}"/></body>
         </worldbody><sensor><touch site="zone"/></sensor></mujoco>"""
     )
-    data = mujoco.MjData(model)
-    for _ in range(round(1.0 / TOUCH_STEP)):
+    data, steps = mujoco.MjData(model), round(1.0 / TOUCH_STEP)
+    for _ in range(steps):
         mujoco.mj_step(model, data)
     begin, felt = time.perf_counter(), []
-    for _ in range(round(1.0 / TOUCH_STEP)):
+    for _ in range(steps):
         mujoco.mj_step(model, data)
         felt.append(float(data.sensordata[0]))
-    wall = time.perf_counter() - begin
-    worst = max(abs(force / (MASS * GRAVITY) - 1.0) for force in felt[-100:])
-    return wall, worst
-
-
-def _numbers(values: Any) -> str:
-    return " ".join(repr(float(value)) for value in values)
+    return time.perf_counter() - begin, felt[-steps // 10 :]

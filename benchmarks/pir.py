@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a range-scanning motion detector finds, by its settings, of who moves in its room.
+"""What the motion detectors find, by their settings, of who moves in their room.
 
-The model under test is the product's own (`RangeScan`), its rays are met in closed form.
-Every setting sees the same passes of the same walkers.
+`measure`: the range scan; every setting sees the same passes of the same walkers.
+`measure_pyroelectric`: what the pyroelectric detector's error and cost depend on, and where it and
+the range scan differ. The models under test are the product's own; rays are met in closed form,
+but for the cost, which is that in the sample home.
 """
 
 from __future__ import annotations
@@ -12,103 +14,52 @@ import time
 from dataclasses import replace
 from typing import Any
 
+import bpy
 import numpy as np
-from angen_sensors.sensor_logic.kind import RAYS
+from angen_sensors.angen_addon.runtime.probes import Probes
+from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
+from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
+from angen_sensors.sensor_logic.kind import RAYS, WARMTH
+from angen_sensors.sensor_logic.kinds.pir import MotionDetector
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters, RangeScan
-from angen_sensors.sensor_logic.model import Update
+from angen_sensors.sensor_logic.model import Emission, Update
 
-from .progress import progress
+from .common import open_home, progress, rms, sensors_of, spread
 from .walkers import FURNITURE, SENSOR, WALKERS, WALLS, Boxes, Walker, passes, ranges_to
 
 Array = np.typing.NDArray[np.float64]
 THESIS = PirParameters()
-THESIS_RATE = 10.0
-DEGREE = math.pi / 180
+HZ, DEGREE = 10.0, math.pi / 180
 # Every ray of this one looks at every update, 1.5° apart up and down, 0.2° aside.
 DENSE = replace(THESIS, rays=600, vertical_step=1.5 * DEGREE, sweep="ALL")
 ALL = replace(THESIS, sweep="ALL")
 RECOMMENDED = replace(THESIS, rays=160, vertical_step=5 * DEGREE, sweep="ALL")
+SWEEPS = (("saw-tooth", THESIS), ("all tilts", ALL))
+PYROELECTRIC = PirParameters(model="PYROELECTRIC", range_max=5.0)
 Setting = tuple[str, str, PirParameters, float]
 # Seconds of an empty room in which noise has the chance to raise an alarm.
 EMPTY_S = 3600.0
+ZONE_RAYS, RATES = (1, 2, 4, 8, 12, 24, 48), (60.0, 24.0, 10.0)
+# Of them in a glance: the default, and the finest, which must come near to the dense reference.
+GLANCE_RAYS, GLANCE_RATES = (12, 48), (60.0, 24.0)
+DENSE_RAYS, DENSE_RATE = 300, 120.0
+ROOM_CELSIUS, ZERO = 20.0, 273.15
+PERSON_CELSIUS, CAT_CELSIUS = 29.0, 27.0
+REST_BEFORE, REST_AFTER = 1.0, 1.5
+# Of the sample home: frames in which the person walks from the kitchen to the living room.
+FIRST, FRAMES = 600, 48
 
 
-def settings(quick: bool) -> list[Setting]:
-    """Group, name, parameters, update rate in Hz; each group changes one thing."""
-    found: list[Setting] = [
-        ("chosen", "dense reference", DENSE, THESIS_RATE),
-        ("chosen", "thesis", THESIS, THESIS_RATE),
-        ("chosen", "thesis, all tilts", ALL, THESIS_RATE),
-        ("chosen", "recommended", RECOMMENDED, THESIS_RATE),
-    ]
-    quiet: Setting = _above_noise(0.01)
-    if quick:
-        return [*found, quiet]
-    for rays in (20, 40, 80, 120, 160, 320, 640):
-        found.append(("rays, saw-tooth", f"{rays}", replace(THESIS, rays=rays), THESIS_RATE))
-    for rays in (20, 40, 80, 120, 160, 320, 640):
-        found.append(("rays, all tilts", f"{rays}", replace(ALL, rays=rays), THESIS_RATE))
-    for step in (2.5, 5.0, 10.0, 22.5, 45.0):
-        for sweep in ("SAWTOOTH", "ALL"):
-            changed = replace(THESIS, sweep=sweep, vertical_step=step * DEGREE)
-            name = "saw-tooth" if sweep == "SAWTOOTH" else "all tilts"
-            found.append((f"tilt step, {name}", f"{step:g}°", changed, THESIS_RATE))
-    for rate in (2.0, 5.0, 10.0, 20.0, 60.0):
-        found.append(("update rate, saw-tooth", f"{rate:g} Hz", THESIS, rate))
-    for rate in (2.0, 5.0, 10.0, 20.0):
-        found.append(("update rate, all tilts", f"{rate:g} Hz", ALL, rate))
-    for threshold in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5):
-        changed = replace(ALL, threshold=threshold)
-        found.append(("threshold, all tilts", f"{threshold:g} m", changed, THESIS_RATE))
-    for sigma in (0.002, 0.005, 0.01, 0.02):
-        changed = replace(ALL, noise_sigma=sigma)
-        found.append(("noise at 0.05 m, all tilts", f"{sigma:g} m", changed, THESIS_RATE))
-    return [*found, quiet, _above_noise(0.02)]
+class Room:
+    """The furnished room of `benchmarks.walkers`, whose rays are remembered by bundle, and whoever
+    is in it, with a temperature."""
 
-
-def _above_noise(sigma: float) -> Setting:
-    """A threshold of seven standard deviations of a difference of two ranges."""
-    changed = replace(ALL, noise_sigma=sigma, threshold=7 * math.sqrt(2) * sigma)
-    name = f"{sigma:g} m, {changed.threshold:.3g} m"
-    return "noise and a threshold of 7 σ√2, all tilts", name, changed, THESIS_RATE
-
-
-def measure(quick: bool) -> dict[str, Any]:
-    count = 10 if quick else 40
-    rows = []
-    chosen = settings(quick)
-    for done, (group, name, parameters, rate) in enumerate(chosen):
-        progress("pir", done, len(chosen), f"{group}: {name}")
-        begin = time.perf_counter()
-        row: dict[str, Any] = {
-            "group": group,
-            "name": name,
-            "rays_a_second": parameters.rays * rate * _tilts_an_update(parameters),
-            "walkers": {w.name: _seen(w, parameters, rate, count) for w in WALKERS},
-            "false_alarms_an_hour": _false_alarms(parameters, rate, quick),
-        }
-        row["seconds"] = time.perf_counter() - begin
-        rows.append(row)
-    return {"passes": count, "rows": rows, "least_share": least_share(count)}
-
-
-def least_share(count: int) -> float:
-    """Below what a share is with 2.5 % chance, when all of `count` passes were seen (exact)."""
-    return float(0.025 ** (1.0 / count))
-
-
-def _tilts_an_update(parameters: PirParameters) -> int:
-    return parameters.tilt_count if parameters.sweep == "ALL" else 1
-
-
-class _Room:
-    """Rays against the room, remembered by bundle, and against whoever is in it."""
-
-    def __init__(self) -> None:
+    def __init__(self, celsius: float = PERSON_CELSIUS, room: float = ROOM_CELSIUS) -> None:
         self._still = Boxes.upright((*WALLS, *FURNITURE))
         self._known: dict[tuple[int, int], Array] = {}
         self._body: Boxes | None = None
         self._met: dict[tuple[int, int], Array] = {}
+        self.celsius, self.room = celsius, room
 
     def put(self, body: Boxes) -> None:
         """Who is there now. Somebody who stands as before is not met anew."""
@@ -118,20 +69,79 @@ class _Room:
     def cast(self, bundle: int, origins: Array, directions: Array, reach: Array) -> Array:
         key = (bundle, len(reach))
         if key not in self._known:
-            found = reach.copy()
-            for i in range(len(self._still.half)):
-                one = Boxes(*(a[i : i + 1] for a in vars(self._still).values()))
-                found = ranges_to(one, origins, directions, found)
-            self._known[key] = found
+            self._known[key] = ranges_to(self._still, origins, directions, reach)
         if self._body is None:
             return self._known[key]
         if key not in self._met:
             self._met[key] = ranges_to(self._body, origins, directions, self._known[key])
         return self._met[key]
 
+    def warmth(self, bundle: int, origins: Array, directions: Array, reach: Array) -> Emission:
+        body = self.cast(bundle, origins, directions, reach)
+        is_body = body < self._known[bundle, len(reach)]
+        kelvin = np.where(is_body, self.celsius, self.room) + ZERO
+        return Emission(kelvin, np.full(len(kelvin), 0.95), self.room + ZERO)
+
+
+def settings(quick: bool) -> list[Setting]:
+    """Group, name, parameters, update rate in Hz; each group changes one thing."""
+    found: list[Setting] = [
+        ("chosen", "dense reference", DENSE, HZ),
+        ("chosen", "thesis", THESIS, HZ),
+        ("chosen", "thesis, all tilts", ALL, HZ),
+        ("chosen", "recommended", RECOMMENDED, HZ),
+    ]
+    if quick:
+        return [*found, _above_noise(0.01)]
+    for sweep, base in SWEEPS:
+        for rays in (20, 40, 80, 120, 160, 320, 640):
+            found.append((f"rays, {sweep}", f"{rays}", replace(base, rays=rays), HZ))
+    for sweep, base in SWEEPS:
+        for step in (2.5, 5.0, 10.0, 22.5, 45.0):
+            changed = replace(base, vertical_step=step * DEGREE)
+            found.append((f"tilt step, {sweep}", f"{step:g}°", changed, HZ))
+    for sweep, base in SWEEPS:
+        for rate in (2.0, 5.0, 10.0, 20.0, 60.0)[: 5 if base is THESIS else 4]:
+            found.append((f"update rate, {sweep}", f"{rate:g} Hz", base, rate))
+    for threshold in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5):
+        changed = replace(ALL, threshold=threshold)
+        found.append(("threshold, all tilts", f"{threshold:g} m", changed, HZ))
+    for sigma in (0.002, 0.005, 0.01, 0.02):
+        changed = replace(ALL, noise_sigma=sigma)
+        found.append(("noise at 0.05 m, all tilts", f"{sigma:g} m", changed, HZ))
+    return [*found, _above_noise(0.01), _above_noise(0.02)]
+
+
+def _above_noise(sigma: float) -> Setting:
+    """A threshold of seven standard deviations of a difference of two ranges."""
+    changed = replace(ALL, noise_sigma=sigma, threshold=7 * math.sqrt(2) * sigma)
+    name = f"{sigma:g} m, {changed.threshold:.3g} m"
+    return "noise and a threshold of 7 σ√2, all tilts", name, changed, HZ
+
+
+def measure(quick: bool) -> dict[str, Any]:
+    count = 10 if quick else 40
+    rows = []
+    chosen = settings(quick)
+    for done, (group, name, parameters, rate) in enumerate(chosen):
+        progress("pir", done, len(chosen), f"{group}: {name}")
+        begin = time.perf_counter()
+        tilts = parameters.tilt_count if parameters.sweep == "ALL" else 1
+        row: dict[str, Any] = {
+            "group": group,
+            "name": name,
+            "rays_a_second": parameters.rays * rate * tilts,
+            "walkers": {w.name: _seen(w, parameters, rate, count) for w in WALKERS},
+            "false_alarms_an_hour": _false_alarms(parameters, rate, quick),
+        }
+        row["seconds"] = time.perf_counter() - begin
+        rows.append(row)
+    # Below this a share is with 2.5 % chance, when all passes were seen (exact).
+    return {"passes": count, "rows": rows, "least_share": float(0.025 ** (1.0 / count))}
+
 
 def _reading(
-    model: RangeScan, parameters: PirParameters, number: int, rate: float, room: _Room, seed: int
+    model: RangeScan, parameters: PirParameters, number: int, rate: float, room: Room, seed: int
 ) -> bool:
     def noise() -> np.random.Generator:
         return np.random.default_rng((seed, number))
@@ -143,7 +153,7 @@ def _reading(
 def _seen(walker: Walker, parameters: PirParameters, rate: float, count: int) -> dict[str, Any]:
     """Share of the passes detected, and how long after it set off; a pass begins with a body that
     stands still until every tilt was scanned twice, at another phase of the sweep each time."""
-    room = _Room()
+    room = Room()
     latencies, said, updates, early = [], 0, 0, 0
     for index, (start, yaw, length) in enumerate(passes(walker, count)):
         model = RangeScan()
@@ -179,10 +189,139 @@ def _false_alarms(parameters: PirParameters, rate: float, quick: bool) -> float:
     """How often the output goes on in an hour of an empty room; without noise nothing changes."""
     if parameters.noise_sigma == 0.0:
         return 0.0
-    room, model, before, alarms = _Room(), RangeScan(), False, 0
+    room, model, before, alarms = Room(), RangeScan(), False, 0
     seconds = EMPTY_S / (60 if quick else 6)
     for number in range(int(seconds * rate)):
         active = _reading(model, parameters, number, rate, room, 1)
         alarms += active and not before
         before = active
     return alarms * 3600.0 / seconds
+
+
+def measure_pyroelectric(quick: bool) -> dict[str, Any]:
+    return {
+        "error": _error(6 if quick else 12, quick),
+        "cost": _cost(12 if quick else FRAMES, 1 if quick else 3),
+        "models": _models(5 if quick else 20),
+    }
+
+
+def _pass(
+    room: Room, walker: Walker, way: Any, parameters: PirParameters, rate: float
+) -> tuple[list[Any], float]:
+    """Readings of one pass, with rest before and after; seconds until the first detection."""
+    start, yaw, length = way
+    detector, readings, latency = MotionDetector(), [], math.inf
+    seconds = walker.seconds(length)
+    for k in range(int((REST_BEFORE + seconds + REST_AFTER) * rate)):
+        now = k / rate - REST_BEFORE
+        room.put(walker.boxes(start, yaw, min(max(now, 0.0), seconds)))
+        update = Update(k, k / rate, SENSOR, {RAYS: room.cast, WARMTH: room.warmth})
+        readings.append(detector.update(parameters, update))
+        if readings[-1].active:
+            latency = min(latency, max(now, 0.0))
+    return readings, latency
+
+
+def _error(count: int, quick: bool) -> list[dict[str, Any]]:
+    """Relative error of the peak signal, rms and worst over walks through the room."""
+    walk, room = next(walker for walker in WALKERS if walker.name == "walk"), Room()
+
+    def peaks(rays: int, rate: float) -> Array:
+        parameters = replace(PYROELECTRIC, zone_rays=rays)
+        runs = [_pass(room, walk, way, parameters, rate)[0] for way in passes(walk, count)]
+        return np.array([max(abs(r.fields["signal"]) for r in readings) for readings in runs])
+
+    exact, rows = peaks(DENSE_RAYS, DENSE_RATE), []
+    chosen = GLANCE_RAYS if quick else ZONE_RAYS
+    for done, rays in enumerate(chosen):
+        progress("pir_pyroelectric", done, len(chosen), f"error with {rays} rays a zone")
+        for rate in GLANCE_RATES if quick else RATES:
+            error = peaks(rays, rate) / exact - 1
+            rows.append({
+                "zone_rays": rays, "rate": rate, "rms": rms(error), "mean": float(error.mean()),
+                "worst": float(np.abs(error).max()), "walks": count,
+            })  # fmt: skip
+    return rows
+
+
+def _cost(frames: int, rounds: int) -> list[dict[str, Any]]:
+    """Milliseconds of processor time an update of one detector in the sample home, after its first
+    second."""
+    scene = open_home()
+    person = bpy.data.objects["Person"].angen_warmth
+    person.use_temperature, person.temperature = True, 28.0
+    for material in bpy.data.objects["Person"].data.materials:
+        if "skin" in material.name:
+            material.angen_warmth.use_temperature = True
+            material.angen_warmth.temperature = 33.0
+    sensors = sensors_of("PIR")
+    rows = []
+    for model, rays in (("RANGE_SCAN", 120), *(("PYROELECTRIC", r) for r in (4, 12, 48))):
+        progress("pir_pyroelectric", len(rows), 4, f"cost of {model} in the home")
+        for sensor in sensors:
+            pir = sensor.settings.pir
+            pir.model, pir.sweep = model, "ALL"
+            pir.rays, pir.zone_rays = 120, rays
+            sensor.settings.update_rate = 24.0
+        runs = [_in_home(scene, sensors, frames) for _ in range(rounds)]
+        rows.append({
+            "model": model, "zone_rays": rays, "rays": 1080 if model == "RANGE_SCAN" else 42 * rays,
+            "ms": spread([milliseconds for milliseconds, *_ in runs]), "updates": runs[0][1],
+            "active": runs[0][2],
+        })  # fmt: skip
+    return rows
+
+
+def _in_home(scene: Any, sensors: list[Any], frames: int) -> tuple[float, int, int]:
+    """Milliseconds an update, updates, and those that said that something moves."""
+    clock, probes = clock_of(scene), Probes(scene)
+    runners = [SensorRunner(sensor, clock) for sensor in sensors]
+    taken, updates, moved = 0.0, 0, 0
+    first = FIRST - scene.frame_start
+    for step in range(first - 24, first + frames):
+        scene.frame_set(step + scene.frame_start)
+        depsgraph = evaluated_depsgraph()
+        probes.look(depsgraph, None)
+        # Trees of what has moved are built once for all sensors, whatever their model.
+        for solid in probes.caster.solids.solids:
+            if solid.moving and np.isfinite(solid.geometry.lo).all():
+                solid.geometry.tree(depsgraph)
+        begin = time.process_time()
+        for runner in runners:
+            reading = runner.take(step, step, depsgraph, probes).reading()
+            moved += reading.active and step >= first
+        if step >= first:
+            taken += time.process_time() - begin
+            updates += len(runners)
+    return taken / updates * 1e3, updates, moved
+
+
+def _models(count: int) -> list[dict[str, Any]]:
+    """Shares of passes detected, and the median latency, of the two models side by side."""
+    models = (("thesis", THESIS, 10.0), ("all tilts", ALL, 10.0))
+    models += (("pyroelectric", PYROELECTRIC, 24.0),)
+    situations: list[tuple[str, Walker, float, float]] = [
+        (w.name, w, CAT_CELSIUS if w.cat else PERSON_CELSIUS, ROOM_CELSIUS) for w in WALKERS
+    ]
+    walk = next(walker for walker in WALKERS if walker.name == "walk")
+    situations += [
+        ("walk, room of 28 °C", walk, 31.0, 28.0),
+        ("walk, room of 31 °C", walk, 31.5, 31.0),
+        ("walk of something as warm as the room", walk, ROOM_CELSIUS, ROOM_CELSIUS),
+        ("walk at 0.1 m/s", replace(walk, speed=0.1), PERSON_CELSIUS, ROOM_CELSIUS),
+    ]
+    rows = []
+    for done, (name, walker, *celsius) in enumerate(situations):
+        progress("pir_pyroelectric", done, len(situations), name)
+        row: dict[str, Any] = {"situation": name, "passes": count}
+        for label, parameters, rate in models:
+            room, ways = Room(*celsius), passes(walker, count)
+            latencies = np.array([_pass(room, walker, w, parameters, rate)[1] for w in ways])
+            seen = latencies[np.isfinite(latencies)]
+            row[label] = {
+                "detected": len(seen) / count,
+                "latency_s": float(np.median(seen)) if len(seen) else None,
+            }
+        rows.append(row)
+    return rows

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small scenes of known statics, and what their pads read."""
+"""Small scenes of known statics: what their pads read, and what MuJoCo, an engine of its own, says
+that they carry."""
 
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,11 +15,11 @@ import numpy as np
 from angen_sensors.angen_addon.runtime.probes import Probes
 from angen_sensors.angen_addon.runtime.sensor_runner import SensorRunner
 from angen_sensors.angen_addon.runtime.time_base import clock_of, evaluated_depsgraph
-from angen_sensors.angen_addon.scene.sensors import all_sensors
+
+from .common import box_mesh, has, link, new_scene, sensors_of
 
 Array = np.typing.NDArray[np.float64]
 Vec = Sequence[float]
-FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 # What moves is made with Blender's own shapes: (operator, its settings for a radius).
 ROUND = {
     "SPHERE": ("uv_sphere", lambda r: {"radius": r}),
@@ -26,51 +28,29 @@ ROUND = {
     "ICOSAHEDRON": ("ico_sphere", lambda r: {"radius": r, "subdivisions": 1}),
     "CONE": ("cone", lambda r: {"radius1": r, "depth": 2 * r}),
 }
+STEP = 0.001
+SETTLING, SECONDS = 3.0, 3.5
+HEAD = f"""<mujoco><option timestep="{STEP}" gravity="0 0 -9.81" cone="elliptic" iterations="300"
+tolerance="1e-12"/><default><geom friction="0.5 0 0" solref="0.004 1" margin="0"/></default>
+<worldbody>"""
 
 
-def new_scene(fps: int = 24, last: int = 48, substeps: int = 10, iterations: int = 10) -> Any:
+def new_world(fps: int = 24, last: int = 48) -> Any:
     """An empty file with a rigid-body world; frames 1 … `last`."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    scene = bpy.context.scene
-    scene.frame_start, scene.frame_end, scene.render.fps = 1, last, fps
-    # Values at the playhead would be sensed a second time.
-    scene.angen_live = False
+    scene = new_scene(fps, last)
     bpy.ops.rigidbody.world_add()
     world = scene.rigidbody_world
     world.collection = bpy.data.collections.new("RigidBodyWorld")
-    world.substeps_per_frame, world.solver_iterations = substeps, iterations
+    world.substeps_per_frame, world.solver_iterations = 10, 10
     world.point_cache.frame_end = last + 1
     return scene
 
 
-def box_mesh(parts: Sequence[tuple[Vec, Vec]]) -> Any:
-    """A mesh of boxes, each (half size, middle)."""
-    points: list[Any] = []
-    faces: list[Any] = []
-    for half, middle in parts:
-        first = len(points)
-        signs = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-        points += [tuple(m + s * h for m, s, h in zip(middle, sign, half, strict=True))
-                   for sign in signs]  # fmt: skip
-        faces += [tuple(first + i for i in face) for face in FACES]
-    mesh = bpy.data.meshes.new("boxes")
-    mesh.from_pydata(points, [], faces)
-    return mesh
-
-
-def add(name: str, mesh: Any, at: Vec, parent: Any = None, rotation: Any = None) -> Any:
-    obj = bpy.data.objects.new(name, mesh)
-    obj.location = at
-    obj.parent = parent
-    if rotation is not None:
-        obj.rotation_mode = "QUATERNION"
-        obj.rotation_quaternion = rotation
-    bpy.context.scene.collection.objects.link(obj)
-    return obj
-
-
 def rigid(obj: Any, kind: str, mass: float = 1.0, shape: str = "BOX", **settings: Any) -> Any:
     """Makes an object a rigid body; returns the object."""
+    rotation = settings.pop("rotation", None)
+    if rotation is not None:
+        obj.rotation_mode, obj.rotation_quaternion = "QUATERNION", rotation
     bpy.context.scene.rigidbody_world.collection.objects.link(obj)
     body = obj.rigid_body
     body.type, body.mass, body.collision_shape = kind, mass, shape
@@ -79,56 +59,51 @@ def rigid(obj: Any, kind: str, mass: float = 1.0, shape: str = "BOX", **settings
     return obj
 
 
+def _box(name: str, half: Vec, at: Vec, parent: Any = None) -> Any:
+    return link(name, box_mesh([(half, (0, 0, 0))]), at, parent)
+
+
 def floor(at: Vec = (0, 0, -0.5), half: Vec = (6, 6, 0.5), **settings: Any) -> Any:
-    rotation = settings.pop("rotation", None)
-    obj = add("floor", box_mesh([(half, (0, 0, 0))]), at, rotation=rotation)
-    return rigid(obj, "PASSIVE", **settings)
+    return rigid(_box("floor", half, at), "PASSIVE", **settings)
 
 
 def pad(name: str, half: Vec, at: Vec, physics: bool = True, **settings: Any) -> Any:
     """A pad that senses at every frame; `physics`: whether things rest on it in the engine."""
-    rotation = settings.pop("rotation", None)
-    obj = add(name, box_mesh([(half, (0, 0, 0))]), at, rotation=rotation)
+    obj = _box(name, half, at)
     obj.angen_sensor.kind = "PRESSURE"
     obj.angen_sensor.update_rate = bpy.context.scene.render.fps
     return rigid(obj, "PASSIVE", **settings) if physics else obj
 
 
 def box(name: str, half: Vec, at: Vec, mass: float, **settings: Any) -> Any:
-    rotation = settings.pop("rotation", None)
-    obj = add(name, box_mesh([(half, (0, 0, 0))]), at, rotation=rotation)
-    return rigid(obj, "ACTIVE", mass, **settings)
+    return rigid(_box(name, half, at), "ACTIVE", mass, **settings)
 
 
 def solid(name: str, shape: str, radius: float, at: Vec, mass: float, **settings: Any) -> Any:
     """A body of any of Blender's collision shapes, `radius` the half of its height. `form`: what
     its mesh is, where that is not the shape; a hull or a mesh is a box else."""
-    rotation = settings.pop("rotation", None)
     form = settings.pop("form", shape)
     if form in ROUND:
         operator, sizes = ROUND[form]
         getattr(bpy.ops.mesh, f"primitive_{operator}_add")(**sizes(radius))
         obj = bpy.context.object
         obj.name, obj.location = name, at
-        if rotation is not None:
-            obj.rotation_mode, obj.rotation_quaternion = "QUATERNION", rotation
     else:
-        obj = add(name, box_mesh([((radius,) * 3, (0, 0, 0))]), at, rotation=rotation)
+        obj = _box(name, (radius,) * 3, at)
     return rigid(obj, "ACTIVE", mass, shape, **settings)
 
 
 def compound(name: str, parts: Sequence[tuple[Vec, Vec]], at: Vec, mass: float) -> Any:
     """A body of boxes, its centre of mass at `at`."""
-    obj = rigid(add(name, box_mesh(parts), at), "ACTIVE", mass, "COMPOUND")
+    obj = rigid(link(name, box_mesh(parts), at), "ACTIVE", mass, "COMPOUND")
     for index, (half, middle) in enumerate(parts):
-        part = add(f"{name} {index}", box_mesh([(half, (0, 0, 0))]), middle, parent=obj)
-        rigid(part, "ACTIVE")
+        rigid(_box(f"{name} {index}", half, middle, obj), "ACTIVE")
     return obj
 
 
 def carried(name: str, half: Vec, at: Vec, mass: float) -> Any:
     """An animated body: a mass without physics."""
-    obj = add(name, box_mesh([(half, (0, 0, 0))]), at)
+    obj = _box(name, half, at)
     obj.angen_load.mass = mass
     return obj
 
@@ -158,12 +133,12 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
     apart from that of Blender's own evaluation of the frame."""
     bpy.context.view_layer.update()
     clock = clock_of(scene)
-    runners = [SensorRunner(sensor, clock) for sensor in all_sensors(bpy.context.view_layer)]
+    runners = [SensorRunner(sensor, clock) for sensor in sensors_of()]
     pads = [runner.sensor for runner in runners]
     probes = Probes(scene)
     probes.serve(runner.sensor for runner in runners)
     done = Followed({pad.name: Track() for pad in pads}, [], {})
-    poses: dict[str, list[Array]] = {obj.name: [] for obj in watched}
+    poses = defaultdict[str, list[Array]](list)
     waiting: list[Any] = []
     for step in range(scene.frame_end - scene.frame_start + 2):
         scene.frame_set(scene.frame_start + step)
@@ -183,3 +158,66 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
             track.problems |= {reading.fields["problem"]} - {""}
     done.poses = {name: np.array(found) for name, found in poses.items()}
     return done
+
+
+def mujoco_forces() -> dict[str, float] | None:
+    """Newtons on each pad of the present scene at rest, the mean over half a second; None without
+    MuJoCo or with a shape that it has not."""
+    text = _mujoco_text() if has("mujoco") else None
+    if text is None:
+        return None
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    pads = {sensor.name: 0.0 for sensor in sensors_of("PRESSURE")}
+    force = np.zeros(6)
+    steps = round((SECONDS - SETTLING) / STEP)
+    for step in range(round(SECONDS / STEP)):
+        mujoco.mj_step(model, data)
+        if step * STEP < SETTLING:
+            continue
+        for index in range(data.ncon):
+            names = [model.geom(geom).name for geom in data.contact[index].geom]
+            for name in set(names) & set(pads):
+                mujoco.mj_contactForce(model, data, index, force)
+                pads[name] += force[0] / steps
+    return pads
+
+
+def _mujoco_text() -> str | None:
+    text = HEAD
+    for obj in bpy.context.scene.objects:
+        body = obj.rigid_body
+        mass = obj.angen_load.mass
+        if obj.parent is not None or (body is None and mass == 0.0):
+            continue
+        is_compound = body is not None and body.collision_shape == "COMPOUND"
+        family = list(obj.children) if is_compound else [obj]
+        geoms = [_geom(part, None if part is obj else part.location) for part in family]
+        if None in geoms:
+            return None
+        turn = numbers(obj.matrix_world.to_quaternion())
+        text += f'<body name="{obj.name}" pos="{numbers(obj.location)}" quat="{turn}">'
+        if body is None or body.type == "ACTIVE":
+            mass = mass or body.mass
+            inertia = numbers([mass * max(obj.dimensions) ** 2 / 10.0] * 3)
+            text += f'<freejoint/><inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia}"/>'
+        text += "".join(str(geom) for geom in geoms) + "</body>"
+    return text + "</worldbody></mujoco>"
+
+
+def _geom(obj: Any, at: Any) -> str | None:
+    shape = obj.rigid_body.collision_shape if obj.rigid_body is not None else "BOX"
+    x, y, z = (np.ptp([vertex.co for vertex in obj.data.vertices], axis=0) / 2.0).tolist()
+    if shape == "CONE":
+        return None
+    # The hulls and meshes of these benchmarks are boxes.
+    sizes = {"SPHERE": (x,), "CAPSULE": (x, z - x), "CYLINDER": (x, z)}.get(shape, (x, y, z))
+    kind = "box" if len(sizes) == 3 else shape.lower()
+    place = "" if at is None else f'pos="{numbers(at)}"'
+    return f'<geom name="{obj.name}" type="{kind}" size="{numbers(sizes)}" {place}/>'
+
+
+def numbers(values: Any) -> str:
+    return " ".join(repr(float(value)) for value in values)

@@ -14,14 +14,13 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.runtime.simulation import simulate
-from angen_sensors.angen_addon.scene.sensors import all_sensors
+from angen_sensors.angen_addon.scene.animation import action_curves
 from angen_sensors.sensor_logic.kind import RAYS
 from angen_sensors.sensor_logic.kinds.optical_switch import OpticalSwitchParameters, SlottedSwitch
 from angen_sensors.sensor_logic.model import Pose, Update
 from angen_sensors.sensor_logic.recording.tracks import Recording
 
-from .common import spread
+from .common import link, new_scene, run, sensors_of, spread
 
 Array = np.typing.NDArray[np.float64]
 APERTURES = (1, 3, 5, 9, 17, 33)
@@ -102,18 +101,15 @@ def _aperture(rays: int, edges: int) -> dict[str, Any]:
         changes += before is not None and now != before
         before = now
     return {
-        "rays": rays,
-        "worst_error": worst,
-        "bound": 1.0 / (2 * rays),
-        "changes": changes,
+        "rays": rays, "worst_error": worst, "bound": 1.0 / (2 * rays), "changes": changes,
         "us": spread(durations),
-    }
+    }  # fmt: skip
 
 
 def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> dict[str, Any]:
     """One flag crosses `count` switches side by side, each at another time between two updates."""
     scene = _scene_of_switches(width, speed, substeps, count)
-    wall, recording = _run(scene)
+    wall, recording = _whole(scene)
     seen = _share_seen(recording)
     exact = min(1.0, width * FPS * substeps / speed)
     return {
@@ -143,7 +139,7 @@ def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dic
         for swept in (False, True):
             for switch in switches:
                 switch.angen_sensor.optical_switch.swept = swept
-            wall, recording = _run(scene)
+            wall, recording = _whole(scene)
             walls[swept].append(wall)
     wrong = 0
     for switch in switches:
@@ -158,24 +154,15 @@ def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dic
         # At the updates while it is in the beam, or else at the next one.
         wrong += closed != list(range(first, max(last, first + 1)))
     return {
-        "name": name,
-        "width_m": width,
-        "speed_m_s": speed,
-        "switches": count,
-        "seen": _share_seen(recording),
-        "wrong": wrong,
+        "name": name, "width_m": width, "speed_m_s": speed, "switches": count,
+        "seen": _share_seen(recording), "wrong": wrong,
         "cost": spread([a / b for a, b in zip(walls[True], walls[False], strict=True)]),
-    }
+    }  # fmt: skip
 
 
-def _run(scene: Any) -> tuple[float, Recording]:
+def _whole(scene: Any) -> tuple[float, Recording]:
     """The seconds of a run, and its recording."""
-    recording = Recording()
-    sensors = all_sensors(bpy.context.view_layer)
-    begin = time.perf_counter()
-    for _ in simulate(scene, sensors, scene.frame_start, scene.frame_end, recording):
-        pass
-    return time.perf_counter() - begin, recording
+    return run(scene, sensors_of(), scene.frame_start, scene.frame_end)
 
 
 def _share_seen(recording: Recording) -> float:
@@ -183,40 +170,26 @@ def _share_seen(recording: Recording) -> float:
 
 
 def _scene_of_switches(width: float, speed: float, substeps: int, count: int) -> Any:
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    scene = bpy.context.scene
-    scene.frame_start, scene.frame_end = 1, 1 + FPS
-    scene.render.fps, scene.angen_substeps, scene.angen_live = FPS, substeps, False
+    scene = new_scene(FPS, 1 + FPS)
+    scene.angen_substeps = substeps
     chance = np.random.default_rng(1)
     # Evenly over the path between two updates, with random offsets, so that no rounding repeats.
     phases = (np.arange(count) + chance.uniform(0, 1, count)) / count
     for i, phase in enumerate(phases.tolist()):
-        switch = bpy.data.objects.new(f"switch {i:03d}", None)
-        switch.location = (speed * (0.5 + phase / FPS), 0.02 * i, 0.0)
-        scene.collection.objects.link(switch)
+        switch = link(f"switch {i:03d}", None, (speed * (0.5 + phase / FPS), 0.02 * i, 0.0))
         settings = switch.angen_sensor
         settings.kind, settings.update_rate = "OPTICAL_SWITCH", FPS * substeps
     reach = 0.02 * count
     corners = [(-width, -1, -0.02), (0, -1, -0.02), (0, reach, -0.02), (-width, reach, -0.02)]
     mesh = bpy.data.meshes.new("flag")
     mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
-    flag = bpy.data.objects.new("flag", mesh)
-    scene.collection.objects.link(flag)
+    flag = link("flag", mesh)
     for frame, at in ((1, 0.0), (1 + FPS, speed)):
         flag.location.x = at
         flag.keyframe_insert("location", index=0, frame=frame)
-    _straighten(flag)
-    bpy.context.view_layer.update()
-    return scene
-
-
-def _straighten(obj: Any) -> None:
-    data = obj.animation_data
-    if hasattr(data, "action_slot"):
-        bags = [s.channelbag(data.action_slot) for la in data.action.layers for s in la.strips]
-        curves = [curve for bag in bags if bag for curve in bag.fcurves]
-    else:
-        curves = list(data.action.fcurves)
-    for curve in curves:
+    animation = flag.animation_data
+    for curve in action_curves(animation.action, getattr(animation, "action_slot", None)):
         for point in curve.keyframe_points:
             point.interpolation = "LINEAR"
+    bpy.context.view_layer.update()
+    return scene

@@ -18,7 +18,8 @@ from angen_sensors.studies import study
 
 import hard_cases
 import parameter_tables
-from benchmarks import page, pir_pyroelectric_report
+from benchmarks import page
+from benchmarks.bounds import PARTS
 
 
 def test_the_parameter_page_is_up_to_date():
@@ -28,21 +29,31 @@ def test_the_parameter_page_is_up_to_date():
 
 def test_the_benchmark_page_is_that_of_the_data_and_all_that_it_names_is_there():
     parts = page.known(page.DOCS / "data")
-    assert set(parts) == set(page.REPORTS), "run: python -m benchmarks"
+    assert set(parts) == set(PARTS), "run: python -m benchmarks"
     written = (page.DOCS / "benchmarks.md").read_text(encoding="utf-8")
-    assert written == page.markdown(parts), "run: python -m benchmarks.page"
+    assert written == page.markdown(parts), "run: python -m benchmarks --page"
+
+
+@pytest.mark.parametrize("file", page.TABLES)
+def test_the_tables_of_other_pages_are_those_of_the_data(file):
+    written = (page.DOCS / file).read_text(encoding="utf-8")
+    assert page.filled(file, written, page.results(page.TABLES[file])) == written
+
+
+def test_the_page_of_light_is_that_of_the_data():
+    written = (page.DOCS / "light_benchmarks.md").read_text(encoding="utf-8")
+    assert page.text_of("light", page.results("light")) + "\n" == written
+
+
+def test_every_lens_is_told():
+    written = (page.DOCS / "pir.md").read_text(encoding="utf-8")
+    assert all(f"| `{name}` |" in written for name in LENSES)
+
+
+def test_every_picture_and_page_that_the_benchmarks_name_is_there():
     text = (page.DOCS / "benchmarks.md").read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):
         assert (page.DOCS / target).exists(), target
-
-
-def test_the_page_of_pyroelectric_detectors_is_that_of_the_data_and_has_every_lens():
-    written = pir_pyroelectric_report.PAGE.read_text(encoding="utf-8")
-    data = json.loads((page.DOCS / "data" / "pir_pyroelectric.json").read_text(encoding="utf-8"))
-    assert not data["quick"]
-    filled = pir_pyroelectric_report.filled(written, data)
-    assert filled == written, f"run: {pir_pyroelectric_report.COMMAND}"
-    assert all(f"| `{name}` |" in written for name in LENSES)
 
 
 def test_the_page_of_hard_cases_is_that_of_the_data_and_of_the_tests():
@@ -92,7 +103,7 @@ def test_text_after_a_table_is_not_read_as_a_row_of_it():
 
 def test_the_readme_says_what_was_measured():
     parts = page.known(page.DOCS / "data")
-    light = json.loads((page.DOCS / "light_benchmarks.json").read_text(encoding="utf-8"))["run"]
+    light = page.results("light")["run"]
     accuracy, layer = parts["rays"]["ray_accuracy"], parts["rays"]["ray_layer"]["rows"]
     ratio = {
         (row["objects"] > 1000, row["sweep"]): row["ratio"]["median"]

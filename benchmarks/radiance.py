@@ -3,7 +3,11 @@
 
 The home is simplified to what both engines represent in the same way: every surface is diffuse and
 grey, and transparent objects (panes, shades) are removed. Lamps are spheres of their own radius and
-power, the sun is a disk, the sky has one radiance. Development only: needs pyradiance.
+power, the sun is a disk, the sky has one radiance. Needs pyradiance.
+
+`measure`: the irradiance by both at faces in every room. `measure_speed`: seconds for one reading
+of all light sensors, with everything that must be done anew when something has moved; each engine's
+errors are against what it says itself with many more rays.
 """
 
 from __future__ import annotations
@@ -11,6 +15,10 @@ from __future__ import annotations
 import math
 import subprocess
 import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +33,8 @@ from angen_sensors.angen_addon.scene.light.probe import LightRequest
 from angen_sensors.angen_addon.scene.light.scene import Housings, is_portal
 from angen_sensors.sensor_logic.physics import luminance
 
-from .ray_layer import HOME
+from .bounds import CYCLES, LEAST_W_M2, RADIANCE
+from .common import open_home, progress, rms, spread
 
 FRAME = 1500
 SKY = 1.0
@@ -38,6 +47,11 @@ DIVISIONS = 8_192
 SKY_DIVISIONS = 1_048_576
 # Ten bounces miss 4 % of the light in the white closet and 16 % in the bathroom.
 DIRECT_BOUNCES, BOUNCES = 1, 30
+# Rms error at which the speed of both is compared.
+SAME = 0.03
+# Cycles's paths, and Radiance's ambient divisions; the last are what errors are against.
+RAYS = {CYCLES: (32, 128, 512, 2048, 8192), RADIANCE: (16, 64, 256, 1024)}
+EXACT = {CYCLES: 65_536, RADIANCE: 4_096}
 
 
 def measure(samples: int) -> dict[str, Any]:
@@ -45,25 +59,70 @@ def measure(samples: int) -> dict[str, Any]:
     whole."""
     rows = []
     for time_of_day in ("day", "lamp"):
-        bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
-        scene = bpy.context.scene
-        scene.angen_live = False
-        scene.frame_set(FRAME)
+        open_home().frame_set(FRAME)
         simplify(time_of_day)
         requests = faces()
         with tempfile.TemporaryDirectory() as folder:
             for part in ("direct", "whole"):
+                progress("radiance", len(rows), 4 * len(requests), f"{time_of_day}, {part}")
                 set_reflecting(part == "whole")
                 octree = compiled(exported(Path(folder), part == "whole"))
                 way = (BOUNCES, DIVISIONS) if part == "whole" else (DIRECT_BOUNCES, SKY_DIVISIONS)
                 theirs = traced(octree, requests, *way)
                 ours = rendered(requests, samples)
-                for request, a, b in zip(requests, ours, theirs, strict=True):
-                    rows.append(
-                        {"time": time_of_day, "part": part, "at": request.name, "cycles": a,
-                         "radiance": b}
-                    )  # fmt: skip
+                for face, a, b in zip(requests, ours, theirs, strict=True):
+                    told = {"time": time_of_day, "part": part, "at": face.name}
+                    rows.append({**told, "cycles": a, "radiance": b})
     return {"rows": rows, "samples": samples, "divisions": DIVISIONS}
+
+
+def measure_speed(rounds: int, quick: bool) -> dict[str, Any]:
+    open_home().frame_set(FRAME)
+    simplify("lamp")
+    set_reflecting(True)
+    requests = [face for face in faces() if face.name.endswith("down")]
+    with tempfile.TemporaryDirectory() as folder:
+        text = exported(Path(folder), True)
+        engines: dict[str, Callable[[int], list[float]]] = {
+            CYCLES: lambda samples: rendered(requests, samples),
+            RADIANCE: lambda divisions: traced(compiled(text), requests, BOUNCES, divisions),
+        }
+        compile_s, _ = _timed(lambda: compiled(text))
+        true = {n: np.array(e(EXACT[n] // (8 if quick else 1))) for n, e in engines.items()}
+        lit = np.minimum(*true.values()) > LEAST_W_M2
+        runs: dict[tuple[str, int], list[tuple[float, Any]]] = defaultdict(list)
+        for turn in range(rounds):
+            for name, work in engines.items():
+                for count in RAYS[name][: -1 if quick and name == CYCLES else None]:
+                    progress("peers", turn, rounds, f"{name}, {count}")
+                    runs[name, count].append(_timed(lambda w=work, c=count: w(c)))
+    rows = [
+        {
+            "engine": name,
+            "rays": count,
+            "seconds": spread([seconds for seconds, _ in found]),
+            "rms": rms([np.array(values)[lit] / true[name][lit] - 1.0 for _, values in found]),
+        }
+        for (name, count), found in runs.items()
+    ]
+    return {
+        "rows": rows, "faces": int(lit.sum()),
+        "apart_rms": rms(true[CYCLES][lit] / true[RADIANCE][lit] - 1.0), "compile_s": compile_s,
+        "same": SAME,
+        "seconds": {n: _seconds_at(SAME, [r for r in rows if r["engine"] == n]) for n in engines},
+    }  # fmt: skip
+
+
+def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    begin = time.perf_counter()
+    found = work()
+    return time.perf_counter() - begin, found
+
+
+def _seconds_at(error: float, rows: list[dict[str, Any]]) -> float:
+    """Seconds for an rms error, between the rows that were measured by powers."""
+    known = sorted((-math.log(row["rms"]), math.log(row["seconds"]["median"])) for row in rows)
+    return math.exp(np.interp(-math.log(error), *zip(*known, strict=True)))
 
 
 def simplify(time_of_day: str) -> None:
@@ -77,37 +136,33 @@ def simplify(time_of_day: str) -> None:
         if obj.type == "LIGHT":
             by_day = obj.data.type == "SUN" or obj.data.cycles.is_portal
             obj.hide_set(by_day != (time_of_day == "day"))
-        if obj.type == "LIGHT":
             obj.data.color = (1, 1, 1)
             if obj.data.type == "POINT":
                 obj.data.use_soft_falloff = False
                 obj.data.shadow_soft_size = min(obj.data.shadow_soft_size, 0.02)
     for material in bpy.data.materials:
+        reflects[material] = 0.3
         if material.node_tree and not glows(material):
-            reflects[material] = float(
-                np.clip(luminance(surfaces.reflectance(material.session_uid)), 0, 0.85)
-            )
-        else:
-            reflects[material] = 0.3
+            reflectance = luminance(surfaces.reflectance(material.session_uid))
+            reflects[material] = float(np.clip(reflectance, 0, 0.85))
     for material, grey in reflects.items():
-        _diffuse(material, grey)
-    scene.world.node_tree.nodes.clear()
-    nodes = scene.world.node_tree.nodes
-    background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
+        shader = _only(material, "ShaderNodeBsdfDiffuse", "ShaderNodeOutputMaterial")
+        shader.inputs["Color"].default_value = (grey, grey, grey, 1)
+        shader.inputs["Roughness"].default_value = 0.0
+        material["grey"] = grey
+    background = _only(scene.world, "ShaderNodeBackground", "ShaderNodeOutputWorld")
     background.inputs["Color"].default_value = (1, 1, 1, 1)
     background.inputs["Strength"].default_value = SKY if time_of_day == "day" else 0.0
-    scene.world.node_tree.links.new(background.outputs[0], output.inputs[0])
     layer.update()
 
 
-def _diffuse(material: Any, grey: float) -> None:
-    nodes, links = material.node_tree.nodes, material.node_tree.links
+def _only(owner: Any, shader: str, output: str) -> Any:
+    """Leaves one shader in a material or a world; returns its node."""
+    nodes = owner.node_tree.nodes
     nodes.clear()
-    shader, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
-    shader.inputs["Color"].default_value = (grey, grey, grey, 1)
-    shader.inputs["Roughness"].default_value = 0.0
-    links.new(shader.outputs[0], output.inputs["Surface"])
-    material["grey"] = grey
+    made = nodes.new(shader)
+    owner.node_tree.links.new(made.outputs[0], nodes.new(output).inputs["Surface"])
+    return made
 
 
 def set_reflecting(reflecting: bool) -> None:
@@ -125,18 +180,16 @@ def faces() -> list[LightRequest]:
     for obj in sorted(bpy.context.scene.objects, key=lambda o: o.name):
         if obj.angen_sensor.kind == "LIGHT":
             place = np.array(obj.matrix_world.translation, np.float64)
-            for name, z, height in (("down", 1.0, place[2]), ("up", -1.0, 1.2)):
+            for way, z, height in (("down", 1.0, place[2]), ("up", -1.0, 1.2)):
                 pose = np.diag([1.0, z, z, 1.0])
                 pose[:3, 3] = place[0], place[1], height
-                found.append(
-                    LightRequest(f"{obj.name.removeprefix('Light sensor ')} {name}", pose,
-                                 "ILLUMINANCE")
-                )  # fmt: skip
+                name = f"{obj.name.removeprefix('Light sensor ')} {way}"
+                found.append(LightRequest(name, pose, "ILLUMINANCE"))
     return found
 
 
 def rendered(requests: list[LightRequest], samples: int) -> list[float]:
-    asked = [LightRequest(**{**r.__dict__, "samples": samples}) for r in requests]
+    asked = [replace(request, samples=samples) for request in requests]
     layer = bpy.context.view_layer
     found = probe.measure(bpy.context.scene, layer, asked, efficacy=1.0)
     return [float(found[r.name].illuminance_lux or 0.0) for r in requests]
@@ -211,46 +264,33 @@ def _mesh(evaluated: Any, reflecting: bool) -> str:
     matrix = np.array(evaluated.matrix_world, np.float64)
     points = np.array([v.co for v in mesh.vertices], np.float64).reshape(-1, 3)
     points = points @ matrix[:3, :3].T + matrix[:3, 3]
-    text = []
+    greys, text = {}, []
     for triangle in mesh.loop_triangles:
         slot = evaluated.material_slots[triangle.material_index].material
-        grey = slot.original["grey"] if slot else 0.8
-        grey = grey if reflecting else 0.0
-        name = f"g{round(grey * 1e6)}"
-        corners = points[list(triangle.vertices)]
-        if np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0])) < 1e-10:
-            continue
-        text.append(f"{name} polygon p\n0\n0\n9 " + " ".join(f"{c:.9g}" for c in corners.ravel()))
-        text.append("\n")
-        if name not in _WRITTEN:
-            _WRITTEN[name] = f"void plastic {name}\n0\n0\n5 {grey} {grey} {grey} 0 0\n"
-    used = {line.split(" ", 1)[0] for line in text if line != "\n"}
-    return "".join(_WRITTEN[name] for name in sorted(used)) + "".join(text)
-
-
-_WRITTEN: dict[str, str] = {}
+        grey = (slot.original["grey"] if slot else 0.8) if reflecting else 0.0
+        a, b, c = corners = points[list(triangle.vertices)]
+        if np.linalg.norm(np.cross(b - a, c - a)) >= 1e-10:
+            name = f"g{round(grey * 1e6)}"
+            greys[name] = f"void plastic {name}\n0\n0\n5 {grey} {grey} {grey} 0 0\n"
+            text.append(f"{name} polygon p\n0\n0\n9 {_numbers(*corners.ravel())}\n")
+    return "".join([*greys.values(), *text])
 
 
 def traced(octree: Path, requests: list[LightRequest], bounces: int, divisions: int) -> list[float]:
     """Irradiances at the faces in W/m², by `rtrace`."""
-    lines = []
+    lines = ""
     for request in requests:
         normal = -request.matrix[:3, 2]
         size = face_size(bpy.context.scene, request.matrix)
-        place = request.matrix[:3, 3] + normal * size
-        lines.append(" ".join(f"{c:.9g}" for c in (*place, *normal)))
-    options = [*QUALITY, "-ab", str(bounces), "-ad", str(divisions)]
-    answer = _run(
-        "rtrace", "-I+", "-h", "-n", "2", *options, str(octree), given="\n".join(lines) + "\n"
-    )
-    return [float(line.split()[0]) for line in answer.decode().splitlines() if line.strip()]
+        lines += _numbers(*(request.matrix[:3, 3] + normal * size), *normal) + "\n"
+    options = [*QUALITY, "-ab", str(bounces), "-ad", str(divisions), str(octree)]
+    answer = _run("rtrace", "-I+", "-h", "-n", "2", *options, given=lines).decode()
+    return [float(line.split()[0]) for line in answer.splitlines() if line.strip()]
 
 
 def _run(program: str, *arguments: str, given: str = "") -> bytes:
     import pyradiance
 
     path = Path(pyradiance.__file__).parent / "bin" / program
-    done = subprocess.run(
-        [str(path), *arguments], input=given.encode(), capture_output=True, check=True
-    )
-    return done.stdout
+    command = [str(path), *arguments]
+    return subprocess.run(command, input=given.encode(), capture_output=True, check=True).stdout

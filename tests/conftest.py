@@ -106,7 +106,6 @@ ONCE += tuple(
         "command_processes",
         "day_command",
         "package",
-        "process_ends",
         "study_days",
         "study_run",
         "study_together",

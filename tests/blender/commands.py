@@ -18,6 +18,13 @@ def module(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[Any]:
     return subprocess.run(command, cwd=ROOT, check=False, **given)
 
 
+def start(*arguments: Any, **options: Any) -> subprocess.Popen[bytes]:
+    """`python -m angen_addon ARGUMENTS`, started, with pipes for what it says."""
+    command = [sys.executable, "-m", "angen_addon", *map(str, arguments)]
+    given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+    return subprocess.Popen(command, cwd=ROOT, **given)
+
+
 HEADER = "time_s,frame,sensor,kind,field,value"
 DOOR_LOG = "\r\n".join(
     [

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib import import_module
 from typing import Any
@@ -33,6 +35,16 @@ def curves_of(obj: Any) -> list[Any]:
     return [curve for bag in bags if bag for curve in bag.fcurves]
 
 
+def plain_values(group: Any) -> dict[str, str]:
+    """All plain values of a group of properties."""
+    return {
+        p.identifier: str(getattr(group, p.identifier))
+        for p in group.bl_rna.properties
+        if p.type in {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
+        and not getattr(p, "is_array", False)
+    }
+
+
 class World:
     """The present scene: 24 fps, frames 1 to 48, and what a test puts into it."""
 
@@ -54,6 +66,30 @@ class World:
         obj.location = at
         self.scene.collection.objects.link(obj)
         return obj
+
+    def instance(self, name: str, collection: Any, at: Sequence[float] = (0, 0, 0)) -> Any:
+        """An empty that shows a collection."""
+        obj = self.link(name, None, at)
+        obj.instance_type, obj.instance_collection = "COLLECTION", collection
+        return obj
+
+    def aside(self, name: str, *objects: Any) -> Any:
+        """A collection outside the scene, to which objects of the scene go."""
+        made = self.bpy.data.collections.new(name)
+        for obj in objects:
+            self.scene.collection.objects.unlink(obj)
+            made.objects.link(obj)
+        return made
+
+    def rig(self, bone: str, tail: Sequence[float], at: Sequence[float] = (0, 0, 0)) -> Any:
+        """An armature with one bone, from its origin to `tail`."""
+        rig = self.link("rig", self.bpy.data.armatures.new("rig"), at)
+        self.bpy.context.view_layer.objects.active = rig
+        self.bpy.ops.object.mode_set(mode="EDIT")
+        made = rig.data.edit_bones.new(bone)
+        made.head, made.tail = (0, 0, 0), tail
+        self.bpy.ops.object.mode_set(mode="OBJECT")
+        return rig
 
     def mesh(self, points: Iterable[Any], faces: Iterable[Any], name: str = "mesh") -> Any:
         mesh = self.bpy.data.meshes.new(name)
@@ -132,6 +168,62 @@ class World:
     def update(self) -> Any:
         self.bpy.context.view_layer.update()
         return self.bpy.context.evaluated_depsgraph_get()
+
+    # Files
+
+    def save_library(self, path: Any, collection: Any) -> Any:
+        """Save a file whose scene has the collection, and open an empty one."""
+        self.scene.collection.children.link(collection)
+        self.bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        self.bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        return path
+
+    def bring(self, path: Any, link: bool = True) -> Any:
+        """The only collection of a file, linked or appended, in the scene."""
+        with self.bpy.data.libraries.load(str(path), link=link) as (source, target):
+            target.collections = list(source.collections)
+        (collection,) = target.collections
+        self.scene.collection.children.link(collection)
+        self.update()
+        return collection
+
+    def override(self, collection: Any) -> Any:
+        """A library override of a linked collection, in its place."""
+        layer = self.bpy.context.view_layer
+        made = collection.override_hierarchy_create(self.scene, layer, do_fully_editable=True)
+        if collection.name in self.scene.collection.children:
+            self.scene.collection.children.unlink(collection)
+        self.update()
+        return made
+
+    def state(self) -> dict[str, Any]:
+        """All of the user's file and session that a run or a measurement must leave as it was."""
+        scene, layer, bpy = self.scene, self.bpy.context.view_layer, self.bpy
+        groups = (
+            scene, scene.render, scene.unit_settings, scene.cycles, scene.render.bake,
+            scene.render.image_settings, scene.view_settings, layer,
+        )  # fmt: skip
+        active, handlers = layer.objects.active, bpy.app.handlers
+        lists = {name: getattr(handlers, name) for name in dir(handlers)}
+        data = {name: getattr(bpy.data, name) for name in dir(bpy.data)}
+        counted = bpy.types.bpy_prop_collection
+        return {
+            "frame": (scene.frame_current, scene.frame_subframe),
+            "settings": [plain_values(group) for group in groups],
+            "world": scene.world and plain_values(scene.world.cycles),
+            "selection": sorted(o.name for o in layer.objects if o.select_get()),
+            "active": active and active.name,
+            "mode": bpy.context.mode,
+            "hidden": [
+                (o.name, o.hide_get(), o.hide_viewport, o.hide_render) for o in layer.objects
+            ],
+            "places": {o.name: [list(row) for row in o.matrix_world] for o in layer.objects},
+            "data": {
+                name: len(found) for name, found in data.items() if isinstance(found, counted)
+            },
+            "handlers": {n: [str(f) for f in one] for n, one in lists.items() if type(one) is list},
+            "files": sorted(os.listdir(tempfile.gettempdir())),
+        }
 
     # Sensing
 

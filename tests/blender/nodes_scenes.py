@@ -116,8 +116,7 @@ def home(world: Any) -> None:
     grown.name = "growing"
     carried = bpy.data.collections.new("carried")
     carried.objects.link(add_nodes(bpy.data.objects.new("inner", shelf.data), cubes()))
-    instance = world.link("instance", None, (0, -1, 1))
-    instance.instance_type, instance.instance_collection = "COLLECTION", carried
+    world.instance("instance", carried, (0, -1, 1))
     guest = world.link("guest", world.mesh([(0, 0, 0)], []), (2, -2, 0))
     add_nodes(guest, cubes((0.1, 0.1, 1.0), 4, (0.1, 0, 0), (-0.15, 0, 0.52)))
     guest.angen_load.mass = 60.0

@@ -12,7 +12,9 @@ from typing import Any
 
 import bmesh
 import bpy
+import nodes_scenes
 import numpy as np
+from mathutils import Matrix, Vector
 
 AT = (0.0, 0.0, -0.5)
 SIZE = 0.4
@@ -74,16 +76,10 @@ ROUND = [(0.2 * math.cos(a), 0.2 * math.sin(a), 0.0) for a in np.linspace(0, 6.0
 # Blender's module as the next file opens.
 MODIFIED = {
     "cloth": (grid, "CLOTH", {}),
-    "soft_body": (box, "SOFT_BODY", {}),
-    "ocean": (grid, "OCEAN", {"spatial_size": 1, "resolution": 4}),
-    "dynamic_paint": (grid, "DYNAMIC_PAINT", {}),
     "displaced": (grid, "DISPLACE", {"strength": 0.2}),
     "subdivided": (box, "SUBSURF", {"levels": 2}),
     "solidified": (grid, "SOLIDIFY", {"thickness": 0.1}),
-    "decimated_to_nothing": (box, "DECIMATE", {"ratio": 0.0}),
-    "remeshed": (ball, "REMESH", {"voxel_size": 0.05}),
     "wireframe": (lambda world: grid(world, 6), "WIREFRAME", {"thickness": 0.02}),
-    "triangulated": (grid, "TRIANGULATE", {}),
     "array": (
         lambda world: world.box((0.05, 0.4, 0.05), (-0.2, 0, -0.5), "lamella"),
         "ARRAY",
@@ -199,3 +195,229 @@ ODD |= {
     ),
     "being_sculpted": lambda world: _edited(world, ball(world), "SCULPT"),
 }
+
+# Those that take more than a line to build
+
+
+Builder = Callable[[Any], Any]
+
+
+def odd(builder: Builder) -> Builder:
+    ODD[builder.__name__] = builder
+    return builder
+
+
+def on_versions_with(operator: str) -> Callable[[Builder], Builder]:
+    """Registers a builder where `bpy.ops.object` has an operator."""
+    return odd if operator in dir(bpy.ops.object) else lambda builder: builder
+
+
+@odd
+def particles_that_show_objects(world: Any) -> Any:
+    host = grid(world)
+    shown = world.box((0.1, 0.1, 0.1), (9, 9, 9), "shown")
+    modified(host, "PARTICLE_SYSTEM")
+    settings = host.particle_systems[0].settings
+    settings.frame_start, settings.frame_end, settings.count = 1, 1, 50
+    settings.physics_type, settings.render_type = "NO", "OBJECT"
+    settings.instance_object, settings.particle_size = shown, 1.0
+    world.scene.frame_set(2)
+    return host
+
+
+@odd
+def text(world: Any) -> Any:
+    made = world.link("text", bpy.data.curves.new("text", "FONT"), AT)
+    made.data.body, made.data.align_x, made.data.align_y = "MW", "CENTER", "CENTER"
+    return made
+
+
+@odd
+def surface(world: Any) -> Any:
+    made = curve(world, "surface", "SURFACE")
+    bpy.data.objects.remove(made)
+    bpy.ops.surface.primitive_nurbs_surface_sphere_add(radius=0.2, location=AT)
+    return bpy.context.object
+
+
+@odd
+def metaballs(world: Any) -> Any:
+    """Two objects of one family are one surface, listed under the first."""
+    for x in (0.0, 0.12):
+        data = bpy.data.metaballs.new("meta")
+        data.resolution = 0.05
+        data.elements.new().radius = 0.15
+        world.link("meta", data, (x, 0, -0.5))
+    return bpy.data.objects["meta"]
+
+
+@odd
+def hair_curves(world: Any) -> Any:
+    data = bpy.data.hair_curves.new("hair")
+    data.add_curves([4, 4])
+    return world.link("hair", data, AT)
+
+
+@on_versions_with("pointcloud_random_add")
+def point_cloud(world: Any) -> Any:
+    bpy.ops.object.pointcloud_random_add(location=AT)
+    return bpy.context.object
+
+
+@odd
+def volume_as_mesh(world: Any) -> Any:
+    """A mesh made of a volume that is made of a mesh."""
+    host = world.link("host", bpy.data.volumes.new("volume"), AT)
+    modified(host, "MESH_TO_VOLUME", object=ball(world), resolution_mode="VOXEL_AMOUNT")
+    made = world.link("mesh", bpy.data.meshes.new("mesh"), AT)
+    return modified(made, "VOLUME_TO_MESH", object=host)
+
+
+@odd
+def grease_pencil(world: Any) -> Any:
+    add = bpy.ops.object
+    (add.grease_pencil_add if bpy.app.version >= (4, 3) else add.gpencil_add)(
+        type="STROKE", location=AT
+    )
+    return bpy.context.object
+
+
+@odd
+def nowhere(world: Any) -> Any:
+    """Some of its vertices are no numbers."""
+    made = grid(world)
+    made.data.vertices[0].co = (math.nan, 0, 0)
+    made.data.vertices[5].co = (math.inf, 0, 0)
+    return made
+
+
+@odd
+def a_kilometre_off_its_origin(world: Any) -> Any:
+    made = box(world)
+    made.data.transform(Matrix.Translation((1000.0, 2000.0, 0)))
+    made.location = Vector(AT) - Vector((1000.0, 2000.0, 0))
+    return made
+
+
+@odd
+def by_an_armature(world: Any) -> Any:
+    rig = world.rig("bone", (0, 0, 0.2), AT)
+    made = box(world)
+    made.vertex_groups.new(name="bone").add(range(8), 1.0, "REPLACE")
+    modified(made, "ARMATURE", object=rig)
+    rig.pose.bones["bone"].location = (0, 0.1, 0)
+    return made
+
+
+@odd
+def boolean_that_leaves_nothing(world: Any) -> Any:
+    other = world.box((1, 1, 1), AT, "other")
+    other.hide_viewport = True
+    return modified(box(world), "BOOLEAN", object=other, operation="DIFFERENCE")
+
+
+@odd
+def masked_away(world: Any) -> Any:
+    made = box(world)
+    made.vertex_groups.new(name="none")
+    return modified(made, "MASK", vertex_group="none")
+
+
+@odd
+def built_half(world: Any) -> Any:
+    made = modified(grid(world), "BUILD", frame_start=1, frame_duration=20)
+    world.scene.frame_set(10)
+    return made
+
+
+@odd
+def nodes_that_instance_cubes(world: Any) -> Any:
+    host = world.link("host", world.mesh([(9, 9, 9)], []), AT)
+    return nodes_scenes.add_nodes(
+        host, nodes_scenes.cubes((0.1, 0.3, 0.1), 4, (0.12, 0, 0), (-0.2, 0, 0))
+    )
+
+
+@odd
+def nodes_that_nest_instances(world: Any) -> Any:
+    host = world.link("host", world.mesh([(9, 9, 9)], []), AT)
+    inner = nodes_scenes.cubes((0.05, 0.05, 0.05), 4, (0.1, 0, 0), (-0.15, 0, 0))
+    return nodes_scenes.add_nodes(host, nodes_scenes.nested(inner, 4, (0, 0.1, 0)))
+
+
+def _instances_of(name: str, *values: Any) -> Builder:
+    """Instances of what one node makes, with its inputs set."""
+
+    def build(tree: Any) -> Any:
+        node = tree.nodes.new(name)
+        for key, value in values:
+            node.inputs[key].default_value = value
+        return nodes_scenes.on_line(tree, node.outputs[0], 3, (0.1, 0, 0), (-0.1, 0, 0))
+
+    return lambda world: nodes_scenes.add_nodes(
+        world.link("host", world.mesh([(9, 9, 9)], []), AT), build
+    )
+
+
+ODD["nodes_that_instance_letters"] = _instances_of(
+    "GeometryNodeStringToCurves", ("String", "MW"), ("Size", 0.3)
+)
+ODD["nodes_that_instance_curves"] = _instances_of("GeometryNodeCurvePrimitiveCircle")
+ODD["nodes_that_instance_points"] = _instances_of("GeometryNodePoints", ("Count", 5))
+ODD["nodes_that_instance_volumes"] = _instances_of("GeometryNodeVolumeCube")
+
+
+@odd
+def nodes_on_a_curve(world: Any) -> Any:
+    """A curve whose nodes make a mesh of it."""
+
+    def build(tree: Any) -> Any:
+        start, circle = (
+            tree.nodes.new("NodeGroupInput"),
+            tree.nodes.new("GeometryNodeCurvePrimitiveCircle"),
+        )
+        circle.inputs["Radius"].default_value = 0.05
+        sweep = tree.nodes.new("GeometryNodeCurveToMesh")
+        tree.links.new(start.outputs[0], sweep.inputs[0])
+        tree.links.new(circle.outputs[0], sweep.inputs[1])
+        return sweep.outputs[0]
+
+    return nodes_scenes.add_nodes(line(curve(world, "way"), ROUND), build)
+
+
+@odd
+def collection_instance(world: Any) -> Any:
+    source = bpy.data.collections.new("source")
+    source.objects.link(bpy.data.objects.new("inner", ball(world).data))
+    bpy.data.objects.remove(bpy.data.objects["ball"])
+    made = world.instance("instance", source, AT)
+    made.scale = (1, 0.5, -1)
+    return made
+
+
+@odd
+def collection_instance_of_nodes(world: Any) -> Any:
+    source = bpy.data.collections.new("source")
+    inner = bpy.data.objects.new("inner", world.mesh([(9, 9, 9)], []))
+    source.objects.link(inner)
+    nodes_scenes.add_nodes(
+        inner, nodes_scenes.cubes((0.1, 0.3, 0.1), 3, (0.15, 0, 0), (-0.15, 0, 0))
+    )
+    made = world.instance("instance", source, AT)
+    return made
+
+
+@odd
+def instances_on_faces(world: Any) -> Any:
+    host = grid(world, 3)
+    host.instance_type = "FACES"
+    host.show_instancer_for_viewport = False
+    world.box((0.05, 0.05, 0.05), (0, 0, 0), "part").parent = host
+    return host
+
+
+@odd
+def hidden(world: Any) -> Any:
+    made = box(world)
+    made.hide_set(True)
+    return made

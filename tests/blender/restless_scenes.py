@@ -25,14 +25,6 @@ def cycles_of_keys(world: Any, _: Path) -> None:
 
 
 @scene(skips=False)
-def keys_that_go_on(world: Any, _: Path) -> None:
-    wall = watched(world)
-    key_height(world, wall, {1: -0.1, 5: -0.12})
-    for curve in world.curves_of(wall):
-        curve.extrapolation = "LINEAR"
-
-
-@scene(skips=False)
 def baked_samples(world: Any, _: Path) -> None:
     wall = watched(world)
     key_height(world, wall, {1: -0.1, 47: -0.4})
@@ -43,11 +35,6 @@ def baked_samples(world: Any, _: Path) -> None:
 @scene(skips=False)
 def a_driver_on_the_frame(world: Any, _: Path) -> None:
     drive(watched(world), "location", "-0.3 + sin(frame / 10) / 9", 2)
-
-
-@scene(skips=False)
-def a_driver_on_the_frame_of_the_scene(world: Any, _: Path) -> None:
-    drive(watched(world), "location", "-0.3 - f / 99", 2, f=(world.scene, "frame_current"))
 
 
 @scene(skips=False)
@@ -109,29 +96,6 @@ def waves(world: Any, _: Path) -> None:
 
 
 @scene(skips=False)
-def a_film_that_moves_a_surface(world: Any, folder: Path) -> None:
-    bpy, wall = world.bpy, watched(world)
-    texture = bpy.data.textures.new("film", "IMAGE")
-    texture.image = film(bpy, folder)
-    user = texture.image_user
-    user.frame_duration, user.use_auto_refresh = 4, True
-    wall.modifiers.new("displace", "DISPLACE").texture = texture
-
-
-def film(bpy: Any, folder: Path) -> Any:
-    """Four pictures, from black to white."""
-    for number in range(1, 5):
-        image = bpy.data.images.new("one", 2, 2)
-        image.pixels = [number / 4, number / 4, number / 4, 1] * 4
-        image.filepath_raw, image.file_format = str(folder / f"film{number:04}.png"), "PNG"
-        image.save()
-        bpy.data.images.remove(image)
-    found = bpy.data.images.load(str(folder / "film0001.png"))
-    found.source = "SEQUENCE"
-    return found
-
-
-@scene(skips=False)
 def hair_that_grows(world: Any, _: Path) -> None:
     bpy = world.bpy
     watched(world)
@@ -173,14 +137,6 @@ def glowing(world: Any) -> Any:
         world.scene.angen_light_reference = 0
         material.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 1.0
     return material.node_tree.nodes["Principled BSDF"]
-
-
-@scene(skips=False)
-def a_lamp_on_the_frame(world: Any, _: Path) -> None:
-    world.sensor("LIGHT", "lux", update_rate=24.0, method="ILLUMINANCE", samples=16)
-    lamp = world.bpy.data.lights.new("lamp", "POINT")
-    world.link("lamp", lamp, (0, 0, -1))
-    drive(lamp, "energy", "frame")
 
 
 @scene(skips=True)

@@ -73,15 +73,6 @@ def pauses_between_linear_keys(world: Any, _: Path) -> None:
 
 
 @scene(skips=True)
-def pauses_between_smooth_keys(world: Any, _: Path) -> None:
-    wall = watched(world)
-    key_height(world, wall, REST, "BEZIER")
-    for curve in world.curves_of(wall):
-        for point in curve.keyframe_points:
-            point.handle_left_type = point.handle_right_type = "AUTO_CLAMPED"
-
-
-@scene(skips=True)
 def smooth_keys_alike_with_handles_that_are_not(world: Any, _: Path) -> None:
     wall = watched(world)
     key_height(world, wall, {1: -0.3, 20: -0.3, 30: -0.3}, "BEZIER")
@@ -216,16 +207,6 @@ def a_path_to_follow(world: Any, _: Path) -> None:
 
 
 @scene(skips=True)
-def letters_and_curves(world: Any, _: Path) -> None:
-    bpy = world.bpy
-    watched(world)
-    data = bpy.data.curves.new("text", "FONT")
-    data.body, data.align_x, data.align_y, data.size = "O█O", "CENTER", "CENTER", 0.4
-    world.link("text", data, (0, 0, -0.25))
-    world.key(data, "extrude", {1: 0.0, 20: 0.0, 25: 0.05}, "BEZIER")
-
-
-@scene(skips=True)
 def a_texture_that_moves_a_surface(world: Any, _: Path) -> None:
     bpy, wall = world.bpy, watched(world)
     texture = bpy.data.textures.new("clouds", "CLOUDS")
@@ -258,14 +239,6 @@ def strips_that_end_in_nothing_on_an_action(world: Any, _: Path) -> None:
     strip.extrapolation = "NOTHING"
     key_height(world, wall, {20: -0.5, 26: -0.5})
     wall.animation_data.action_extrapolation = "NOTHING"
-
-
-@scene(skips=True)
-def a_parent_in_strips(world: Any, _: Path) -> None:
-    wall, parent = watched(world), world.link("parent", None)
-    wall.parent = parent
-    strip = strip_of(world, parent, 8, {0: 0.0, 4: 0.1})
-    strip.repeat = 2.0
 
 
 @scene(skips=False)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.authoring.presets import is_applied
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS as kinds
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -37,9 +39,8 @@ def library(request, tmp_path_factory):
     return folder, request.param
 
 
-def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
+def test_every_part_is_there_as_its_preset_says(world, library):
     library, only = library
-    is_applied = addon_part("angen_addon.authoring.presets").is_applied
     catalogs = dict(
         re.findall(r"^([0-9a-f-]{36}):(Sensors/[^:]+):", (library / "blender_assets.cats.txt")
         .read_text(encoding="utf-8"), re.MULTILINE)
@@ -47,7 +48,6 @@ def test_every_part_is_there_as_its_preset_says(world, library, addon_part):
     path = str(library / "angen_sensors.blend")
     with bpy.data.libraries.load(path, link=False, assets_only=True) as (there, target):
         target.objects = list(there.objects)
-    kinds = addon_part("sensor_logic.kinds").KINDS
     found = {(obj.angen_sensor.kind, obj.name): obj for obj in target.objects}
     chosen = [kind for kind in kinds.values() if not only or kind.identifier in only]
     presets = {(k.identifier, p.label): p for k in chosen for p in k.presets}

@@ -133,58 +133,6 @@ def test_a_driven_output_is_told(door, capfd):
     assert sensor().animation_data.action is None
 
 
-def test_nothing_keyed_is_an_error(door):
-    driver = sensor().driver_add(ACTIVE).driver
-    driver.expression = "0"
-    door.update()
-    ops.simulate()
-    with pytest.raises(RuntimeError, match="No sensor could be keyed"):
-        ops.bake_keyframes()
-
-
-@pytest.fixture
-def library(door, tmp_path):
-    """The door and its switch in another file."""
-    collection = bpy.data.collections.new("devices")
-    for name in ("door", "Front door"):
-        obj = bpy.data.objects[name]
-        door.scene.collection.objects.unlink(obj)
-        collection.objects.link(obj)
-    door.scene.collection.children.link(collection)
-    path = tmp_path / "library.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    with bpy.data.libraries.load(str(path), link=True) as (source, target):
-        target.collections = list(source.collections)
-    bpy.context.scene.collection.children.link(target.collections[0])
-    bpy.context.scene.frame_end = 48
-    bpy.context.view_layer.update()
-    return target.collections[0]
-
-
-def test_linked_sensors_are_told(door, library, capfd):
-    door.switch("Local")
-    door.update()
-    bake()
-    assert "'Front door' was not keyed: it is linked from" in capfd.readouterr().out
-    assert sensor().animation_data is None
-
-
-def test_an_overridden_sensor_is_keyed_or_told(door, library, fcurves, capfd):
-    override = library.override_hierarchy_create(
-        door.scene, bpy.context.view_layer, do_fully_editable=True
-    )
-    if library.name in door.scene.collection.children:
-        door.scene.collection.children.unlink(library)
-    door.switch("Local")
-    door.update()
-    obj = next(o for o in override.all_objects if o.angen_sensor.kind != "NONE")
-    bake()
-    said = capfd.readouterr().out
-    if "was not keyed" not in said:
-        assert points(curve(fcurves, obj, ACTIVE)) == [(1, 0), (13, 1), (37, 0)]
-
-
 def test_a_lamp_driven_by_the_sensor_follows_the_keys(door):
     lamp = door.link("lamp", bpy.data.lights.new("lamp", "POINT"))
     driver = lamp.data.driver_add("energy").driver
@@ -199,51 +147,6 @@ def test_a_lamp_driven_by_the_sensor_follows_the_keys(door):
         door.scene.frame_set(frame)
         energy = lamp.data.evaluated_get(bpy.context.evaluated_depsgraph_get()).energy
         assert energy == (13 <= frame < 37), frame
-
-
-def test_undo_of_a_bake(door):
-    door.update()
-    bpy.ops.ed.undo_push(message="before")
-    bake()
-    bpy.ops.ed.undo_push(message="bake")
-    bpy.ops.ed.undo()
-    assert sensor().animation_data is None or sensor().animation_data.action is None
-    assert ops.bake_keyframes.poll(), "the recording is still that of the scene"
-    assert ops.bake_keyframes() == {"FINISHED"}
-
-
-def test_a_long_recording_is_baked_whole(door, fcurves):
-    """Half an hour of a value that changes at every update."""
-    ops.simulate()
-    track = recording().tracks["Front door"]
-    for i in range(49, 43_249):
-        track.frames.append(i)
-        track.times.append((i - 1) / 24)
-        track.active.append(i % 2)
-        track.value.append(0.001 * i)
-    ops.bake_keyframes()
-    keys = points(curve(fcurves, sensor(), VALUE))
-    assert keys[-1] == pytest.approx((43_248, 43.248))
-    assert [x for x, _ in keys[-43_200:]] == list(range(49, 43_249))
-
-
-def test_a_bake_replaces_the_keys_of_an_earlier_one(door, fcurves):
-    bake()
-    ops.clear_recording()
-    bpy.data.objects["door"].animation_data_clear()
-    bake()
-    assert [x for x, _ in points(curve(fcurves, sensor(), ACTIVE))] == [1]
-
-
-def test_baked_outputs_play_without_the_recording(door):
-    door.scene.frame_set(20)
-    bake()
-    assert sensor().angen_sensor.active, "as they are at the playhead"
-    ops.clear_recording()
-    door.scene.angen_live = False
-    for frame, expected in ((40, False), (13, True), (12, False), (36, True), (1, False)):
-        door.scene.frame_set(frame)
-        assert sensor().angen_sensor.active is expected, frame
 
 
 @pytest.mark.parametrize(("old", "new"), [(100, 200), (100, 90), (90, 100), (7, 11)])

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen simulate --format NAME --out PATH`: a run in the formats of other tools."""
+"""`angen simulate --format NAME --out PATH`: a run in the formats of other tools; and its report,
+from the command line and from Blender."""
 
+import re
 import sys
-from importlib.util import find_spec
+import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import bpy
 import pytest
@@ -121,14 +124,6 @@ def test_days_whose_dates_cannot_be_are_told_before_there_is_a_folder(
     assert not out.exists()
 
 
-@pytest.mark.skipif(find_spec("pyarrow") is not None, reason="pyarrow is installed here")
-def test_a_missing_package_is_told_before_the_run(home, command, tmp_path) -> None:
-    out = tmp_path / "x.parquet"
-    status, _, err = command("simulate", "--quiet", "--format", "parquet", "--out", out)
-    assert status == 2
-    assert "pip install pyarrow" in err
-
-
 @pytest.mark.parametrize(
     ("options", "status", "words"),
     [
@@ -148,3 +143,119 @@ def test_what_cannot_be_sent_is_told_before_the_run(
     assert (found, out) == (status, "")
     assert err.count("\n") == 1, err
     assert all(word in err for word in words), err
+
+
+# The report from the command line and from Blender
+
+
+BAD_INPUT, FAILED = 2, 1
+
+
+@pytest.fixture
+def hall_home(world: Any, tmp_path: Path) -> Path:
+    """A door in the hall that opens at frame 13 and closes at 37, and a PIR that sees nothing."""
+    world.door(13, 37)
+    world.switch("Dörr <1>", range_max=0.4)["room"] = "Hall"
+    world.pir("PIR").location.x = 100
+    folder = tmp_path / "secret"
+    folder.mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "home & garden.blend"))
+    return folder
+
+
+def texts(path: Path) -> list[str]:
+    root = ET.fromstring(path.read_text(encoding="utf-8").removeprefix("<!DOCTYPE html>"))
+    return [text.strip() for text in root.itertext() if text.strip()]
+
+
+def rows(path: Path) -> list[list[str]]:
+    root = ET.fromstring(path.read_text(encoding="utf-8").removeprefix("<!DOCTYPE html>"))
+    return [["".join(cell.itertext()) for cell in row] for row in root.iter("tr")]
+
+
+def test_the_page_tells_the_run(hall_home: Path, command: Any) -> None:
+    page = hall_home / "report.html"
+    status, out, _ = command("simulate", "--report", page, "--quiet")
+    assert status == 0 and out.startswith("time_s,frame,sensor")
+    shown = texts(page)
+    for text in ("home & garden.blend", "1 to 48", "24 fps", "Timeline", "Hall", "Dörr <1>"):
+        assert text in shown, text
+    # The switch is numbered first: it has a room. At 24 Hz it opens at 0.5 s, closes at 1.5 s.
+    assert rows(page)[1][:4] == ["1", "Dörr <1>", "Optical switch", "Hall"]
+    assert rows(page)[1][5:9] == ["2", "0.5", "1.5", "50.0%"]
+    assert rows(page)[-2][2] == "update_rate 24 Hz, range_max 0.4 m"
+    assert "secret" not in page.read_text(encoding="utf-8")  # where the file lies is nobody's
+
+
+def test_the_picture_has_timeline_and_plan(hall_home: Path, command: Any) -> None:
+    picture = hall_home / "report.SVG"
+    assert command("simulate", "--report", picture, "--quiet")[0] == 0
+    shown = texts(picture)
+    assert "Dörr <1>" in shown and "time in s" in shown
+    assert any(text.startswith("Floor plan") for text in shown)
+
+
+def test_of_what_is_animated_no_single_value_is_told(hall_home: Path, command: Any) -> None:
+    obj, pages = bpy.data.objects["PIR"], [hall_home / "one.html", hall_home / "two.html"]
+    for frame, angle in ((1, 0.5), (24, 1.0)):
+        obj.angen_sensor.pir.threshold = angle
+        obj.keyframe_insert("angen_sensor.pir.threshold", frame=frame)
+    for page, frame in zip(pages, (1, 20), strict=True):
+        bpy.context.scene.frame_set(frame)
+        assert command("simulate", "--report", page, "--quiet")[0] == 0
+    assert pages[0].read_bytes() == pages[1].read_bytes()
+    assert rows(pages[0])[-1][2].endswith("vertical_fov 0°, threshold animated")
+
+
+def test_the_report_keeps_to_the_chosen_sensors_and_frames(hall_home: Path, command: Any) -> None:
+    page = hall_home / "r.html"
+    arguments = ("--sensor", "PIR", "--frames", "5:28", "--report", page, "--quiet")
+    assert command("simulate", *arguments)[0] == 0
+    assert "5 to 28" in texts(page) and "Dörr <1>" not in texts(page)
+    assert "What one sensor reported in 1 s." in texts(page)
+
+
+def test_a_sensor_that_is_off_is_told_as_not_simulated(
+    world: Any, hall_home: Path, command: Any
+) -> None:
+    bpy.data.objects["PIR"].angen_sensor.enabled = False
+    assert command("simulate", "--report", hall_home / "r.html", "--quiet")[0] == 0
+    assert "not simulated" in rows(hall_home / "r.html")[2]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("report.pdf", "report.pdf must end in .html (the whole report) or .svg"),
+        ("report", "must end in .html"),
+        ("none/r.html", "does not exist; make it first"),
+        (".", "is a folder"),
+    ],
+)
+def test_a_wrong_name_is_refused_before_the_run(
+    hall_home: Path, command: Any, name: str, said: str
+) -> None:
+    status, out, error = command("simulate", "--report", hall_home / name)
+    assert (status, out) == (BAD_INPUT, "")
+    assert "--report" in error and said in error
+
+
+def test_where_one_file_fails_none_is_written(hall_home: Path, command: Any) -> None:
+    """The samples of 'PIR' cannot be written where a folder has their name."""
+    (hall_home / "samples" / "PIR.csv").mkdir(parents=True)
+    report = hall_home / "r.html"
+    status, _, error = command("simulate", "--report", report, "--samples", hall_home / "samples")
+    assert status == FAILED and "it is a folder" in error
+    assert not report.exists()
+
+
+def test_the_operator_needs_a_recording_and_writes_the_same(hall_home: Path, command: Any) -> None:
+    path = hall_home / "by_hand.html"
+    assert not bpy.ops.angen.export_report.poll()
+    bpy.ops.angen.simulate()
+    assert bpy.ops.angen.export_report(filepath=str(path)) == {"FINISHED"}
+    assert command("simulate", "--report", hall_home / "headless.html", "--quiet")[0] == 0
+    assert path.read_bytes() == (hall_home / "headless.html").read_bytes()
+    assert bpy.ops.angen.export_report.poll()  # the recording is still that of the scene
+    with pytest.raises(RuntimeError, match=re.escape("must end in .html")):
+        bpy.ops.angen.export_report(filepath=str(hall_home / "r.txt"))

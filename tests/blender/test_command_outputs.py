@@ -10,9 +10,9 @@ from pathlib import Path
 
 import bpy
 import pytest
+from commands import ROOT, listing, start
 from tiers import mostly_slow
 
-ROOT = Path(__file__).resolve().parents[2]
 HEADER = "time_s,frame,sensor,kind,field,value\r\n"
 
 
@@ -32,10 +32,6 @@ def home(world, tmp_path):
     world.switch("b")
     bpy.ops.wm.save_as_mainfile(filepath=str(files / "home.blend"))
     return files / "home.blend"
-
-
-def listing(folder):
-    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 @pytest.mark.parametrize(
@@ -102,16 +98,6 @@ def test_exports_of_the_window_spare_the_home_too(home, tmp_path):
     assert home.read_bytes() == before
 
 
-def start(home, *arguments, **options):
-    return subprocess.Popen(
-        [sys.executable, "-m", "angen_addon", "simulate", str(home), *map(str, arguments)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        **options,
-    )
-
-
 @pytest.fixture
 def long_run(home, world, tmp_path):
     """A run that takes minutes, started, once it goes through the frames; and its outputs."""
@@ -124,7 +110,7 @@ def long_run(home, world, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     outputs = ["--events", out / "e.csv", "--samples", out / "s", "--save", out / "s.blend"]
-    process = start(home, *outputs)
+    process = start("simulate", home, *outputs)
     assert process.stderr is not None
     assert b"switched off" in process.stderr.readline()
     time.sleep(0.5)
@@ -228,31 +214,6 @@ def test_a_full_disk_under_standard_error_costs_no_events(home):
     done = shell(home, "ANGEN 2>/dev/full")
     assert done.returncode == 0 and done.stdout.startswith(HEADER.strip())
     assert shell(home, "ANGEN --sensor nobody 2>/dev/full").returncode == 2
-
-
-@pytest.fixture
-def small_disk(tmp_path):
-    """A folder that holds 16 kB."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    made = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", folder], capture_output=True
-    )
-    if made.returncode != 0:
-        pytest.skip("cannot make a small disk here")
-    yield folder
-    subprocess.run(["umount", folder], check=True)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="has no mount")
-def test_a_full_disk_under_save_is_told_as_such(home, command, small_disk, tmp_path):
-    events = tmp_path / "e.csv"
-    status, out, err = command(
-        "simulate", "--quiet", "--events", events, "--save", small_disk / "copy.blend"
-    )
-    assert (status, out, err.count("\n")) == (1, "", 1), err
-    assert "copy.blend" in err and "space" in err and ".angen-" not in err
-    assert list(small_disk.iterdir()) == [] and not events.exists()
 
 
 def test_names_that_are_formulas(home, command, world, tmp_path):

@@ -2,10 +2,14 @@
 """The coverage map says of a motion what the simulation of that motion says."""
 
 import math
+from importlib import import_module
 from typing import Any
 
+import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import cover
+from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
 from tiers import mostly_slow
 
 ROOM = (4.0, 3.0, 2.5)
@@ -29,15 +33,13 @@ def home(world: Any) -> Any:
 
 
 @pytest.fixture
-def mapped(home: Any, addon_part: Any) -> Any:
+def mapped(home: Any) -> Any:
     """The map of a motion in cells of 0.25 m."""
 
     def make(name: str, size: float = 0.25, **options: Any) -> Any:
-        motion = addon_part("sensor_logic.coverage.motions").MOTIONS[name]
+        motion = MOTIONS[name]
         sensors = home.sensors()
-        *_, found = addon_part("angen_addon.coverage.maps").cover(
-            home.update(), sensors, sensors, motion, size, **options
-        )
+        *_, found = cover(home.update(), sensors, sensors, motion, size, **options)
         return found
 
     return make
@@ -171,6 +173,33 @@ def _stands(x: float, y: float) -> bool:
     )
 
 
+def test_a_box_that_marks_a_room_names_its_cells(home: Any, mapped: Any) -> None:
+    mark = home.box((1.5, 3.0, 2.4), (3.25, 1.5, 1.3), "mark")
+    mark.angen_ignored = True
+    mark["room"] = "alcove"
+    home.bpy.data.objects["pir"]["room"] = "den"
+    found = mapped("STEP")
+    rooms = np.array(found.cells.room)
+    assert set(rooms[found.cells.at[:, 0] > 2.5]) == {"alcove"}
+    assert set(rooms[found.cells.at[:, 0] < 2.5]) == {"den"}
+    only = mapped("STEP", rooms=["alcove"])
+    assert only.cells.rooms == ["alcove"] and len(only.cells) == (rooms == "alcove").sum()
+
+
+def test_units_change_nothing(home: Any, mapped: Any) -> None:
+    before = mapped("CAT")
+    scene = home.scene
+    scene.unit_settings.scale_length = 0.01
+    for obj in scene.objects:
+        obj.location = obj.location * 100.0
+        if obj.type == "MESH":
+            for vertex in obj.data.vertices:
+                vertex.co = vertex.co * 100.0
+    after = mapped("CAT")
+    assert after.cells.at == pytest.approx(before.cells.at, abs=1e-5)
+    assert (after.covered == before.covered).mean() > 0.995
+
+
 def test_a_closed_door_hides_what_is_behind_and_an_open_one_shows_it(
     home: Any, mapped: Any
 ) -> None:
@@ -200,34 +229,22 @@ def test_a_closed_door_hides_what_is_behind_and_an_open_one_shows_it(
     assert opened["east"] > 0.2
 
 
-def test_a_box_that_marks_a_room_names_its_cells(home: Any, mapped: Any) -> None:
-    mark = home.box((1.5, 3.0, 2.4), (3.25, 1.5, 1.3), "mark")
-    mark.angen_ignored = True
-    mark["room"] = "alcove"
-    home.bpy.data.objects["pir"]["room"] = "den"
-    found = mapped("STEP")
-    rooms = np.array(found.cells.room)
-    assert set(rooms[found.cells.at[:, 0] > 2.5]) == {"alcove"}
-    assert set(rooms[found.cells.at[:, 0] < 2.5]) == {"den"}
-    only = mapped("STEP", rooms=["alcove"])
-    assert only.cells.rooms == ["alcove"] and len(only.cells) == (rooms == "alcove").sum()
+# A coverage map is looked at beside a recording
 
 
-def test_an_unknown_room_is_told_with_those_that_are(home: Any, mapped: Any) -> None:
-    home.bpy.data.objects["pir"]["room"] = "den"
-    with pytest.raises(Exception, match=r"no room 'cellar'.*there are den"):
-        mapped("STEP", rooms=["cellar"])
-
-
-def test_units_change_nothing(home: Any, mapped: Any) -> None:
-    before = mapped("CAT")
-    scene = home.scene
-    scene.unit_settings.scale_length = 0.01
-    for obj in scene.objects:
-        obj.location = obj.location * 100.0
-        if obj.type == "MESH":
-            for vertex in obj.data.vertices:
-                vertex.co = vertex.co * 100.0
-    after = mapped("CAT")
-    assert after.cells.at == pytest.approx(before.cells.at, abs=1e-5)
-    assert (after.covered == before.covered).mean() > 0.995
+def test_a_map_of_a_small_room_leaves_a_recording_fresh(world):
+    state = import_module("bl_ext.user_default.angen_sensors.angen_addon.runtime.state")
+    scene = world.scene
+    world.hall(3, 2, 2.5)
+    world.pir(update_rate=10.0).location = (0.1, 1.0, 1.5)
+    world.box((0.4, 0.4, 0.4), (2, 1, 0.2), "Sofa")
+    assert bpy.ops.angen.simulate(frame_start=1, frame_end=12) == {"FINISHED"}
+    scene.angen_coverage.motion, scene.angen_coverage.cell = "ARM", 0.5
+    bpy.ops.angen.coverage()
+    world.update()
+    assert any(obj.name.startswith("Coverage") for obj in scene.objects)
+    assert state.CACHE.kept(scene).stale == ""
+    bpy.ops.ed.undo_push(message="a map")
+    scene.objects["Sofa"].location.x += 0.1
+    world.update()
+    assert "Sofa" in state.CACHE.kept(scene).stale

@@ -21,6 +21,11 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands.convert import main as convert
+from bl_ext.user_default.angen_sensors.residents.blender import command as jobs
+from bl_ext.user_default.angen_sensors.residents.blender.api import Home
+from bl_ext.user_default.angen_sensors.residents.days import rows as rows_of
+from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError as error
 from lived_home import FIRST_DAY, LIVED, ROUTINE, content, rows, words_of, write
 from tiers import mostly_slow
 
@@ -28,10 +33,6 @@ ROOT = Path(__file__).resolve().parents[2]
 # What stays of a run in a folder.
 TABLES = ["activities.csv", "casas.txt", "casas.txt.sensors.csv", "events.csv", "home.toml",
           "people.csv"]  # fmt: skip
-
-
-def say(*words: object) -> list[str]:
-    return [str(word) for word in words]
 
 
 @pytest.fixture
@@ -92,10 +93,9 @@ def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(
 
 @pytest.mark.parametrize("name", ["casas", "casas-csv"])
 def test_convert_of_the_folder_keeps_the_truth_as_the_routine_labels_it(
-    lived: Callable[..., Path], addon_part: Callable[[str], Any], tmp_path: Path, name: str
+    lived: Callable[..., Path], tmp_path: Path, name: str
 ) -> None:
     out, target = lived(2), tmp_path / "converted.txt"
-    convert = addon_part("angen_addon.commands.convert").main
     assert convert([str(out), "--format", name, "--out", str(target)], "angen") == 0
     # The events of the folder are rounded to milliseconds.
     if name == "casas":
@@ -106,28 +106,6 @@ def test_convert_of_the_folder_keeps_the_truth_as_the_routine_labels_it(
     assert "Sleeping" in text and "Sit" in text and not re.search(r"\bSleep\b", text)
     sensors = target.with_name(f"{target.name}.sensors.csv").read_text()
     assert ",left" in sensors and ",right" in sensors
-
-
-@pytest.mark.parametrize("reader", ["", "driver", "node", "constraint"])
-def test_a_day_has_a_camera_only_where_something_asks_for_it(
-    home: Path, addon_part: Callable[[str], Any], reader: str
-) -> None:
-    scene = bpy.context.scene
-    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    scene.collection.objects.link(scene.camera)
-    box = bpy.data.objects["Door"]
-    if reader == "driver":
-        target = box.driver_add("pass_index").driver.variables.new().targets[0]
-        target.id_type, target.id, target.data_path = "SCENE", scene, "camera.location.x"
-    elif reader == "node":
-        bpy.data.node_groups.new("Looks", "GeometryNodeTree").nodes.new(
-            "GeometryNodeInputActiveCamera"
-        )
-    elif reader == "constraint":
-        box.constraints.new("FOLLOW_TRACK")
-    with addon_part("residents.blender.run").put_aside(scene):
-        assert (scene.camera is not None) == bool(reader)
-    assert scene.camera.name == "Camera"
 
 
 def test_what_was_kept_is_gone_on_with(
@@ -164,25 +142,6 @@ def test_what_was_kept_is_gone_on_with(
     assert written == {path.name: path.stat().st_mtime_ns for path in days.glob("*.json")}
 
 
-def test_what_a_diary_begins_with_at_midnight_was_begun_before(
-    home: Path, addon_part: Callable[[str], Any]
-) -> None:
-    run, routine = addon_part("residents.blender.run"), home.parent / "week.toml"
-    diary = home.parent / "diary.csv"
-    diary.write_text(
-        "start,end,person,activity\n"
-        "2026-03-02 00:00,2026-03-02 07:00,anna,Sleep\n2026-03-02 07:00,2026-03-02 09:00,anna,Sit\n"
-    )
-    household = run.Household(
-        bpy.context.scene, [], run.Plan.read(routine, diary), date(2026, 3, 2), 1
-    )
-    acted = household.acted(0)
-    assert len(acted.spans(0.0, 6.9 * 3600)) == 0
-    assert (acted.where[0].posture, acted.where[0].place) == ("lying", "Bed")
-    sleep = acted.activities[0]
-    assert (sleep.activity, sleep.start) == ("Sleep", 0.0) and sleep.end == pytest.approx(7 * 3600)
-
-
 def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[..., Path]) -> None:
     """A run that begins with the second date draws it the same; the first one is another day."""
     lived(2)
@@ -194,16 +153,6 @@ def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[.
         assert later == [row for row in alone if row[key] > "2026-03-03T00:00:01"]
         first = [row[key][11:] for row in both if row[key] < "2026-03-03"]
         assert first != [row[key][11:] for row in alone]
-
-
-@pytest.mark.slow
-def test_days_one_after_the_other_are_those_of_one_run(
-    day: Any, home: Path, lived: Callable[..., Path]
-) -> None:
-    lived(2)
-    for days in (1, 2):
-        assert day(out="parts", days=days)[0] == 0
-    assert content(home.parent / "parts") == LIVED[2]
 
 
 def test_a_full_disk_is_one_line_and_keeps_whole_days(
@@ -226,12 +175,9 @@ def test_a_full_disk_is_one_line_and_keeps_whole_days(
     assert content(out) == LIVED[1]
 
 
-def test_a_script_gets_the_same_days(
-    lived: Callable[..., Path], home: Path, addon_part: Callable[..., Any]
-) -> None:
+def test_a_script_gets_the_same_days(lived: Callable[..., Path], home: Path) -> None:
     lived(1)
-    rows_of = addon_part("residents.days.rows")
-    opened = addon_part("residents.blender.api").Home.open(home)
+    opened = Home.open(home)
     told: list[float] = []
     routine = home.parent / "week.toml"
     made = list(opened.days(routine, "2026-03-02", seed=1, progress=told.append))
@@ -239,7 +185,6 @@ def test_a_script_gets_the_same_days(
     files = rows_of.DayRows.of(made).files()
     for name, text in files.items():
         assert (home.parent / "out" / name).read_bytes() == text.encode()
-    error = addon_part("sensor_logic.error").AngenError
     with pytest.raises(error, match="is not a date"):
         list(opened.days(routine, "March"))
 
@@ -260,14 +205,12 @@ def test_processes_write_the_same_bytes(
 
 
 @pytest.fixture
-def workers_do(monkeypatch: Any, addon_part: Callable[[str], Any]) -> Callable[[str], None]:
+def workers_do(monkeypatch: Any) -> Callable[[str], None]:
     """Processes of `--jobs` run this Python instead."""
 
     def do(code: str) -> None:
         command = [sys.executable, "-c", f"import os, signal, sys\n{code}"]
-        monkeypatch.setattr(
-            addon_part("residents.blender.command"), "worker_command", lambda: command
-        )
+        monkeypatch.setattr(jobs, "worker_command", lambda: command)
 
     return do
 
@@ -284,16 +227,6 @@ def test_the_day_of_a_process_that_is_killed_is_made_by_another(
     )
     assert status == 0 and "2 of 2 days are in" in last and "2 made in" in last
     assert content(home.parent / "both") == LIVED[2]
-
-
-def test_a_process_that_fails_ends_the_run_with_the_days_that_are_made(
-    day: Any, home: Path, workers_do: Any
-) -> None:
-    workers_do("sys.exit(1)")
-    status, told = day("--jobs", 2, out="both", days=3)
-    assert status == 1
-    kept = f"1 of 3 days are in {home.parent / 'both'}"
-    assert told.endswith(f"angen: {kept}; the same command goes on with the next\n")
 
 
 def started(home: Path, days: int) -> subprocess.Popen[str]:
@@ -339,19 +272,6 @@ def test_workers_end_with_the_process_that_is_killed(
 
 
 @pytest.mark.slow
-def test_a_worker_that_is_killed_is_told_and_no_day_is_missing(day: Any, home: Path) -> None:
-    assert day(days=4)[0] == 0
-    with started(home, 4) as run:
-        (worker,) = workers_of(run.pid)
-        os.kill(worker, signal.SIGKILL)
-        told = run.communicate()[1].splitlines()
-    assert run.returncode == 0
-    assert "a process of --jobs was ended by SIGKILL; another one makes 2026-03-0" in told[0]
-    assert "4 of 4 days are in" in told[-1] and "; 4 made in" in told[-1]
-    assert content(home.parent / "both") == content(home.parent / "out")
-
-
-@pytest.mark.slow
 def test_ctrl_c_in_the_first_day_ends_all_processes_with_a_line(home: Path) -> None:
     with started(home, 4) as run:
         workers = workers_of(run.pid)
@@ -361,23 +281,6 @@ def test_ctrl_c_in_the_first_day_ends_all_processes_with_a_line(home: Path) -> N
     kept = f"0 of 4 days are in {home.parent / 'both'}"
     assert told == f"angen: {kept}; the same command goes on with the first\n"
     assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
-
-
-def test_ctrl_c_in_the_first_day_tells_how_to_go_on(
-    day: Any, home: Path, addon_part: Any, monkeypatch: Any
-) -> None:
-    household = addon_part("residents.blender.run").Household
-
-    def interrupted(self: Any, number: int, keys: Any) -> Any:
-        os.kill(os.getpid(), signal.SIGINT)
-        yield addon_part("angen_addon.runtime.simulation").Progress(1.0, 2.0, 1.0)
-        raise AssertionError("Ctrl-C was not heard")
-
-    monkeypatch.setattr(household, "run", interrupted)
-    status, told = day()
-    out = home.parent / "out"
-    assert status == 1
-    assert told == f"angen: 0 of 2 days are in {out}; the same command goes on with the first\n"
 
 
 @pytest.mark.parametrize(
@@ -398,12 +301,7 @@ def test_ctrl_c_in_the_first_day_tells_how_to_go_on(
     ],
 )
 def test_what_is_wrong_is_one_line_and_loses_nothing(
-    day: Any,
-    home: Path,
-    lived: Callable[..., Path],
-    more: list[object],
-    text: str,
-    changed: str,
+    day: Any, home: Path, lived: Callable[..., Path], more: list[object], text: str, changed: str
 ) -> None:
     out = lived(1)
     before = content(out)
@@ -437,3 +335,32 @@ def test_a_folder_with_other_things_in_it_is_left_alone(day: Any, home: Path) ->
     status, told = day()
     assert status == 1 and "is not empty and holds no days" in told
     assert content(home.parent / "out") == {"thesis.txt": b"mine"}
+
+
+def test_what_a_diary_begins_with_at_midnight_was_begun_before(
+    home: Path, addon_part: Callable[[str], Any]
+) -> None:
+    run, routine = addon_part("residents.blender.run"), home.parent / "week.toml"
+    diary = home.parent / "diary.csv"
+    diary.write_text(
+        "start,end,person,activity\n"
+        "2026-03-02 00:00,2026-03-02 07:00,anna,Sleep\n2026-03-02 07:00,2026-03-02 09:00,anna,Sit\n"
+    )
+    household = run.Household(
+        bpy.context.scene, [], run.Plan.read(routine, diary), date(2026, 3, 2), 1
+    )
+    acted = household.acted(0)
+    assert len(acted.spans(0.0, 6.9 * 3600)) == 0
+    assert (acted.where[0].posture, acted.where[0].place) == ("lying", "Bed")
+    sleep = acted.activities[0]
+    assert (sleep.activity, sleep.start) == ("Sleep", 0.0) and sleep.end == pytest.approx(7 * 3600)
+
+
+def test_a_process_that_fails_ends_the_run_with_the_days_that_are_made(
+    day: Any, home: Path, workers_do: Any
+) -> None:
+    workers_do("sys.exit(1)")
+    status, told = day("--jobs", 2, out="both", days=3)
+    assert status == 1
+    kept = f"1 of 3 days are in {home.parent / 'both'}"
+    assert told.endswith(f"angen: {kept}; the same command goes on with the next\n")

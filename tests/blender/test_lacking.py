@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the home needs and does not have is named: on standard error, in the report, in the panel;
-and a check of such a home fails."""
+and a check of such a home fails. So is what another version of the extension saved."""
 
+import json
 from functools import partial
+from pathlib import Path
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from commands import module
 from tiers import mostly_slow
 
@@ -28,9 +32,9 @@ def open_again(tmp_path):
 
 
 @pytest.fixture
-def panel(addon_part):
+def panel():
     """What the sidebar tells of it."""
-    return lambda: " ".join(addon_part("angen_addon.runtime.state").CACHE.lacks)
+    return lambda: " ".join(CACHE.lacks)
 
 
 @pytest.fixture
@@ -167,10 +171,94 @@ def test_a_mesh_cache(world, open_again, tmp_path):
     assert "mesh cache of 'wall' is missing" in line
 
 
-def test_the_doctor_names_it_with_the_way_to_mend_it(driven, addon_part):
-    context = bpy.context
-    depsgraph = context.evaluated_depsgraph_get()
-    examine = addon_part("angen_addon.doctor").examine
-    (found,) = (f for f in examine(context.scene, context.view_layer, depsgraph) if f[0] == "files")
-    assert found.text.startswith("Blender blocked drivers")
-    assert "--enable-autoexec" in found.mend
+# A sensor of a kind that a newer version of the extension knows
+
+
+def stored(obj):
+    """The group as the file has it."""
+    if hasattr(obj, "bl_system_properties_get"):
+        return obj.bl_system_properties_get()["angen_sensor"]
+    return obj["angen_sensor"]
+
+
+@pytest.fixture
+def home(world, tmp_path):
+    world.wall(0.02)
+    world.switch("known")
+    stored(world.switch("newer"))["kind"] = 99
+    path = tmp_path / "home.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    return path
+
+
+@pytest.mark.parametrize(("verb", "option"), mostly_slow(
+    [("simulate", "--quiet"), ("list", "--json")], ("simulate", "--quiet")))  # fmt: skip
+def test_it_is_skipped_and_named_and_standard_output_is_pure(home, verb, option):
+    done = told_by(verb, home, option)
+    assert done.returncode == 0, done.stderr
+    told = [line for line in done.stderr.splitlines() if line]
+    assert len(told) == 1 and "'newer'" in told[0] and "number 99" in told[0], done.stderr
+    assert "update the extension" in told[0]
+    if verb == "simulate":
+        rows = done.stdout.splitlines()
+        assert rows[0] == "time_s,frame,sensor,kind,field,value"
+        assert {row.split(",")[2] for row in rows[1:]} == {"known"}
+    else:
+        assert [sensor["name"] for sensor in json.loads(done.stdout)] == ["known"]
+
+
+@pytest.mark.slow
+def test_a_home_of_such_sensors_alone_says_so(home, world, tmp_path):
+    bpy.data.objects.remove(bpy.data.objects["known"])
+    bpy.ops.wm.save_as_mainfile(filepath=str(home))
+    done = told_by("simulate", home)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "number 99" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_the_window_shows_the_scene_without_it_and_keeps_it(home, world, tmp_path):
+    sensor = bpy.data.objects["newer"]
+    assert sensor.angen_sensor.kind == "NONE"
+    assert [found.name for found in world.sensors()] == ["known"]
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    world.scene.frame_set(3)
+    again = tmp_path / "again.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(again))
+    bpy.ops.wm.open_mainfile(filepath=str(again))
+    assert stored(bpy.data.objects["newer"])["kind"] == 99
+    bpy.data.objects["newer"].angen_sensor.kind = "PIR"
+    assert stored(bpy.data.objects["newer"])["kind"] == 1
+    assert [found.name for found in world.sensors()] == ["known", "newer"]
+
+
+# Files of earlier versions with the light engine DIRECT
+
+
+FILE = Path(__file__).resolve().parent.parent / "data" / "direct_engine.blend"
+TOLD = "'lux', 'other lux': engine DIRECT no longer exists and was replaced by CYCLES"
+
+
+def engines():
+    return {
+        obj.name: obj.angen_sensor.light.engine
+        for obj in bpy.data.objects
+        if obj.angen_sensor.kind == "LIGHT"
+    }
+
+
+def test_a_blend_file_opens_with_cycles_and_says_so_once(world, capfd, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(FILE))
+    assert engines() == {
+        "lux": "CYCLES", "other lux": "CYCLES", "cycles": "CYCLES", "gpu": "EEVEE"
+    }  # fmt: skip
+    assert capfd.readouterr().err.count(TOLD) == 1
+    assert cache.notice == TOLD
+    tracks = world.run(1, 1).tracks
+    assert tracks["lux"].value[0] > 100.0
+    assert tracks["lux"].value == tracks["cycles"].value
+    again = tmp_path / "again.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(again))
+    bpy.ops.wm.open_mainfile(filepath=str(again))
+    assert engines()["lux"] == "CYCLES" and cache.notice == ""
+    assert "DIRECT" not in capfd.readouterr().err

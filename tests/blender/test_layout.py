@@ -9,30 +9,32 @@ from pathlib import Path
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
+from bl_ext.user_default.angen_sensors.angen_addon.layout.apply import apply_layout
+from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
 from mathutils import Quaternion, Vector
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "layouts.md"
 
 
 @pytest.fixture
-def listed(world, addon_part):
+def listed(world):
     """What `list --json` prints of the scene."""
 
     def run():
-        describe = addon_part("angen_addon.output.describe").describe
         return json.loads(json.dumps([describe(s) for s in world.sensors()], allow_nan=False))
 
     return run
 
 
 @pytest.fixture
-def apply(addon_part, tmp_path):
+def apply(tmp_path):
     """Applies a layout, given as text or as what JSON holds."""
 
     def run(layout, remove=False):
         path = tmp_path / "home.json"
         path.write_text(layout if isinstance(layout, str) else json.dumps(layout, indent=1))
-        return addon_part("angen_addon.layout.apply").apply_layout(path, remove)
+        return apply_layout(path, remove)
 
     return run
 
@@ -128,13 +130,6 @@ def test_a_layout_switches_off_the_sensors_that_it_lacks(home, apply, listed):
     assert [one["name"] for one in listed() if not one["enabled"]] == ["pad"]
 
 
-def test_others_that_cannot_be_switched_are_told_with_the_line(world, home, apply, error):
-    world.key(bpy.data.objects["turned"], "angen_sensor.enabled", {1: True, 9: False}, "CONSTANT")
-    with pytest.raises(error, match=r"home.json, line 2: 'turned': enabled is animated"):
-        apply('{\n"others_enabled": false,\n"sensors": [{"name": "pad"}]}')
-    assert all(obj.angen_sensor.enabled for obj in bpy.data.objects if obj.name == "PIR hall")
-
-
 def test_sensors_are_added_changed_and_removed(world, listed, apply):
     world.scene.unit_settings.scale_length = 0.01
     door = world.link("Door", None, (100, 0, 0))
@@ -206,12 +201,9 @@ def crowded(world):
     away = bpy.data.collections.new("away")
     world.scene.collection.children.link(away)
     away.objects.link(bpy.data.objects.new("hidden", None))
-    flat = bpy.data.collections.new("flat")
     inner = world.switch("inner")
-    world.scene.collection.objects.unlink(inner)
-    flat.objects.link(inner)
-    holder = world.link("Flat", None)
-    holder.instance_type, holder.instance_collection = "COLLECTION", flat
+    flat = world.aside("flat", inner)
+    world.instance("Flat", flat)
     bpy.context.view_layer.layer_collection.children["away"].exclude = True
     world.update()
     return world
@@ -225,21 +217,6 @@ def test_what_is_wrong_is_told_and_nothing_changes(crowded, listed, apply, error
     assert told in str(found.value) and "\n" not in str(found.value)
     assert listed() == before and sorted(bpy.data.objects.keys()) == objects
     assert "away" in bpy.data.collections and len(bpy.data.meshes) == 2
-
-
-def test_what_blender_does_not_do_is_taken_back(crowded, listed, apply, error):
-    """Nothing stands anywhere on a parent without size."""
-    crowded.link("point", None).scale = (0, 0, 0)
-    before, objects = listed(), sorted(bpy.data.objects.keys())
-    layout = [
-        {"name": "pad", "room": "hall", "collection": "made", "location": [1, 1, 1]},
-        {"name": "Switch", "enabled": False, "parent": "point", "location": [1, 1, 1]},
-        *new(parent="point"),
-    ]
-    with pytest.raises(error, match="line 12: 'Switch': Blender did not set its place"):
-        apply(layout)
-    assert listed() == before and sorted(bpy.data.objects.keys()) == objects
-    assert "made" not in bpy.data.collections and bpy.data.objects["Switch"].parent is None
 
 
 def test_sensors_that_hang_on_each_other_stand_where_the_layout_says(world, listed, apply):
@@ -259,28 +236,13 @@ def test_sensors_that_hang_on_each_other_stand_where_the_layout_says(world, list
 @pytest.fixture
 def linked(world, tmp_path):
     """Links a file with a switch "Door" in a collection, or overrides it."""
-    collection = bpy.data.collections.new("devices")
-    world.scene.collection.children.link(collection)
-    door = world.switch("Door")
-    world.scene.collection.objects.unlink(door)
-    collection.objects.link(door)
-    path = tmp_path / "library.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    devices = world.aside("devices", world.switch("Door"))
+    path = world.save_library(tmp_path / "library.blend", devices)
 
     def bring(override):
-        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        with bpy.data.libraries.load(str(path), link=True) as (_, target):
-            target.collections = ["devices"]
-        (devices,) = target.collections
-        scene = bpy.context.scene
-        scene.collection.children.link(devices)
+        made = world.bring(path)
         if override:
-            made = devices.override_hierarchy_create(
-                scene, bpy.context.view_layer, do_fully_editable=True
-            )
-            scene.collection.children.unlink(devices)
-            assert made is not None
-        bpy.context.view_layer.update()
+            assert world.override(made) is not None
 
     return bring
 
@@ -330,10 +292,9 @@ def test_the_example_of_the_docs_is_a_layout(world, listed, apply):
     assert found["Pressure armchair"]["bounds"] == [[-0.2, -0.25, 0], [0.2, 0.25, 0.01]]
 
 
-def test_the_command_saves_a_copy_or_nothing(world, addon_part, tmp_path, capsys):
+def test_the_command_saves_a_copy_or_nothing(world, tmp_path, capsys):
     home, layout, saved = (tmp_path / name for name in ("a.blend", "l.json", "b.blend"))
     bpy.ops.wm.save_as_mainfile(filepath=str(home))
-    run = addon_part("angen_addon.commands.command_line").run_command
     cases = [
         (new(kind="PIRR"), saved, 2, "l.json, line 4: 'new': kind 'PIRR' is unknown"),
         (new(), layout, 2, "is the layout itself"),
@@ -347,3 +308,25 @@ def test_the_command_saves_a_copy_or_nothing(world, addon_part, tmp_path, capsys
         assert saved.exists() == (status == 0)
     bpy.ops.wm.open_mainfile(filepath=str(saved))
     assert [s.name for s in world.sensors()] == ["new"]
+
+
+def test_others_that_cannot_be_switched_are_told_with_the_line(world, home, apply, error):
+    world.key(bpy.data.objects["turned"], "angen_sensor.enabled", {1: True, 9: False}, "CONSTANT")
+    with pytest.raises(error, match=r"home.json, line 2: 'turned': enabled is animated"):
+        apply('{\n"others_enabled": false,\n"sensors": [{"name": "pad"}]}')
+    assert all(obj.angen_sensor.enabled for obj in bpy.data.objects if obj.name == "PIR hall")
+
+
+def test_what_blender_does_not_do_is_taken_back(crowded, listed, apply, error):
+    """Nothing stands anywhere on a parent without size."""
+    crowded.link("point", None).scale = (0, 0, 0)
+    before, objects = listed(), sorted(bpy.data.objects.keys())
+    layout = [
+        {"name": "pad", "room": "hall", "collection": "made", "location": [1, 1, 1]},
+        {"name": "Switch", "enabled": False, "parent": "point", "location": [1, 1, 1]},
+        *new(parent="point"),
+    ]
+    with pytest.raises(error, match="line 12: 'Switch': Blender did not set its place"):
+        apply(layout)
+    assert listed() == before and sorted(bpy.data.objects.keys()) == objects
+    assert "made" not in bpy.data.collections and bpy.data.objects["Switch"].parent is None

@@ -134,18 +134,6 @@ def rms(errors):
     return np.sqrt(np.square(errors).mean())
 
 
-def test_a_reading_is_the_same_whatever_was_read_before(room, scenes):
-    key_lamp(frames=(1, 40), energies=(1.0, 9.0))
-    bpy.context.scene.frame_set(30)
-    alone = in_a_run(scenes)
-    other = part("light.cycles").CyclesLight(MANY)
-    for frame in (1, 7, 40, 30):
-        bpy.context.scene.frame_set(frame)
-        again = in_a_run(other)
-    other.close()
-    assert (again == alone).all()
-
-
 @pytest.mark.parametrize("few", [32, FEW])
 def test_other_sensors_do_not_count(room, scenes, few):
     """Also where it is looked at more closely."""
@@ -157,37 +145,6 @@ def test_other_sensors_do_not_count(room, scenes, few):
         for alone in sensors(few):
             found = part("light.probe").measure(scene, layer, [alone], 1.0, scenes)
             assert found == {alone.name: together[alone.name]}
-
-
-def test_without_more_paths_than_its_own_a_reading_is_as_it_was(room):
-    kept = part("light.cycles").CyclesLight(FEW)
-    bpy.context.scene.frame_set(9)
-    assert (in_a_run(kept) == plain(FEW)).all()
-    kept.close()
-
-
-def test_light_that_is_no_number_spoils_no_other_lamp_state(room, scenes):
-    scene = bpy.context.scene
-    scene.frame_set(3)
-    before = in_a_run(scenes)
-    objects("area").data.energy = float("nan")
-    in_a_run(scenes)
-    objects("area").data.energy = 1.0
-    scene.frame_set(3)
-    assert (in_a_run(scenes) == before).all()
-
-
-def test_nothing_is_left_and_the_scene_is_as_it_was(room, scenes):
-    key_lamp()
-    names = ("scenes", "objects", "lights", "meshes", "materials", "cameras", "images", "actions")
-    before = [len(getattr(bpy.data, name)) for name in names]
-    for frame in (1, 5, 7):
-        bpy.context.scene.frame_set(frame)
-        in_a_run(scenes)
-    assert bpy.context.scene.frame_current == 7
-    assert objects("point").data.energy == pytest.approx(3.0)
-    scenes.close()
-    assert before == [len(getattr(bpy.data, name)) for name in names]
 
 
 def night(world):
@@ -228,38 +185,6 @@ def key_nodes():
     brighten(data.node_tree, "Strength")
 
 
-def key_bounces():
-    move(objects("area").data.cycles, "max_bounces", (0, 20))
-
-
-def key_own_property():
-    """A lamp whose strength its own custom property tells."""
-    key_nodes()
-    data = objects("area").data
-    data["dim"] = 1.0
-    for frame, value in ((1, 1.0), (5, 0.2)):
-        data["dim"] = value
-        data.keyframe_insert('["dim"]', frame=frame)
-    tree = data.node_tree
-    node = tree.nodes.new("ShaderNodeAttribute")
-    node.attribute_type, node.attribute_name = "OBJECT", "dim"
-    emission = next(n for n in tree.nodes if n.type == "EMISSION")
-    tree.links.new(node.outputs["Fac"], emission.inputs["Strength"])
-
-
-def key_scene_property():
-    """A glow that a property of the scene tells."""
-    scene = bpy.context.scene
-    for frame, value in ((1, 0.0), (9, 1.0)):
-        scene["glow"] = value
-        scene.keyframe_insert('["glow"]', frame=frame)
-    tree = bpy.data.materials["screen"].node_tree
-    node = tree.nodes.new("ShaderNodeAttribute")
-    node.attribute_type, node.attribute_name = "VIEW_LAYER", "glow"
-    emission = next(n for n in tree.nodes if n.type == "EMISSION")
-    tree.links.new(node.outputs["Fac"], emission.inputs["Strength"])
-
-
 def drive_by_frame():
     driver = objects("screen").driver_add("location", 2).driver
     target = driver.variables.new().targets[0]
@@ -272,7 +197,7 @@ def key_type():
     move(objects("area").data, "shape", ("RECTANGLE", "DISK"))
 
 
-PRESENT = (key_nodes, key_bounces, key_own_property, key_scene_property, drive_by_frame, key_type)
+PRESENT = (key_lamp, key_nodes, drive_by_frame, key_type)
 
 
 @pytest.mark.parametrize("change", PRESENT)
@@ -286,28 +211,6 @@ def test_a_reference_holds_nothing_of_the_frame_it_was_made_at(room, scenes, cha
         again = in_a_run(other)
     other.close()
     assert (again == alone).all()
-
-
-def test_lamps_with_nodes_are_read_as_by_many_paths(room, scenes):
-    key_nodes()
-    objects("screen").animation_data_clear()
-    for frame in (1, 3, 5):
-        bpy.context.scene.frame_set(frame)
-        assert in_a_run(scenes) == pytest.approx(plain(MANY), rel=1e-5)
-
-
-def test_a_zone_within_a_group_is_what_goes_through_frames(room):
-    inner = bpy.data.node_groups.new("inner", "GeometryNodeTree")
-    outer = bpy.data.node_groups.new("outer", "GeometryNodeTree")
-    outer.nodes.new("GeometryNodeGroup").node_tree = inner
-    modifier = objects("screen").modifiers.new("nodes", "NODES")
-    modifier.node_group = outer
-    simulated, found = part("light.frozen").Simulated, []
-    for zone in (False, True):
-        if zone:
-            inner.nodes.new("GeometryNodeSimulationOutput")
-        found.append(objects("screen") in simulated())
-    assert found == [False, True]
 
 
 def test_a_sun_that_does_not_reach_a_room_does_not_disturb_it(room, scenes):
@@ -351,35 +254,3 @@ def test_a_portal_needs_a_world(room, scenes):
     bpy.context.view_layer.update()
     assert (plain(FEW) > 0.0).all()
     assert (in_a_run(scenes) > 0.0).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("few", [32, 256])
-def test_what_departs_far_is_looked_at_more_closely(room, monkeypatch, few):
-    """Also where few paths find too little of what is new."""
-    CHANGES["a screen's glow"]()
-    layer, engine, cycles = bpy.context.view_layer, part("light.engine"), part("light.cycles")
-
-    def read(paths, scenes=None):
-        found = part("light.probe").measure(bpy.context.scene, layer, sensors(paths), 1.0, scenes)
-        return numbers(found)
-
-    def read_in_a_run():
-        scenes = cycles.CyclesLight(MANY)
-        try:
-            return read(few, scenes)
-        finally:
-            scenes.close()
-
-    for frame in range(1, 10):
-        bpy.context.scene.frame_set(frame)
-    monkeypatch.setattr(engine, "SEED", 77)
-    true = read(16 * MANY)
-    errors, otherwise = [], []
-    for engine.SEED in range(16):
-        errors += list(read_in_a_run() / true - 1)
-        with monkeypatch.context() as never:
-            never.setattr(cycles, "CLOSER", 1)
-            otherwise += list(read_in_a_run() / true - 1)
-    assert rms(errors) < 0.8 * rms(otherwise)
-    assert abs(np.mean(errors)) < 0.03

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light sensors in runs and while scrubbing."""
+"""Light sensors in runs and while scrubbing; and the sample of the light control."""
 
 import math
+from importlib import import_module
+from pathlib import Path
 
 import bpy
 import pytest
@@ -60,17 +62,6 @@ def test_a_lamp_is_followed_and_a_still_scene_rendered_once(world, lamp, monkeyp
     assert len(calls) == 2, "once with the lamp on, once with it off"
 
 
-def test_the_log_tells_of_steps_alone(world, lamp):
-    rows = world.log(world.run())
-    told = [(row[1], row[4]) for row in rows]
-    assert told == [
-        ("1", "illuminance_lux"),
-        ("1", "lit"),
-        ("13", "illuminance_lux"),
-        ("13", "lit"),
-    ]
-
-
 def film(folder, name, brightness):
     """A sequence of pictures, each of one brightness."""
     for frame, value in enumerate(brightness, 1):
@@ -118,13 +109,6 @@ def test_a_film_on_a_screen_is_followed(world, lamp, tmp_path, grouped, refreshe
     lux = world.series(world.run(), "lux", "illuminance_lux")
     assert lux[:3] == pytest.approx([lux[0], 5 * lux[0], 2 * lux[0]], rel=1e-3)
     assert lux[0] > 10.0
-
-
-def test_efficacy_is_a_factor(world, lamp):
-    first = world.series(world.run(), "lux", "illuminance_lux")[0]
-    world.scene.angen_luminous_efficacy = 179.0
-    second = world.series(world.run(), "lux", "illuminance_lux")[0]
-    assert second == pytest.approx(first * 179.0 / 683.0, rel=1e-6)
 
 
 def told(world):
@@ -220,18 +204,61 @@ def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatc
     assert lamp.angen_sensor.value == recorded
 
 
-def test_a_run_leaves_nothing_behind(world, lamp):
-    def held():
-        kinds = ("scenes", "images", "materials", "meshes", "objects", "worlds", "cameras")
-        return {kind: sorted(b.name for b in getattr(bpy.data, kind)) for kind in kinds}
-
-    before = held(), world.scene.frame_current, world.scene.render.engine
-    world.run()
-    assert (held(), world.scene.frame_current, world.scene.render.engine) == before
-
-
 def test_what_cannot_be_measured_is_told(world, lamp):
     lamp.location = (2e5, 0, 0)
     world.update()
     with pytest.raises(AngenError, match="lux"):
         world.run()
+
+
+# The sample of the light control
+
+
+ADDON = "bl_ext.user_default.angen_sensors"
+SAMPLE = Path(__file__).resolve().parents[2] / "sample_blends" / "light_control.blend"
+LAST = 330
+# Of the story: comes in, stands still for longer than the hold time.
+ON, OFF = 141, 285
+
+
+@pytest.fixture
+def room(addon):
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLE))
+    sensor = bpy.data.objects["Light sensor room"].angen_sensor
+    sensor.light.engine, sensor.light.samples = "CYCLES", 16
+    bpy.context.scene.frame_end = LAST
+    return bpy.context.scene
+
+
+def energy(frame):
+    bpy.context.scene.frame_set(frame)
+    lamp = bpy.data.lights["Lamp"]
+    return lamp.evaluated_get(bpy.context.evaluated_depsgraph_get()).energy
+
+
+def changes(name, field):
+    state = import_module(f"{ADDON}.angen_addon.runtime.state")
+    track = state.CACHE.recording(bpy.context.scene).tracks[name]
+    column = list(track.columns[field])
+    return [
+        (int(track.frames[i]), bool(value))
+        for i, value in enumerate(column)
+        if i == 0 or value != column[i - 1]
+    ]
+
+
+def test_the_detector_switches_the_lamp_and_the_light_sensor_sees_it(room, tmp_path):
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    assert changes("PIR room", "moved") == [(1, False), (ON, True), (OFF, False)]
+    # It looks twice a second; a driver shows a reading from the next frame on.
+    assert changes("Light sensor room", "lit") == [(1, False), (145, True), (289, False)]
+    lit = {ON + 20: 20.0, OFF + 20: 0.0, ON - 1: 0.0, OFF - 2: 20.0}
+    assert {frame: energy(frame) for frame in lit} == pytest.approx(lit)
+    path = str(tmp_path / "recorded.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert {frame: energy(frame) for frame in lit} == pytest.approx(lit)
+    assert bpy.ops.angen.bake_keyframes() == {"FINISHED"}
+    bpy.ops.angen.clear_recording()
+    bpy.context.scene.angen_live = False
+    assert {frame: energy(frame) for frame in lit} == pytest.approx(lit)

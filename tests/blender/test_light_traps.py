@@ -4,9 +4,7 @@ without a reference."""
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
-from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
-from light_stage import facing, lamp, material, part, plate, request, sky
+from light_stage import facing, lit_room, material, objects, part, request
 from tiers import mostly_slow
 
 FEW, MANY = 16, 64
@@ -14,21 +12,9 @@ FEW, MANY = 16, 64
 
 @pytest.fixture
 def room(world):
-    """A room with all that shines; a screen goes through it."""
-    box = world.box((4, 4, 4), name="room")
-    box.data.materials.append(material(0.7, name="paint"))
-    lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1)
-    lamp(world, "SUN", aim=(0, 0.1, -1), angle=0.1)
-    plate(world, 0.8, (1, 1, 0), (-1, 0, 0), material(glows=0.2, name="screen"), "screen")
-    world.key(objects("screen"), "location", {1: (1, 1, 0), 48: (-1, -1, 0)})
-    sky(world, 0.5)
+    lit_room(world)
     world.scene.frame_set(9)
-    world.update()
     return world
-
-
-def objects(name):
-    return bpy.data.objects[name]
 
 
 def read(reference=MANY, layer=None):
@@ -219,16 +205,6 @@ def screen_tree():
     return bpy.data.materials["screen"].node_tree
 
 
-def scene_property():
-    key(bpy.context.scene, "glow", (0.0, 9.0), '["glow"]')
-    attribute(screen_tree(), "VIEW_LAYER", "glow", "Strength")
-
-
-def scene_vector():
-    key(bpy.context.scene, "glow", ((0.0, 0.0, 0.0), (9.0, 0.0, 0.0)), '["glow"]')
-    attribute(screen_tree(), "VIEW_LAYER", "glow", "Color")
-
-
 def layer_property():
     layer, scene = bpy.context.view_layer, bpy.context.scene
     for frame, value in ((1, 0.0), (20, 9.0)):
@@ -237,43 +213,41 @@ def layer_property():
     attribute(screen_tree(), "VIEW_LAYER", "glow", "Strength")
 
 
-def world_property():
-    key(bpy.context.scene.world, "glow", (0.0, 9.0), '["glow"]')
-    attribute(screen_tree(), "VIEW_LAYER", "glow", "Strength")
-
-
-def object_property():
-    key(objects("screen"), "glow", (0.0, 9.0), '["glow"]')
-    attribute(screen_tree(), "OBJECT", "glow", "Strength")
-
-
-def mesh_property():
-    key(objects("screen").data, "glow", (0.0, 9.0), '["glow"]')
-    attribute(screen_tree(), "OBJECT", "glow", "Strength")
-
-
-def lamp_property():
-    data = objects("point").data
-    if not data.node_tree:
-        data.use_nodes = True
-    key(data, "glow", (0.0, 9.0), '["glow"]')
-    attribute(data.node_tree, "OBJECT", "glow", "Strength")
-
-
 def lamp_bounces():
     key(objects("point").data.cycles, "max_bounces", (0, 9))
 
 
-LOOKED_AT = [
-    scene_property, scene_vector, layer_property, world_property, object_property, mesh_property,
-    lamp_bounces,
-]  # fmt: skip
+def glow_of(owner, kind="OBJECT", tree=screen_tree, into="Strength"):
+    """A glow that a keyed property of something tells."""
+
+    def change():
+        key(owner(), "glow", (0.0, 9.0), '["glow"]')
+        attribute(tree(), kind, "glow", into)
+
+    return change
+
+
+def lamp_tree():
+    data = objects("point").data
+    if not data.node_tree:
+        data.use_nodes = True
+    return data.node_tree
+
+
+LOOKED_AT = {
+    "scene": glow_of(lambda: bpy.context.scene, "VIEW_LAYER"),
+    "world": glow_of(lambda: bpy.context.scene.world, "VIEW_LAYER"),
+    "object": glow_of(lambda: objects("screen")),
+    "mesh": glow_of(lambda: objects("screen").data),
+    "view layer": layer_property,
+    "a lamp's bounces": lamp_bounces,
+}
 if bpy.app.version >= (4, 5):
     # Blender 4.2 shows lamps no properties.
-    LOOKED_AT.append(lamp_property)
+    LOOKED_AT["lamp"] = glow_of(lambda: objects("point").data, tree=lamp_tree)
 
 
-@pytest.mark.parametrize("change", LOOKED_AT)
+@pytest.mark.parametrize("change", LOOKED_AT.values(), ids=LOOKED_AT)
 @pytest.mark.parametrize("reference", mostly_slow([0, 128], 128))
 def test_what_nodes_look_at_is_followed_in_runs(room, change, reference):
     """A run reads what a measurement reads that knows nothing of the frames before."""
@@ -286,69 +260,6 @@ def test_what_nodes_look_at_is_followed_in_runs(room, change, reference):
     alone = room.series(room.run(9, 9), "meter", "illuminance_lux")
     assert len(set(run)) > 3
     assert run[-1] == alone[0]
-
-
-def test_whole_frames_after_sub_frames(room):
-    """Kept scenes stand where new ones do."""
-    key(objects("point").data, "energy", (1.0, 40.0))
-    scene, layer = room.scene, bpy.context.view_layer
-    kept = part("light.cycles").CyclesLight(MANY)
-    asked = [request("lux", facing((0, 1, 0), (0.3, -1, 0.2)), samples=FEW)]
-    for frame in (3.25, 3.75, 4.0, 3.5, 3.0, 3.0):
-        scene.frame_set(int(frame), subframe=frame % 1)
-        found = part("light.probe").measure(scene, layer, asked, 1.0, kept)
-        fresh = part("light.cycles").CyclesLight(MANY)
-        assert found == part("light.probe").measure(scene, layer, asked, 1.0, fresh), frame
-        fresh.close()
-    kept.close()
-
-
-def fall(world):
-    """A rigid body that falls, and what it falls on; a switch looks through where it falls."""
-    body = world.box((0.5, 0.5, 0.5), (0, 0, 0.9), "body")
-    floor = world.box((3, 3, 0.1), (0, 0, -0.5), "floor")
-    for obj, kind in ((body, "ACTIVE"), (floor, "PASSIVE")):
-        with bpy.context.temp_override(object=obj, active_object=obj):
-            bpy.ops.rigidbody.object_add(type=kind)
-    switch = world.switch(range_max=3.0)
-    switch.location, switch.rotation_euler = (-1.2, 0.03, 0), (0, -1.5708, 0)
-    return body
-
-
-@pytest.mark.parametrize("reference", [0, 32])
-def test_light_sensors_do_not_push_rigid_bodies(room, reference):
-    """Nothing that is kept for the light is part of the user's simulation."""
-    body = fall(room)
-    before = room.series(room.run(1, 20), "switch", "range_m")
-    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 4, "update_rate": 24.0}
-    room.sensor("LIGHT", "meter", **settings)
-    room.scene.angen_light_reference = reference
-    bodies = room.scene.rigidbody_world.collection.objects
-    recording = Recording()
-    for _ in simulate(room.scene, room.sensors(), 1, 20, recording):
-        assert len(bodies) == 2
-    assert room.series(recording, "switch", "range_m") == before
-    assert len(set(before)) > 1 and body.name in bodies
-
-
-def test_what_stands_in_a_home_with_modifiers_and_physics_is_taken_in_once(room):
-    """What moves is followed: rigid bodies, and what renders do not show; to the same bits."""
-    fall(room)
-    for n in range(3):
-        post = room.box((0.3, 0.3, 0.3), (n - 1, 1, 0), f"post {n}")
-        post.hide_render = True
-        post.modifiers.new("bevel", "BEVEL").segments = 2
-        post.modifiers.new("array", "ARRAY").count = 2
-    room.key(objects("post 0"), "location", {1: (-1, 1, 0), 20: (-1, 0, 1)})
-    settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 24.0}
-    room.sensor("LIGHT", "meter", **settings).location = (0.3, -1, 0.2)
-    recording, taken_in = Recording(), []
-    for progress in simulate(room.scene, room.sensors(), 1, 12, recording):
-        if progress.doing == "Cycles takes the scene in":
-            taken_in.append(progress.frame)
-    run = room.series(recording, "meter", "illuminance_lux")
-    assert taken_in == [1] and len(set(run)) > 6
-    assert room.series(room.run(12, 12), "meter", "illuminance_lux") == run[-1:]
 
 
 @pytest.mark.parametrize("reference", [0, MANY])

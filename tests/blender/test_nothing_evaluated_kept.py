@@ -14,9 +14,14 @@ from pathlib import Path
 
 import bpy
 import nodes_scenes
-import numpy as np
 import pytest
-from light_stage import material
+from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.live import live_of
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.angen_addon.scene.home import EvaluatedHome
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.picture import DrawnSensors
+from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -84,10 +89,9 @@ def test_the_search_finds_what_must_not_be_kept(world):
 
 
 @pytest.mark.parametrize("caster", ["FAST", "SCENE"])
-def test_a_run_keeps_nothing_evaluated(home, addon_part, caster):
+def test_a_run_keeps_nothing_evaluated(home, caster):
     home.scene.angen_ray_caster = caster
-    recording = addon_part("sensor_logic.recording.tracks").Recording()
-    simulate = addon_part("angen_addon.runtime.simulation").simulate
+    recording = Recording()
     steps = simulate(home.scene, home.sensors(), 1, 6, recording)
     looked = 0
     for _ in steps:
@@ -97,16 +101,15 @@ def test_a_run_keeps_nothing_evaluated(home, addon_part, caster):
     assert looked > 50
 
 
-def test_live_values_keep_nothing_evaluated(home, addon_part):
-    cache = addon_part("angen_addon.runtime.state").CACHE
+def test_live_values_keep_nothing_evaluated(home):
     for frame in (1, 2, 3, 9, 10):
         home.scene.frame_set(frame)
         assert cache.live is not None and cache.live.readings
         assert evaluated(cache.live) == []
 
 
-def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
-    field = addon_part("angen_addon.view.overlay.picture").DrawnSensors(home.scene)
+def test_what_is_drawn_keeps_nothing_evaluated(home):
+    field = DrawnSensors(home.scene)
     for frame in (1, 2, 9):
         home.scene.frame_set(frame)
         layer = bpy.context.view_layer
@@ -114,74 +117,16 @@ def test_what_is_drawn_keeps_nothing_evaluated(home, addon_part):
         assert evaluated(field) == []
 
 
-def test_a_plan_and_an_explanation_keep_nothing_evaluated(home, addon_part):
+def test_a_plan_and_an_explanation_keep_nothing_evaluated(home):
     recording = home.run(1, 12)
-    explain = addon_part("angen_addon.explain.explain").explain
     for sensor in home.sensors():
         assert evaluated(explain(home.scene, sensor, recording, 3)) == []
-    plan = addon_part("angen_addon.scene.home").EvaluatedHome(home.update())
+    plan = EvaluatedHome(home.update())
     assert len(list(plan.surfaces(plan.caster.solids.version > 0))) > 10
     assert evaluated(plan) == []
 
 
 # What they read of it
-
-
-def test_a_guest_made_of_instances_weighs_once(home):
-    """Four instanced cubes are one guest: 60 kg, not four times as much."""
-    recording = home.run(1, 12)
-    force = home.series(recording, "pad", "force_n")
-    assert force[1:-1] == pytest.approx([60.0 * 9.81] * len(force[1:-1]), rel=1e-3)
-    assert set(home.series(recording, "pad", "partners")) == {"guest"}
-
-
-def test_light_has_the_colour_that_nodes_give(world):
-    """Under a white and a black roof made by nodes, of an object without a material."""
-    found = {}
-    for name, grey in (("white", 0.9), ("black", 0.0)):
-        world.bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        paint = material(grey, name=name)
-        roof = nodes_scenes.cubes((8, 8, 0.1), 1, start=(0, 0, 2))
-        nodes_scenes.add_nodes(
-            world.link("host", world.mesh([(9, 9, 9)], [])), nodes_scenes.coloured(roof, paint)
-        )
-        lamp = bpy.data.lights.new("lamp", "POINT")
-        lamp.energy = 100.0
-        world.link("lamp", lamp, (1, 0, -0.5))
-        sensor = world.sensor("LIGHT", "light", method="ILLUMINANCE", samples=16)
-        sensor.rotation_euler.x = 3.14159265
-        found[name] = world.series(world.run(1, 2), "light", "illuminance_lux")[0]
-    assert found["black"] == 0.0
-    assert found["white"] > 1.0
-
-
-def test_faces_made_by_nodes_are_as_warm_as_their_material(world, addon_part):
-    warm = bpy.data.materials.new("warm")
-    warm.angen_warmth.use_temperature, warm.angen_warmth.temperature = True, 37.0
-    body = nodes_scenes.cubes((0.5, 0.5, 1.7), 1)
-    nodes_scenes.add_nodes(
-        world.link("host", world.mesh([(9, 9, 9)], []), (0, 0, -2)),
-        nodes_scenes.coloured(body, warm),
-    )
-    probes = addon_part("angen_addon.runtime.probes").Probes(world.scene)
-    depsgraph = world.update()
-    probes.look(depsgraph, None)
-    ways = np.array([[0, 0, -1.0]])
-    seen = probes.warmth.see(depsgraph, 0, 0, np.zeros((1, 3)), ways, np.array([5.0]))[0]
-    assert seen.temperature[0] == pytest.approx(310.15)
-
-
-def test_what_nodes_make_and_nothing_moves_is_still(home, addon_part):
-    """So that its rays are not cast again at each frame; what changes is seen to."""
-    caster = addon_part("angen_addon.runtime.probes").make_caster(home.scene)
-    for frame in (1, 2, 3, 13):
-        home.scene.frame_set(frame)
-        caster.update(home.update())
-    moving = {}
-    for solid in caster.solids.solids:
-        moving.setdefault(solid.original.name, []).append(solid.moving)
-    assert not any(moving["shelf"] + moving["inner"] + moving["guest"])
-    assert sum(moving["walker"]) >= 6
 
 
 @pytest.fixture
@@ -219,13 +164,13 @@ def test_every_verb_ends_well(file, verb):
     assert done.returncode == 0, done.stderr[-2000:]
 
 
-def test_what_was_removed_a_moment_ago_is_not_looked_at(world, addon_part):
+def test_what_was_removed_a_moment_ago_is_not_looked_at(world):
     """Until Blender evaluates the scene again it lists what was removed, whose memory is free: a
     timer that looked at it brought Blender down."""
     world.wall(0.3, "wall")
     world.switch()
     world.scene.frame_set(2)
-    live = addon_part("angen_addon.runtime.live").live_of(world.scene)
+    live = live_of(world.scene)
     assert "wall" in {solid.name for solid in live._probes.caster.solids.solids}
     walls = [world.wall(0.5 + n, f"later {n}") for n in range(8)]
     world.update()

@@ -5,7 +5,8 @@ shows where these differ."""
 import bpy
 import numpy as np
 import pytest
-from odd_builders import ODD
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import make_caster
+from odd_geometries import ODD
 from tiers import mostly_slow
 
 # Rays from a square above, straight down and aslant, none of them through an edge or a corner.
@@ -78,8 +79,8 @@ def _leave_the_mode():
 
 
 @pytest.fixture
-def caster(world, addon_part):
-    return addon_part("angen_addon.runtime.probes").make_caster(world.scene)
+def caster(world):
+    return make_caster(world.scene)
 
 
 @pytest.mark.parametrize("name", mostly_slow(ODD, *(set(ODD) - {"particles_that_show_objects"})))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators as a user calls them, what they refuse, and how long a recording stays valid."""
+"""The operators as a user calls them, and what they refuse."""
 
 import csv
 
@@ -19,13 +19,6 @@ def door(world):
     world.pir("Hall, PIR", hold_time=0.1)
     world.update()
     return world
-
-
-DOOR_EVENTS = [
-    ("0.000000", "1", "Front door", "OPTICAL_SWITCH", "open", "0"),
-    ("0.500000", "13", "Front door", "OPTICAL_SWITCH", "open", "1"),
-    ("1.500000", "37", "Front door", "OPTICAL_SWITCH", "open", "0"),
-]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -69,22 +62,6 @@ def test_a_new_pad_lies_on_its_underside_at_the_cursor(world, scale):
         assert face.normal.dot(face.center - centre) > 0, "faces look outwards"
     edges = [tuple(sorted(key)) for face in pad.data.polygons for key in face.edge_keys]
     assert all(edges.count(edge) == 2 for edge in edges), "closed"
-
-
-def test_a_new_pad_feels_what_stands_on_it(world):
-    """No rigid body, a centimetre thick, in the same place as the box: it reads 5 kg."""
-    bpy.ops.rigidbody.world_add()
-    for name, size, z, kind in (("floor", 4.0, -2.0, "PASSIVE"), ("box", 0.2, 0.1, "ACTIVE")):
-        bpy.context.view_layer.objects.active = world.box((size,) * 3, (0, 0, z), name)
-        bpy.ops.rigidbody.object_add(type=kind)
-        bpy.context.object.rigid_body.collision_shape = "BOX"
-    bpy.context.object.rigid_body.mass = 5.0
-    ops.sensor_add(kind="PRESSURE")
-    bpy.context.object.angen_sensor.update_rate = 24.0
-    recording = world.run()
-    force = world.series(recording, "Pressure sensor", "force_n")
-    assert force[-8:] == pytest.approx([5 * 9.81] * 8, rel=1e-3)
-    assert world.series(recording, "Pressure sensor", "partners")[-1] == "box"
 
 
 def test_sensor_add_with_a_preset(world):
@@ -157,25 +134,9 @@ def test_sensor_add_needs_object_mode(world):
         ops.sensor_add(kind="PIR")
 
 
-def test_a_scene_whose_sensors_are_off_has_nothing_to_simulate(world):
-    ops.sensor_add(kind="LIGHT")
-    assert ops.simulate.poll()
-    bpy.context.object.angen_sensor.enabled = False
-    assert not ops.simulate.poll()
-
-
 def read(path):
     with open(path, newline="", encoding="utf-8") as file:
         return [tuple(row) for row in csv.reader(file)]
-
-
-def test_simulate_and_export_events(door, tmp_path):
-    assert ops.simulate() == {"FINISHED"}
-    path = tmp_path / "events.csv"
-    assert ops.export_events(filepath=str(path)) == {"FINISHED"}
-    rows = read(path)
-    assert rows[0] == ("time_s", "frame", "sensor", "kind", "field", "value")
-    assert [row for row in rows if row[2] == "Front door"] == DOOR_EVENTS
 
 
 def test_simulate_a_part(door, tmp_path):
@@ -194,29 +155,6 @@ def test_simulate_refuses_reversed_frames(door):
     assert not ops.clear_recording.poll()
 
 
-def test_simulate_refuses_bad_parameters_and_names_the_sensor(door):
-    bpy.data.objects["Front door"].angen_sensor.optical_switch.range_min = 9.0
-    with pytest.raises(RuntimeError, match=r"Front door.*range_min"):
-        ops.simulate()
-    assert not ops.clear_recording.poll()
-
-
-def test_export_samples_writes_a_file_a_sensor(door, tmp_path):
-    door.switch("a/b")
-    door.switch("a_b")
-    ops.simulate()
-    assert ops.export_samples(directory=str(tmp_path)) == {"FINISHED"}
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "Front door.csv",
-        "Hall, PIR.csv",
-        "a_b-2.csv",
-        "a_b.csv",
-    ]
-    rows = read(tmp_path / "Hall, PIR.csv")
-    assert rows[0] == ("time_s", "frame", "angle_rad", "moved")
-    assert len(rows) == 1 + 48
-
-
 def test_export_into_a_missing_folder_is_told(door, tmp_path):
     ops.simulate()
     with pytest.raises(RuntimeError, match="does not exist"):
@@ -224,3 +162,70 @@ def test_export_into_a_missing_folder_is_told(door, tmp_path):
     with pytest.raises(RuntimeError, match="No such file"):
         ops.export_samples(directory=str(tmp_path / "missing" / "samples"))
     assert list(tmp_path.iterdir()) == []
+
+
+# Settings of the active sensor go to the selected ones of its kind, and to no other
+
+
+@pytest.fixture
+def sensors(world):
+    """Three switches and a motion detector, all selected, the first switch active."""
+    made = [world.switch(name) for name in ("one", "two", "three")] + [world.pir("pir")]
+    world.update()
+    for obj in made:
+        obj.select_set(True)
+    bpy.context.view_layer.objects.active = made[0]
+    group = made[0].angen_sensor
+    group.update_rate, group.optical_switch.threshold = 7.0, 0.2
+    group.optical_switch.aperture_rays = 5
+    return made
+
+
+def test_all_settings(sensors, capfd):
+    _one, two, three, pir = sensors
+    assert ops.copy_to_selected() == {"FINISHED"}
+    for obj in (two, three):
+        assert obj.angen_sensor.update_rate == 7.0
+        assert obj.angen_sensor.optical_switch.threshold == pytest.approx(0.2)
+        assert obj.angen_sensor.optical_switch.aperture_rays == 5
+    assert pir.angen_sensor.update_rate == 24.0
+    told = capfd.readouterr().out
+    assert "9 settings of 'one' to 2 sensors" in told
+    assert "left out: 'pir' (another kind: Motion detector (PIR))" in told
+
+
+def test_one_parameter(sensors, capfd):
+    _one, two, three, _ = sensors
+    three.select_set(False)
+    ops.copy_to_selected(parameter="threshold")
+    assert two.angen_sensor.optical_switch.threshold == pytest.approx(0.2)
+    assert two.angen_sensor.optical_switch.aperture_rays == 1
+    assert three.angen_sensor.optical_switch.threshold == pytest.approx(0.05)
+    assert "threshold of 'one' to 1 sensor;" in capfd.readouterr().out
+    with pytest.raises(RuntimeError, match="no parameter 'hue': it has update_rate, range_min"):
+        ops.copy_to_selected(parameter="hue")
+
+
+def test_pointers_are_copied(world):
+    pads = [world.sensor("PRESSURE", name, world.box((1, 1, 1))) for name in ("a", "b")]
+    world.update()
+    for pad in pads:
+        pad.select_set(True)
+    bpy.context.view_layer.objects.active = pads[0]
+    pads[0].angen_sensor.pressure.partner_object = pads[1]
+    ops.copy_to_selected()
+    assert pads[1].angen_sensor.pressure.partner_object == pads[1]
+
+
+def test_nothing_to_copy_to_is_told(world, sensors):
+    _one, two, three, pir = sensors
+    two.select_set(False)
+    three.select_set(False)
+    with pytest.raises(RuntimeError, match="to 0 sensors; left out: 'pir'"):
+        ops.copy_to_selected()
+    pir.select_set(False)
+    with pytest.raises(RuntimeError, match="the active one last"):
+        ops.copy_to_selected()
+    bpy.context.view_layer.objects.active = world.box((1, 1, 1))
+    with pytest.raises(RuntimeError, match="from the active object"):
+        ops.copy_to_selected()

@@ -1,15 +1,45 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the viewport draws follows the scene and the detectors, from frame to frame.
+"""What the viewport draws is what detects, and follows the scene from frame to frame.
 
 There is no GPU here: the drawing itself is seen in a real window (scripts/pictures).
 """
 
 import math
+import types
 
 import bpy
 import numpy as np
 import pytest
-from overlay_scenes import make_pir, of, random_walk
+from bl_ext.user_default.angen_sensors.angen_addon.kinds.pressure import force_figure
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import picture
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.labels import arrange
+from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.picture import LOOKS as looks
+from bl_ext.user_default.angen_sensors.panels import readings
+from bl_ext.user_default.angen_sensors.sensor_logic import model
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir import pyroelectric
+from mathutils import Matrix
+
+
+def of(field, name):
+    return next(seen for seen in field.seen if seen.sensor.name == name)
+
+
+def random_walk(world):
+    box = world.box((0.4, 1.8, 0.4), (0, 0, -1.5), name="walker")
+    world.key(box, "location", {1: (-1.5, 0, -1.5), 40: (1.5, -0.4, -2.5), 48: (1.5, -0.4, -2.5)})
+    return box
+
+
+def make_pir(world):
+    return world.pir(
+        rays=31,
+        vertical_fov=math.radians(30),
+        vertical_step=math.radians(10),
+        horizontal_fov=math.radians(90),
+        threshold=0.05,
+        update_rate=12.0,
+    )
 
 
 @pytest.mark.parametrize("recorded", [False, True])
@@ -31,17 +61,6 @@ def test_rays_are_lit_exactly_where_the_detector_says_that_something_moved(world
             assert len(seen.lit[0].lines["lit"]) == (np.abs(met.ranges - before) > 0.05).sum()
     assert lit == states
     assert 5 < sum(lit) < 45
-
-
-def test_the_view_holds_what_is_drawn(world, field, addon_part):
-    """A beam of 4 m that ends after 1.5 m."""
-    obj = world.switch(range_max=4.0)
-    world.box((1, 1, 1), (0, 0, -2))
-    field()
-    sensor = next(s for s in world.sensors() if s.object == obj)
-    middle, radius = addon_part("operators.show").surroundings(sensor, bpy.context)
-    assert tuple(middle) == pytest.approx((0, 0, -0.75), abs=1e-6)
-    assert radius == pytest.approx(0.75)
 
 
 def test_following_changes_no_reading(world, field):
@@ -71,17 +90,6 @@ def test_following_changes_no_reading(world, field):
     assert world.log(after) == world.log(before)
     for name, track in before.tracks.items():
         assert after.tracks[name].value == track.value
-
-
-def test_what_is_recorded_stays_shown_while_rays_are_looked_at(world, field):
-    """The outputs are those of the recording, also where the sensor would read something else."""
-    sensor = make_pir(world)
-    random_walk(world)
-    sensor.angen_sensor.active = True
-    for frame in (1, 2, 3):
-        world.scene.angen_live = False
-        found = field(frame, publish=False)
-        assert of(found, "pir").rays.bundles and sensor.angen_sensor.active
 
 
 def assert_all_is_as_it_is_now(world, seen):
@@ -127,39 +135,8 @@ def test_keyed_parameters_are_followed(world, field):
         assert met.reach[0] == pytest.approx(reach)
 
 
-def test_a_still_scene_is_not_drawn_anew(world, field):
+def test_undo_and_load_leave_nothing(world, field):
     make_pir(world)
-    world.wall(2.0)
-    field(1)
-    revision = [of(field(frame), "pir").revision for frame in range(2, 30)]
-    assert len(set(revision[8:])) == 1
-
-
-def test_the_drawing_casts_no_rays(world, field, addon_part, monkeypatch):
-    """Neither while it plays, live or beside a recording, nor at rest."""
-    drawn = addon_part("angen_addon.view.overlay.picture").DrawnSensors
-    caster = addon_part("angen_addon.scene.rays.caster").RayCaster
-    follow, see_at, cast = drawn.follow, caster.see_at, []
-
-    def followed(*arguments):
-        monkeypatch.setattr(caster, "see_at", lambda *a: cast.append(a) or see_at(*a))
-        follow(*arguments)
-        monkeypatch.setattr(caster, "see_at", see_at)
-
-    monkeypatch.setattr(drawn, "follow", followed)
-    make_pir(world)
-    world.sensor("LIGHT", "views")
-    world.sensor("DISTANCE", "zones")
-    random_walk(world)
-    for frame in range(1, 30):
-        field(frame, publish=frame < 15)
-    assert all(seen.figures for seen in field().seen)
-    assert cast == []
-
-
-def test_undo_and_load_leave_nothing(world, field, addon_part):
-    make_pir(world)
-    cache = addon_part("angen_addon.runtime.state").CACHE
     cache.overlay = field(3)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert cache.overlay is None
@@ -168,9 +145,7 @@ def test_undo_and_load_leave_nothing(world, field, addon_part):
 # Looks
 
 
-def test_every_state_has_a_look_and_no_two_the_same_shape(addon_part):
-    looks = addon_part("angen_addon.view.overlay.picture").LOOKS
-    readings = addon_part("panels.readings")
+def test_every_state_has_a_look_and_no_two_the_same_shape():
     different = {
         (look.lines.tobytes(), look.faces.tobytes())
         for icon, look in looks.items()
@@ -187,10 +162,8 @@ def test_every_state_has_a_look_and_no_two_the_same_shape(addon_part):
     }  # fmt: skip
 
 
-def test_every_meaning_is_coloured(world, field, addon_part):
+def test_every_meaning_is_coloured(world, field):
     """One of each kind, all that they draw, in all states."""
-    picture = addon_part("angen_addon.view.overlay.picture")
-    readings = addon_part("panels.readings")
     make_pir(world)
     random_walk(world)
     world.switch()
@@ -202,7 +175,7 @@ def test_every_meaning_is_coloured(world, field, addon_part):
     for frame in range(1, 12):
         found = field(frame)
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
-    for icon in addon_part("angen_addon.view.overlay.picture").LOOKS:
+    for icon in looks:
         one = readings.ReadingText("", icon, "", pad)
         passing = [picture.passing(seen, one, 1.0) for seen in found.seen]
         # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
@@ -254,15 +227,250 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     assert sent(90, "RADIOBUT_ON")[0] == every, "another colour"
 
 
-# Off, and in the background
+# The figures drawn for sensors are what detects
 
 
-def test_nothing_is_done_in_the_background(world, addon_part):
-    make_pir(world)
-    assert bpy.app.background
-    assert world.scene.angen_overlay.show
-    world.scene.frame_set(5)
-    world.update()
-    assert addon_part("angen_addon.runtime.state").CACHE.overlay is None
-    assert addon_part("angen_addon.view.overlay.draw")._handles == []
-    assert not bpy.app.timers.is_registered(addon_part("angen_addon.view.overlay.refresh")._later)
+def ends(seen, back=0.0):
+    """(n, 3) m: where its rays end, or so far before that."""
+    met = seen.rays.bundles.values()
+    return np.concatenate([m.origins + m.directions * (m.ranges - back)[:, None] for m in met])
+
+
+def drawn(seen, meaning, what="lines"):
+    """All lines, or fills, of a meaning."""
+    parts = [getattr(figure, what).get(meaning) for figure in seen.figures]
+    kept = [part for part in parts if part is not None and len(part)]
+    return np.concatenate(kept) if kept else np.empty((0, 2, 3))
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+@pytest.mark.parametrize("sweep", ["SAWTOOTH", "ALL"])
+def test_the_rays_drawn_are_those_that_the_detector_casts(world, field, sweep, scale):
+    world.scene.unit_settings.scale_length = scale
+    sensor = world.pir(rays=7, vertical_fov=math.radians(60), vertical_step=math.radians(20))
+    sensor.angen_sensor.pir.sweep = sweep
+    sensor.location = (1.0 / scale, 2.0 / scale, 3.0 / scale)
+    sensor.rotation_euler = (0.3, 1.0, -2.0)
+    world.box((30 / scale, 0.1 / scale, 30 / scale), (0, 4 / scale, 0))
+    found = of(field(), "pir").rays.bundles
+    assert list(found) == ([0] if sweep == "ALL" else [0, 1, 2])
+    for number, met in found.items():
+        origins, directions, ranges = world.rays(sensor, number)
+        assert len(origins) == (21 if sweep == "ALL" else 7)
+        assert np.allclose(met.origins, origins, rtol=0, atol=1e-12)
+        assert np.array_equal(met.directions, directions)
+        assert np.allclose(met.ranges, ranges, rtol=0, atol=1e-12)
+    assert any((met.ranges < met.reach).any() for met in found.values())
+
+
+def off_lines(points, lines):
+    """How far (m) the farthest of some points is from the nearest of lines (n, 2, 3)."""
+    start, way = lines[:, 0], lines[:, 1] - lines[:, 0]
+    to_point = points[:, None] - start
+    share = (to_point * way).sum(axis=2) / np.maximum((way * way).sum(axis=1), 1e-12)
+    feet = start + np.clip(share, 0.0, 1.0)[..., None] * way
+    return np.linalg.norm(points[:, None] - feet, axis=2).min(axis=1).max()
+
+
+def test_rays_end_on_the_wall_and_the_tilts_are_sheets_apart(world, field):
+    world.pir(rays=5, vertical_fov=math.radians(40), vertical_step=math.radians(20), range_max=9)
+    world.wall(3.0, size=40.0)
+    seen = of(field(), "pir")
+    assert ends(seen)[:, 2] == pytest.approx(-3.0, abs=1e-5)
+    assert off_lines(ends(seen, 0.01), drawn(seen, "outline")) < 0.002
+    assert off_lines(ends(seen, 0.01), drawn(seen, "sheet", "fills")[:, 1:]) < 0.002
+    assert not len(drawn(seen, "limit"))
+    # A centimetre before the wall along each ray, nowhere behind it.
+    heights = drawn(seen, "outline")[..., 2]
+    assert (heights > -3.0).all() and (heights < -2.98).all()
+    lines = drawn(seen, "outline")
+    angles = np.arctan2(-lines[..., 1], -lines[..., 2]).reshape(2, -1)
+    middle = np.degrees(angles.mean(axis=1))
+    assert middle[0] == pytest.approx(0.0, abs=1e-3) and middle[1] > 15.0
+
+
+def test_what_meets_nothing_ends_at_range_max_and_is_drawn_apart(world, field):
+    world.pir(rays=5, range_max=2.5)
+    seen = of(field(), "pir")
+    assert np.linalg.norm(ends(seen), axis=1) == pytest.approx(2.5)
+    assert len(drawn(seen, "outline")) == 0 and len(drawn(seen, "limit")) == 2
+
+
+def test_a_switch_shows_where_its_beam_breaks(world, field):
+    world.switch(range_max=0.5, threshold=0.2)
+    wall = world.wall(0.3)
+    seen = of(field(), "switch")
+    assert ends(seen)[0] == pytest.approx([0, 0, -0.3], abs=1e-6)
+    assert drawn(seen, "break").mean(axis=(0, 1))[2] == pytest.approx(-0.29, abs=1e-6)
+    assert drawn(seen, "dark")[-1, -1] == pytest.approx([0, 0, -0.5], abs=1e-6)
+    assert drawn(seen, "gate").mean(axis=(0, 1)) == pytest.approx([0, 0, -0.2], abs=1e-6)
+    wall.location.z = -0.6
+    seen = of(field(), "switch")
+    assert ends(seen)[0] == pytest.approx([0, 0, -0.5], abs=1e-6)
+    assert not len(drawn(seen, "break"))
+
+
+def test_the_views_of_a_light_sensor_are_those_of_its_cameras(world, field):
+    sensor = world.sensor("LIGHT", "light", field_of_view=0.3, clip_start=0.5, clip_end=5.0)
+    sensor.rotation_euler, sensor.location = (0.4, -0.3, 2.0), (1, 2, 3)
+    found = of(field(), "light").rays.bundles
+    data = bpy.data.cameras.new("camera")
+    data.sensor_fit, data.angle, data.clip_start, data.clip_end = "HORIZONTAL", 0.3, 0.5, 5.0
+    world.scene.render.resolution_x = world.scene.render.resolution_y = 4
+    frame = np.array([tuple(corner) for corner in data.view_frame(scene=world.scene)])
+    ahead = frame / -frame[:, 2:]
+    axes = np.array(sensor.matrix_world, float)[:3, :3]
+    assert list(found) == [0, 1, 2, 3]
+    for wall, about in enumerate(([0, 0, -1], [-1, 0, 0], [0, 0, 1], [1, 0, 0])):
+        met = found[wall]
+        assert met.directions[0] == pytest.approx(axes @ about, abs=1e-6)
+        quarter = np.array(Matrix.Rotation(wall * math.pi / 2, 3, "Y"), float)
+        corners = ahead @ (axes @ quarter).T * 5.0 + (1, 2, 3)
+        far = (met.origins + met.directions * met.reach[:, None])[1:]
+        for corner in corners:
+            assert np.linalg.norm(far - corner, axis=1).min() < 1e-5
+        assert (met.origins - (1, 2, 3)) @ axes @ about == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+def test_zones_are_drawn_where_the_rays_in_them_end(world, field, scale):
+    """On a wall that leans, and apart from each other: each zone holds the rays cast in it."""
+    world.scene.unit_settings.scale_length = scale
+    lens = world.pir("lens", update_rate=24.0)
+    lens.angen_sensor.pir.model = "PYROELECTRIC"
+    lens.location = (0.1 / scale, 0.2 / scale, 0.3 / scale)
+    ranger = world.sensor("DISTANCE", "ranger", zones_across=3, zones_up=2, rays=3)
+    ranger.rotation_euler.z = 0.2
+    wall = world.wall(3.0 / scale, size=1000.0 / scale)
+    wall.rotation_euler.x = 0.1
+    wall.scale = (1.0, 1.0, 1.0)
+    found = field()
+    zones = pyroelectric.zones_of(of(found, "lens").parameters)
+    normal = np.array([0.0, -math.sin(0.1), math.cos(0.1)])
+    for name, count, meaning in (("lens", len(zones), "picture"), ("ranger", 6, "outline")):
+        seen = of(found, name)
+        (met,) = seen.rays.bundles.values()
+        corners = drawn(seen, meaning).reshape(-1, 4, 2, 3)[:, :, 0] * scale
+        assert len(corners) == count
+        ways = corners - seen.pose.origin
+        size = np.linalg.norm(ways, axis=-1, keepdims=True)
+        inside = met.directions.reshape(count, -1, 3)
+        for edges, rays in zip(ways / size, inside, strict=True):
+            # Before each of the four planes through neighbouring corners.
+            sides = np.cross(edges, np.roll(edges, -1, axis=0))
+            sides *= np.sign(sides @ edges.mean(axis=0))[:, None]
+            assert (rays @ sides.T > -1e-6).all()
+        # A centimetre before the wall, where all rays of a zone meet it.
+        hit = (met.ranges < met.reach).reshape(count, -1).all(axis=1)
+        places = corners + ways / size * 0.01
+        assert hit.any()
+        assert (places[hit] - (0, 0, -3.0)) @ normal == pytest.approx(0.0, abs=2e-3)
+    assert len(drawn(of(found, "lens"), "picture", "fills")) == 2 * sum(
+        zone.polarity > 0 for zone in zones
+    )
+
+
+def test_a_pads_arrow_is_as_long_as_its_force():
+    pose = model.Pose(np.array([1.0, 2.0, 3.0]), np.eye(3))
+    for force, length in ((500.0, 0.5), (100.0, 0.1), (1.0, 0.06), (9e4, 1.2)):
+        figure = force_figure(pose, 1.0, force, (0.1, -0.2))
+        points = np.concatenate(
+            [figure.lines["force"][:1].reshape(-1, 3), figure.fills["force"][0]]
+        )
+        # From the tail of its shaft to its tip, which stands on the centre of pressure.
+        assert np.ptp(points[:, 2]) == pytest.approx(length, abs=1e-6)
+        tip = points[points[:, 2].argmin()]
+        assert tip == pytest.approx([1.1, 1.8, 3.01], abs=1e-5)
+
+
+# Where the viewport writes beside its sensors
+
+
+OFF = 8.0
+WINDOW = (0.0, 0.0, 1057.0, 618.0)
+SIDEBAR = (766.0, 0.0, 1057.0, 564.0)
+# The bathroom and the closet of the home in a window of 1280 × 720.
+CLOSE = [(481.0, 351.0), (502.0, 349.0), (520.0, 349.0), (446.0, 341.0), (451.0, 321.0)]
+
+
+@pytest.fixture
+def arranged():
+
+    def run(markers, sizes, wanted=(), covered=(SIDEBAR,)):
+        order = range(len(markers))
+        return arrange(markers, sizes, order, frozenset(wanted), WINDOW, covered, OFF)
+
+    return run
+
+
+def distance(plate, point):
+    x = max(plate[0] - point[0], 0.0, point[0] - plate[2])
+    y = max(plate[1] - point[1], 0.0, point[1] - plate[3])
+    return math.hypot(x, y)
+
+
+def covers(one, two):
+    return one[0] < two[2] and two[0] < one[2] and one[1] < two[3] and two[1] < one[3]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_each_label_is_beside_its_own_marker_and_covers_nothing(arranged, seed):
+    random = np.random.default_rng(seed)
+    markers = [*CLOSE, *map(tuple, random.uniform((60, 10), (750, 600), (25, 2)).tolist())]
+    sizes = [(float(w), 17.0) for w in random.uniform(60, 190, len(markers))]
+    plates = arranged(markers, sizes)
+    assert 8 <= len(plates) < len(markers), "what does not fit is hidden"
+    for number, plate in plates.items():
+        assert plate[2] - plate[0] == pytest.approx(sizes[number][0])
+        nearest = min(range(len(markers)), key=lambda n: distance(plate, markers[n]))
+        assert nearest == number and distance(plate, markers[number]) <= OFF + 1e-6
+        others = [m for n, m in enumerate(markers) if n != number]
+        assert min(distance(plate, m) for m in others) >= 2 * OFF
+        assert not covers(plate, SIDEBAR)
+        assert plate[0] >= 0 and plate[2] <= 1057 and plate[1] >= 0 and plate[3] <= 618
+        assert not any(covers(plate, other) for n, other in plates.items() if n != number)
+
+
+def test_what_is_selected_or_hovered_has_its_label_in_any_crowd(arranged):
+    sizes = [(150.0, 17.0)] * len(CLOSE)
+    alone = arranged(CLOSE, sizes)
+    hidden = set(range(len(CLOSE))) - set(alone)
+    assert hidden
+    for number in hidden:
+        plates = arranged(CLOSE, sizes, wanted=[number])
+        assert distance(plates[number], CLOSE[number]) <= OFF + 1e-6
+        assert not any(covers(plates[number], p) for n, p in plates.items() if n != number)
+    at_the_edge = arranged([(762.0, 300.0), (4.0, 4.0)], [(150.0, 17.0)] * 2, wanted=[0, 1])
+    assert at_the_edge[0][2] <= 766 and at_the_edge[1][0] >= 0 and at_the_edge[1][1] >= 0
+
+
+def test_what_lies_over_a_view_of_a_small_window(addon_part):
+    """As Blender 4.3 has it at 1280 × 720, sidebar and toolbar open."""
+    part = types.SimpleNamespace
+    regions = [
+        ("HEADER", 0, 666, 1057, 27), ("TOOL_HEADER", 0, 639, 1057, 27),
+        ("ASSET_SHELF", 0, 75, 1, 1), ("TOOLS", 0, 75, 58, 564), ("UI", 766, 75, 291, 564),
+        ("HUD", 58, 75, 1, 1), ("WINDOW", 0, 75, 1057, 618),
+    ]  # fmt: skip
+    area = part(regions=[part(type=t, x=x, y=y, width=w, height=h) for t, x, y, w, h in regions])
+    overlay = part(show_overlays=True, show_text=True, show_stats=False)
+    space = part(show_gizmo=True, show_gizmo_navigate=True, overlay=overlay)
+    view = part(mini_axis_type="GIZMO", gizmo_size_navigate_v3d=80, show_navigate_ui=True)
+    preferences = part(system=part(ui_scale=1.0), view=view)
+    covered = addon_part("angen_addon.view.overlay.labels").covered
+    found = covered(area, area.regions[-1], space, preferences)
+
+    def free(x, y):
+        """A place in the picture, from its upper left."""
+        low = 720 - y - 75
+        return not any(r[0] < x < r[2] and r[1] < low < r[3] for r in found)
+
+    for x, y in ((900, 300), (30, 300), (500, 41), (500, 68)):
+        assert not free(x, y), "under a panel"
+    for x, y in ((713, 119), (745, 145), (743, 285), (683, 121)):
+        assert not free(x, y), "under a gizmo"
+    assert not free(200, 118) and free(400, 118), "the texts at the upper left"
+    assert free(700, 285) and free(500, 400) and free(740, 400)
+    space.show_gizmo = overlay.show_text = False
+    found = covered(area, area.regions[-1], space, preferences)
+    assert free(713, 119) and free(200, 118)

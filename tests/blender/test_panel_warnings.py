@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What panels warn of, and what they say of weights."""
+"""What panels warn of, and what they say of weights: the same as the probe weighs, and as the
+command line says on standard error."""
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import (
+    run_command as command,
+)
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
+from bl_ext.user_default.angen_sensors.angen_addon.scene.contact.bodies import ContactBodies
 from panel_layout import activate, drawn, pad, pad_under_a_box, panel_of
 
 ops = bpy.ops.angen
@@ -134,3 +140,114 @@ def test_the_weight_panel_knows_simulated_bodies(physics):
     assert "counts as animated, not simulated" in layout.text and "ERROR" in layout.icons
     activate(physics, bpy.data.objects["floor"])
     assert "rigid body" not in drawn("ANGEN_PT_physics_weight").text, "a passive one has no weight"
+
+
+# What the panel says of weights is what the probe weighs
+
+
+@pytest.fixture
+def weights(addon_part):
+    return addon_part("angen_addon.advice.sensing")
+
+
+def person(world):
+    """An armature with a body deformed by it, hair on the body, and a hat parented to a bone."""
+    rig = world.link("rig", bpy.data.armatures.new("rig"))
+    body = world.box((1, 1, 1), name="body")
+    body.modifiers.new("armature", "ARMATURE").object = rig
+    hair = world.box((1, 1, 1), name="hair")
+    hair.parent = body
+    hat = world.box((1, 1, 1), name="hat")
+    hat.parent = rig
+    return rig
+
+
+def probed(world):
+    """Names of the surfaces that weigh with each bearer, as the probe has it."""
+    depsgraph = world.update()
+    probes = Probes(world.scene)
+    probes.look(depsgraph, None)
+    solids = probes.caster.solids
+    bodies = ContactBodies()
+    bodies.sync(depsgraph, solids, [])
+    return {
+        body.original.name: sorted(s.geometry.original.name for s in body.solids)
+        for body in bodies.by_key.values()
+        if body.animated
+    }
+
+
+def told(world, weights):
+    """The same, as a panel has it."""
+    layer = bpy.context.view_layer
+    found = {
+        obj.name: sorted(s.name for s in weights.weighed_with(obj, layer).surfaces)
+        for obj in layer.objects
+        if weights.has_mass(obj)
+    }
+    return {name: surfaces for name, surfaces in found.items() if surfaces}
+
+
+CASES = {
+    "none": {},
+    "rig": {"rig": 70},
+    "body": {"body": 70},
+    "rig and body": {"rig": 70, "body": 60},
+    "all": {"rig": 1, "body": 2, "hair": 3, "hat": 4},
+    "hair and hat": {"hair": 1, "hat": 1},
+    "room": {"room": 5, "hat": 1},
+}
+
+
+@pytest.mark.parametrize("masses", CASES.values(), ids=CASES.keys())
+@pytest.mark.parametrize("change", ["", "hidden", "ignored"])
+def test_panel_and_probe_agree(world, weights, masses, change):
+    rig = person(world)
+    world.box((1, 1, 1), name="stranger")
+    rig.parent = world.link("room", None)
+    for name, mass in masses.items():
+        bpy.data.objects[name].angen_load.mass = mass
+    if change == "hidden":
+        bpy.data.objects["hair"].hide_viewport = True
+    if change == "ignored":
+        bpy.data.objects["body"].angen_ignored = True
+    expected = probed(world)
+    assert told(world, weights) == expected
+    assert bool(expected) == bool(masses) or change == "ignored"
+
+
+def test_an_animated_mass_is_a_mass(world, weights):
+    rig = person(world)
+    world.key(rig, "angen_load.mass", {1: 0.0, 10: 70.0})
+    world.scene.frame_set(1)
+    assert rig.angen_load.mass == 0.0
+    assert told(world, weights) == probed(world) == {"rig": ["body", "hat"]}
+
+
+# Without a window, what keeps a pad from its reading is said on standard error
+
+
+@pytest.fixture
+def simulate(world, tmp_path, capsys):
+    """Simulates the present scene by the command line and gives what it said."""
+
+    def run(*arguments):
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
+        capsys.readouterr()
+        assert command(["simulate", "--frames", "1:3", *arguments]) == 0
+        said = capsys.readouterr().err.splitlines()
+        return "\n".join(line for line in said if line.startswith("angen: "))
+
+    return run
+
+
+def test_many_pads_are_told_of_once(world, simulate):
+    """The kind of problem, how many pads have it, and the first of them."""
+    for name in (f"pad {number:02}" for number in range(12)):
+        world.sensor("PRESSURE", name, world.box((1, 1, 0.01), name=name))
+    world.sensor("PRESSURE", "bare")
+    said = simulate().splitlines()
+    assert len(said) == 2
+    assert "13 pads ('bare', 'pad 00', 'pad 01' and 10 more): nothing in this scene" in said[1]
+    assert said[0].startswith("angen: 'bare': it has no surface")
+    assert simulate("--quiet") == ""

@@ -1,12 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What panels show, drawn into a layout that takes down what it is given and checks its names.
+"""What panels and the table of sensors show, drawn into a layout that checks the names it is given.
 
 There is no window here: that every icon, property, operator and menu exists in this version of
 Blender is what the layout below makes sure of.
 """
 
+import math
+from types import SimpleNamespace
+
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.operators import show
+from bl_ext.user_default.angen_sensors.panels.table import arranged
+from bl_ext.user_default.angen_sensors.sensor_logic import parameters
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
+from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
+from mathutils import Quaternion, Vector
 from panel_layout import PANELS, activate, drawn, pad, pad_under_a_box, panel_of
 
 ops = bpy.ops.angen
@@ -22,11 +33,10 @@ def physics(world):
 
 @pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"])
 @pytest.mark.parametrize("name", ["ANGEN_PT_physics", "ANGEN_PT_active_sensor"])
-def test_every_used_parameter_is_drawn_once(world, addon_part, kind, name):
+def test_every_used_parameter_is_drawn_once(world, kind, name):
     ops.sensor_add(kind=kind)
     group = getattr(bpy.context.object.angen_sensor, kind.lower())
-    parameters = addon_part("sensor_logic.parameters")
-    specs = parameters.specs(addon_part("sensor_logic.kinds").KINDS[kind].parameters)
+    specs = parameters.specs(KINDS[kind].parameters)
     expected = [
         name
         for name, spec in specs.items()
@@ -36,19 +46,11 @@ def test_every_used_parameter_is_drawn_once(world, addon_part, kind, name):
     assert sorted(found) == sorted(expected)
 
 
-def test_sections_name_each_parameter_once(addon_part):
-    appearance_of = addon_part("angen_addon.kinds").appearance_of
-    for kind in addon_part("sensor_logic.kinds").KINDS.values():
-        known = addon_part("sensor_logic.parameters").specs(kind.parameters)
+def test_sections_name_each_parameter_once():
+    for kind in KINDS.values():
+        known = specs(kind.parameters)
         names = [name for _, names in appearance_of(kind).sections for name in names]
         assert sorted(names) == (sorted(known) if names else [])
-
-
-def test_a_pad_shows_only_what_the_chosen_resistor_uses(world):
-    ops.sensor_add(kind="PRESSURE")
-    assert "exponent" not in drawn("ANGEN_PT_physics").props
-    bpy.context.object.angen_sensor.pressure.resistor = "POWER_LAW"
-    assert {"exponent", "resistance_at_1n"} <= set(drawn("ANGEN_PT_physics").props)
 
 
 def test_sections_open_and_close(world):
@@ -57,13 +59,6 @@ def test_sections_open_and_close(world):
     assert [closed for _, closed in layout.sections] == [False, True, True]
     assert len({idname for idname, _ in layout.sections}) == 3
     assert "threshold" not in layout.props
-
-
-def test_a_mistake_in_the_settings_is_told(world):
-    ops.sensor_add(kind="PRESSURE")
-    bpy.context.object.angen_sensor.pressure.force_min = 30.0
-    layout = drawn("ANGEN_PT_physics")
-    assert "Force min (30 N) must be smaller" in layout.text
 
 
 def test_presets_are_in_the_header_with_a_tick(world):
@@ -81,11 +76,10 @@ def test_presets_are_in_the_header_with_a_tick(world):
 # Readings
 
 
-def test_while_a_run_drives_the_frames_no_old_reading_is_shown(addon_part, physics):
+def test_while_a_run_drives_the_frames_no_old_reading_is_shown(physics):
     """The readings that stand are of the frame before the run."""
     ops.simulate()
     physics.scene.frame_set(40)
-    cache = addon_part("angen_addon.runtime.state").CACHE
     cache.running, cache.progress = True, 0.25
     try:
         assert drawn("ANGEN_PT_table").labels[1] == "–"
@@ -103,7 +97,7 @@ def test_the_frames_to_simulate_are_those_of_the_preview_range(physics):
     assert {"frame_preview_start", "frame_preview_end"} <= set(layout.props)
 
 
-def test_the_doctor_tells_what_to_mend(world, addon_part):
+def test_the_doctor_tells_what_to_mend(world):
     assert [text for text, *_ in drawn("ANGEN_PT_doctor").operators] == [None]
     lamp = world.link("Lamp", bpy.data.lights.new("Lamp", "POINT"), (0, 0, 2))
     world.box((4, 3, 5), name="Room")
@@ -123,13 +117,10 @@ def test_the_doctor_tells_what_to_mend(world, addon_part):
 
 
 def test_sensors_in_instances_have_rows_and_say_what_they_share(world):
-    made = bpy.data.collections.new("flat")
     sensor = world.switch("Door")
-    world.scene.collection.objects.unlink(sensor)
-    made.objects.link(sensor)
+    made = world.aside("flat", sensor)
     for name in ("A", "B"):
-        holder = world.link(name, None)
-        holder.instance_type, holder.instance_collection = "COLLECTION", made
+        world.instance(name, made)
     world.update()
     layout = drawn("ANGEN_PT_table")
     assert "In collection instances: 2" in layout.labels
@@ -180,18 +171,6 @@ def test_a_slow_pyroelectric_detector_gets_a_rate_in_one_click(world):
         assert "updates a second" not in drawn("ANGEN_PT_active_sensor").text
 
 
-def test_a_signal_is_told_in_percent_without_its_sign(addon_part):
-    signal = addon_part("sensor_logic.kinds").KINDS["PIR"].fields["signal"]
-    assert signal.text(-1.739) == "174 % of threshold"
-    assert signal.text(0.5) == "50 % of threshold"
-
-
-def test_short_readings_are_short(addon_part):
-    force = addon_part("sensor_logic.kinds").KINDS["PRESSURE"].fields["force_n"]
-    found = [force.short(v) for v in (-0.01, 34.67, 99.94, 99.96, 502.24, float("nan"))]
-    assert found == ["0.0 N", "34.7 N", "99.9 N", "100 N", "502 N", "–"]
-
-
 def test_a_recorded_pad_is_shown_in_full(physics):
     ops.simulate()
     physics.scene.frame_set(40)
@@ -210,16 +189,6 @@ def test_a_recorded_pad_is_shown_in_full(physics):
     assert [item.name for _, _, item in readings.operators] == ["pad"], "to show it again"
 
 
-def test_a_free_pad_names_what_rests_on_it(physics):
-    """Its newtons are of something, as the log says."""
-    pad().angen_sensor.pressure.threshold = 100.0
-    ops.simulate()
-    physics.scene.frame_set(40)
-    layout = drawn("ANGEN_PT_physics")
-    assert layout.labels[0] == "Free, 49.05 N"
-    assert layout.labels[2:4] == ["On It", "box"] and "Pressed By" not in layout.labels
-
-
 def test_what_is_not_valid_says_why(physics):
     ops.simulate()
     physics.scene.frame_set(1)
@@ -232,40 +201,6 @@ def test_what_is_not_valid_says_why(physics):
     assert not {"QUESTION", "ERROR"} & set(layout.icons)
     readings = drawn("ANGEN_PT_table")
     assert readings.labels[1] == "49.1 N?" and readings.icons[0] == "SORTTIME"
-
-
-def test_states_differ_by_word_and_by_icon(addon_part, physics):
-    shown = addon_part("panels.readings").shown
-    (sensor,) = physics.sensors()
-    seen = {}
-    ops.simulate()
-    for frame in (1, 40):
-        physics.scene.frame_set(frame)
-        found = shown(sensor, physics.scene)
-        seen[found.text.partition(",")[0]] = found.icon
-    ops.clear_recording()
-    found = shown(sensor, physics.scene)
-    seen[found.text.partition(",")[0]] = found.icon
-    for frame in range(1, 6):
-        physics.scene.frame_set(frame)
-    pad().angen_sensor.pressure.threshold = 100.0
-    for frame in range(1, 30):
-        physics.scene.frame_set(frame)
-    found = shown(sensor, physics.scene)
-    seen[found.text.partition(",")[0]] = found.icon
-    pad().angen_sensor.enabled = False
-    found = shown(sensor, physics.scene)
-    seen[found.text.partition(",")[0]] = found.icon
-    assert set(seen) == {"Not yet sure", "Pressed", "Free", "Off", "No reading"}
-    assert len(set(seen.values())) == 5
-
-
-def test_a_recording_is_believed_before_what_was_live(physics):
-    physics.scene.frame_set(20)  # a jump: live readings are not valid
-    assert drawn("ANGEN_PT_table").labels[1].startswith("Invalid")
-    ops.simulate()
-    physics.scene.frame_set(20)
-    assert drawn("ANGEN_PT_table").labels[1] == "49.1 N"
 
 
 def test_a_live_pad_is_shown_in_full(physics):
@@ -322,3 +257,148 @@ def test_panels_of_a_scene_without_anything(world):
     drawn("ANGEN_PT_simulation")
     for name in ("ANGEN_PT_physics", "ANGEN_PT_active_sensor", "ANGEN_PT_sidebar_weight"):
         assert not panel_of(name).poll(bpy.context)
+
+
+# The table of all sensors
+
+
+SHOW = 1 << 30
+
+
+@pytest.fixture
+def home(world):
+    """Five sensors in two rooms, and things that are none."""
+    world.wall(0.02)
+    world.box((1, 1, 1), (9, 9, 9), name="a box")
+    made = [
+        (world.switch("Door b", update_rate=24.0), "hall"),
+        (world.switch("Door c", update_rate=24.0, threshold=0.01), "kitchen"),
+        (world.pir("Motion a", update_rate=24.0), "Hall 2"),
+        (world.sensor("LIGHT", "lamp", enabled=False), "hall"),
+        (world.switch("odd", update_rate=24.0, threshold=0.9), ""),
+    ]
+    for obj, room in made:
+        if room:
+            obj["room"] = room
+    world.scene.frame_set(1)
+    world.scene.frame_set(2)
+    return world
+
+
+def table(**settings):
+    """Names in the table, from top to bottom."""
+    chosen = SimpleNamespace(**{"sort": "NAME", "search": "", "reverse": False, **settings})
+    objects = list(bpy.context.view_layer.objects)
+    flags, places = arranged(objects, bpy.context.scene, chosen, SHOW)
+    assert sorted(places) == list(range(len(objects)))
+    rows = sorted(zip(places, flags, objects, strict=True), key=lambda row: row[0])
+    return [obj.name for _, flag, obj in rows if flag == SHOW]
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        ({}, ["Door b", "Door c", "lamp", "Motion a", "odd"]),
+        ({"reverse": True}, ["odd", "Motion a", "lamp", "Door c", "Door b"]),
+        ({"sort": "ROOM"}, ["Door b", "lamp", "Motion a", "Door c", "odd"]),
+        ({"sort": "KIND"}, ["Motion a", "Door b", "Door c", "odd", "lamp"]),
+        # What is wrong comes first: 'odd' can never open, 'Door c' is open, 'lamp' is off.
+        ({"sort": "STATE"}, ["odd", "Door c", "Door b", "Motion a", "lamp"]),
+    ],
+)
+def test_sorted(home, settings, expected):
+    assert table(**settings) == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("door", ["Door b", "Door c"]),
+        ("HALL", ["Door b", "lamp", "Motion a"]),
+        ("hall switch", ["Door b"]),
+        ("invalid", ["odd"]),
+        ("still", ["Motion a"]),
+        ("off", ["lamp"]),
+        ("attic", []),
+    ],
+)
+def test_search_looks_at_name_room_kind_and_state(home, words, expected):
+    assert table(search=words) == expected
+
+
+def test_show_selects_one(home):
+    bpy.data.objects["a box"].select_set(True)
+    assert ops.sensor_show(name="Motion a") == {"FINISHED"}
+    assert [obj.name for obj in bpy.context.selected_objects] == ["Motion a"]
+    assert bpy.context.object.name == "Motion a"
+    assert ops.sensor_show(name="odd", extend=True) == {"FINISHED"}
+    assert {obj.name for obj in bpy.context.selected_objects} == {"Motion a", "odd"}
+    assert bpy.context.object.name == "odd"
+
+
+def test_show_says_why_not(home):
+    with pytest.raises(RuntimeError, match="No sensor of this view layer is called 'a box'"):
+        ops.sensor_show(name="a box")
+    bpy.data.objects["odd"].hide_set(True)
+    before = bpy.context.object
+    assert ops.sensor_show(name="odd") == {"CANCELLED"}
+    assert bpy.context.object == before
+    bpy.data.objects["Door b"].hide_select = True
+    assert ops.sensor_show(name="Door b") == {"CANCELLED"}
+    home.update()
+    bpy.context.view_layer.objects.active = bpy.data.objects["a box"]
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert not ops.sensor_show.poll()
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_a_click_on_a_row_shows_its_sensor(home):
+    settings = bpy.context.window_manager.angen_table
+    names = [obj.name for obj in bpy.context.view_layer.objects]
+    settings.index = names.index("Door c")
+    assert bpy.context.object.name == "Door c" and settings.index == names.index("Door c")
+    settings.index = names.index("a box")
+    assert bpy.context.object.name == "Door c", "that is no row"
+
+
+def test_the_view_holds_all_that_a_sensor_sees(home):
+    sensor = next(s for s in home.sensors() if s.name == "Motion a")
+    sensor.object.location = (5, 6, 7)
+    home.update()
+    middle, radius = show.surroundings(sensor, bpy.context)
+    assert tuple(middle) == pytest.approx((5, 6, 5)) and radius == pytest.approx(2.0)
+    view = framed(show, middle, radius, region("WINDOW", 0, 1000, 1000))
+    # A lens of 36 mm on Blender's 72 mm wide window sees 45° to each side.
+    assert view.view_distance == pytest.approx(1.25 * 2.0 * 2**0.5)
+    assert view.view_perspective == "PERSP" and view.view_location == middle
+
+
+def region(kind, x, width, height=1000):
+    return SimpleNamespace(type=kind, x=x, width=width, height=height)
+
+
+def framed(show, middle, radius, *regions):
+    """The view of an area with these regions, moved to a place."""
+    view = SimpleNamespace(
+        view_perspective="CAMERA", view_location=None, view_distance=0.0, view_rotation=Quaternion()
+    )
+    area = SimpleNamespace(regions=regions)
+    space = SimpleNamespace(lens=36.0)
+    show.frame(SimpleNamespace(space_data=space, region_data=view, area=area), middle, radius)
+    return view
+
+
+def test_what_is_shown_is_beside_the_sidebar(addon_part):
+    """A quarter of the window is covered: the middle of the rest is an eighth left of its middle,
+    and the place is seen there; the whole sphere fits."""
+    show, middle = addon_part("operators.show"), Vector((5, 6, 5))
+    regions = region("WINDOW", 100, 1000, 800), region("UI", 850, 250, 800)
+    view = framed(show, middle, 2.0, *regions)
+    to_the_left = (middle - view.view_location).x / view.view_distance
+    assert to_the_left == pytest.approx(-0.25), "of tan 45° to the window's edge"
+    assert view.view_location.yz == middle.yz
+    half = math.atan(0.75)
+    assert view.view_distance * math.sin(half) == pytest.approx(1.25 * 2.0)
+    # A sidebar that lies beside the window, not over it, takes nothing.
+    view = framed(show, middle, 2.0, regions[0], region("UI", 1100, 250, 800))
+    assert view.view_location == middle

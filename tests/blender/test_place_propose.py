@@ -12,6 +12,15 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
+from bl_ext.user_default.angen_sensors.angen_addon.coverage import maps, shown
+from bl_ext.user_default.angen_sensors.angen_addon.coverage import proposal as module
+from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import Enough as enough
+from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import MapProgress as stage
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
+from bl_ext.user_default.angen_sensors.operators import coverage
+from bl_ext.user_default.angen_sensors.operators.coverage import Staged
+from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
 
 ops = bpy.ops.angen
 CELL = 0.5
@@ -32,14 +41,12 @@ def flat(world: Any) -> Any:
 
 
 @pytest.fixture
-def search(flat: Any, addon_part: Any) -> Any:
+def search(flat: Any) -> Any:
     """The generator of a proposal."""
-    module = addon_part("angen_addon.coverage.proposal")
-    motion = addon_part("sensor_logic.coverage.motions").MOTIONS["STEP"]
-    ghosts = addon_part("angen_addon.coverage.shown")
+    motion = MOTIONS["STEP"]
 
     def make(count: int, cell: float = CELL, **wish: Any) -> Any:
-        parameters, rate = ghosts.pattern(flat.sensors()[0], "")
+        parameters, rate = shown.pattern(flat.sensors()[0], "")
         asked = module.Wish(count, parameters, rate, **{"spacing": 1.0, **wish})
         return module.propose(flat.update(), flat.sensors(), asked, motion, cell)
 
@@ -69,21 +76,7 @@ def test_a_map_takes_the_place_of_the_one_before(flat: Any) -> None:
     assert not [mesh for mesh in bpy.data.meshes if mesh.name.startswith("Coverage")]
 
 
-def test_a_map_in_the_scene_changes_no_reading_and_no_map(flat: Any) -> None:
-    before = flat.rays(flat.bpy.data.objects["pir"])[2]
-    ops.coverage()
-    mesh = flat.scene.objects["Coverage step"].data
-    count = [item.value for item in mesh.attributes["sensors"].data]
-    assert (flat.rays(flat.bpy.data.objects["pir"])[2] == before).all()
-    ops.coverage()
-    mesh = flat.scene.objects["Coverage step"].data
-    assert [item.value for item in mesh.attributes["sensors"].data] == count
-    assert 0 < sum(count) < len(count), "the shelf hides a part"
-
-
-def test_a_proposal_is_the_best_of_all_pairs_or_says_how_far(
-    proposal: Any, addon_part: Any
-) -> None:
+def test_a_proposal_is_the_best_of_all_pairs_or_says_how_far(proposal: Any) -> None:
     found = proposal(1)
     assert found.choice.assured == 1.0, "of one detector the best is known"
     two = proposal(2)
@@ -91,68 +84,6 @@ def test_a_proposal_is_the_best_of_all_pairs_or_says_how_far(
     assert two.choice.covered <= two.choice.bound <= len(two.map.cells)
     assert two.map.count.astype(bool).sum() == two.choice.covered
     assert two.map.total().share > 0.95, "one on each side of the shelf"
-
-
-def test_no_candidate_covers_more_though_few_are_looked_at_closely(
-    search: Any, addon_part: Any, monkeypatch: Any
-) -> None:
-    module = addon_part("angen_addon.coverage.proposal")
-    seen = []
-    view_from = module.view_from
-    monkeypatch.setattr(module, "view_from", lambda *a: seen.append(view_from(*a)) or seen[-1])
-    *stages, found = search(1)
-    closely = [stage for stage in stages if "looked at closely" in stage.text]
-    assert len(closely) < found.tried / 2
-    cells, motion = found.map.cells, found.map.motion
-    every = [module.at_once({"": view}, cells, motion) for view in seen[: found.tried]]
-    assert found.choice.covered == max(int(one.covered.sum()) for one in every)
-    told = closely[0].text
-    assert "the best so far covers" in told and "no choice more than" in told
-
-
-def test_enough_keeps_the_best_so_far_and_its_bound(search: Any, addon_part: Any) -> None:
-    enough = addon_part("angen_addon.coverage.maps").Enough
-    *stages, whole = search(2)
-    first = next(n for n, s in enumerate(stages) if "looked at closely" in s.text)
-    for number in (1, first - 1):
-        run = search(2)
-        for _ in range(number):
-            next(run)
-        with pytest.raises(enough):
-            run.throw(enough)
-    run = search(2)
-    for _ in range(first + 1):
-        next(run)
-    early = run.throw(enough)
-    assert len(early.chosen) == len(early.names) == 1
-    assert early.map.count.astype(bool).sum() == early.choice.covered <= whole.choice.covered
-    assert whole.choice.covered <= early.choice.bound <= len(early.map.cells)
-    assert "% of the best" in early.summary()
-
-
-@pytest.mark.parametrize("mounting", ["WALL", "CEILING"])
-def test_no_step_casts_more_than_so_many_rays(
-    search: Any, addon_part: Any, monkeypatch: Any, mounting: str
-) -> None:
-    """So that Esc is heard soon, however large the floor is: here 2,500 cells, 200,000 rays."""
-    caster = addon_part("angen_addon.scene.rays.caster").RayCaster
-    cast, steps = caster.first_met, [0]
-
-    def count(self: Any, depsgraph: Any, rows: Any, origins: Any, *rays: Any) -> Any:
-        steps[-1] += len(origins)
-        return cast(self, depsgraph, rows, origins, *rays)
-
-    monkeypatch.setattr(caster, "first_met", count)
-    enough = addon_part("angen_addon.coverage.maps").Enough
-    run = search(1, 0.1, mounting=mounting)
-    for stage in run:
-        if stage.text.startswith("candidate"):
-            break
-        steps.append(0)
-    assert sum(steps) > 100_000
-    assert max(steps) <= addon_part("angen_addon.coverage.floor").CASTS_AT_ONCE
-    with pytest.raises(enough):
-        run.throw(enough)
 
 
 def test_places_are_on_walls_and_look_into_the_room(proposal: Any) -> None:
@@ -207,14 +138,6 @@ def test_accepting_makes_sensors_of_the_proposal(flat: Any) -> None:
     assert not ops.place_accept.poll()
 
 
-def test_discarding_leaves_nothing(flat: Any) -> None:
-    ops.place_propose()
-    assert ops.place_discard() == {"FINISHED"}
-    ops.coverage_clear()
-    assert "Coverage" not in bpy.data.collections
-    assert len(flat.sensors()) == 1
-
-
 def test_polls_say_what_to_do(world: Any) -> None:
     assert not ops.coverage.poll()
     with pytest.raises(RuntimeError, match="Add a motion detector first"):
@@ -255,11 +178,10 @@ class Window:
 
 
 @pytest.fixture
-def modal(addon_part: Any) -> Any:
+def modal() -> Any:
     """What both operators share, on stages that end by themselves; its results are listed."""
-    stage = addon_part("angen_addon.coverage.maps").MapProgress
 
-    class Work(addon_part("operators.coverage").Staged):
+    class Work(Staged):
         bl_label = "Work"
 
         def __init__(self) -> None:
@@ -288,8 +210,8 @@ def event(kind: str) -> Any:
     return SimpleNamespace(type=kind, value="PRESS")
 
 
-def test_a_window_shows_progress_to_the_end(modal: Any, addon_part: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr(addon_part("operators.coverage"), "SLICE_S", 0.0)
+def test_a_window_shows_progress_to_the_end(modal: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(coverage, "SLICE_S", 0.0)
     window = Window()
     assert modal.invoke(window, event("NONE")) == {"RUNNING_MODAL"}
     assert modal.modal(window, event("MOUSEMOVE")) == {"RUNNING_MODAL"}
@@ -301,8 +223,7 @@ def test_a_window_shows_progress_to_the_end(modal: Any, addon_part: Any, monkeyp
     assert "75 %, part 3. Esc cancels" in window.texts[-2] and window.texts[-1] is None
 
 
-def test_escape_keeps_what_a_search_has(modal: Any, addon_part: Any, monkeypatch: Any) -> None:
-    maps = addon_part("angen_addon.coverage.maps")
+def test_escape_keeps_what_a_search_has(modal: Any, monkeypatch: Any) -> None:
 
     def search(context: Any) -> Any:
         with suppress(maps.Enough):
@@ -311,7 +232,7 @@ def test_escape_keeps_what_a_search_has(modal: Any, addon_part: Any, monkeypatch
         yield "best so far"
 
     monkeypatch.setattr(modal, "_begin", search)
-    monkeypatch.setattr(addon_part("operators.coverage"), "SLICE_S", 0.0)
+    monkeypatch.setattr(coverage, "SLICE_S", 0.0)
     window = Window()
     modal.invoke(window, event("NONE"))
     modal.modal(window, event("TIMER"))
@@ -320,8 +241,8 @@ def test_escape_keeps_what_a_search_has(modal: Any, addon_part: Any, monkeypatch
     assert window.timers == 0 and window.texts[-1] is None
 
 
-def test_escape_gives_up_and_leaves_nothing(modal: Any, addon_part: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr(addon_part("operators.coverage"), "SLICE_S", 0.0)
+def test_escape_gives_up_and_leaves_nothing(modal: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(coverage, "SLICE_S", 0.0)
     window = Window()
     modal.invoke(window, event("NONE"))
     modal.modal(window, event("TIMER"))
@@ -334,9 +255,8 @@ def test_escape_gives_up_and_leaves_nothing(modal: Any, addon_part: Any, monkeyp
 
 
 @pytest.fixture
-def command(flat: Any, addon_part: Any, tmp_path: Path, capsys: Any) -> Any:
+def command(flat: Any, tmp_path: Path, capsys: Any) -> Any:
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "flat.blend"))
-    run = addon_part("angen_addon.commands.command_line").run_command
 
     def call(*arguments: Any) -> tuple[int, str, str]:
         capsys.readouterr()
@@ -360,7 +280,7 @@ def test_coverage_writes_table_csv_and_picture(command: Any, tmp_path: Path) -> 
     assert sheet.read_text() == first, "the same bytes again"
 
 
-def test_place_saves_a_file_with_the_sensors(command: Any, addon_part: Any, tmp_path: Path) -> None:
+def test_place_saves_a_file_with_the_sensors(command: Any, tmp_path: Path) -> None:
     saved, sheet = tmp_path / "placed.blend", tmp_path / "places.csv"
     status, out, _ = command(
         "place", "--room", "den", "--count", 2, "--cell", CELL, "--like", "pir",
@@ -370,7 +290,7 @@ def test_place_saves_a_file_with_the_sensors(command: Any, addon_part: Any, tmp_
     rows = list(csv.DictReader(sheet.open()))
     assert len(rows) == 2
     bpy.ops.wm.open_mainfile(filepath=str(saved))
-    sensors = addon_part("angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
+    sensors = all_sensors(bpy.context.view_layer)
     placed = [s for s in sensors if s.name.startswith("PIR den")]
     assert len(placed) == 2
     assert all(s.settings.pir.rays == 24 for s in placed)
@@ -395,3 +315,22 @@ def test_place_saves_a_file_with_the_sensors(command: Any, addon_part: Any, tmp_
 def test_bad_input_is_told(command: Any, arguments: Any, status: int, told: str) -> None:
     found, _, err = command(*arguments)
     assert found == status and told in err
+
+
+def test_enough_keeps_the_best_so_far_and_its_bound(search: Any) -> None:
+    *stages, whole = search(2)
+    first = next(n for n, s in enumerate(stages) if "looked at closely" in s.text)
+    for number in (1, first - 1):
+        run = search(2)
+        for _ in range(number):
+            next(run)
+        with pytest.raises(enough):
+            run.throw(enough)
+    run = search(2)
+    for _ in range(first + 1):
+        next(run)
+    early = run.throw(enough)
+    assert len(early.chosen) == len(early.names) == 1
+    assert early.map.count.astype(bool).sum() == early.choice.covered <= whole.choice.covered
+    assert whole.choice.covered <= early.choice.bound <= len(early.map.cells)
+    assert "% of the best" in early.summary()

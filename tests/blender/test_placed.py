@@ -4,6 +4,9 @@ show it; or its lack is an error that names it."""
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon import doctor
+from bl_ext.user_default.angen_sensors.angen_addon.advice.sensing import hidden_partner
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError
 from test_places import Flat
 
 
@@ -70,17 +73,17 @@ def keyed_away(world, obj):
         (keyed_away, r"'contact': 'magnet' moves and is disabled in viewports"),
     ],
 )
-def test_a_magnet_without_a_place_is_an_error(world, door, addon_part, hide, words):
+def test_a_magnet_without_a_place_is_an_error(world, door, hide, words):
     hide(world, door)
-    with pytest.raises(addon_part("angen_addon.scene.sensors").AngenError, match=words):
+    with pytest.raises(AngenError, match=words):
         world.run()
 
 
-def test_a_sensor_that_keys_hide_is_refused(world, addon_part):
+def test_a_sensor_that_keys_hide_is_refused(world):
     switch = world.switch()
     world.key(switch, "location", {1: (0, 0, 0), 9: (0, 0, 1)})
     world.key(switch, "hide_viewport", {1: False, 4: True}, "CONSTANT")
-    with pytest.raises(addon_part("angen_addon.scene.sensors").AngenError, match="monitor icon"):
+    with pytest.raises(AngenError, match="monitor icon"):
         world.run(1, 6)
 
 
@@ -117,23 +120,13 @@ def test_a_place_without_a_place_is_a_problem_by_name(world, addon_part):
     assert found.problems[0].startswith("'Sofa west': moves and is disabled in viewports")
 
 
-def test_a_box_that_marks_a_room_marks_it_hidden_too(world, addon_part):
-    mark = world.box((1, 1, 2), (3, 4, 1), "mark")
-    mark.angen_ignored, mark["room"], mark.hide_viewport = True, "alcove", True
-    home = addon_part("angen_addon.scene.home").EvaluatedHome(world.update())
-    (volume,) = addon_part("angen_addon.coverage.floor").volumes(home)
-    assert volume.holds(volume.lo[None] * 0.5 + volume.hi[None] * 0.5).all()
-    assert volume.lo == pytest.approx((2.5, 3.5, 0.0))
-
-
-def test_the_doctor_names_what_has_no_place(world, door, addon_part):
+def test_the_doctor_names_what_has_no_place(world, door):
     left_out(world, door)
     hidden = world.switch("hidden")
     hidden.hide_viewport = True
     rig = world.link("Anna", bpy.data.armatures.new("Anna"))
     frame = rig.angen_resident.walking_frame = world.box((0.5, 0.5, 0.9), name="walker")
     world.scene.collection.objects.unlink(frame)
-    doctor = addon_part("angen_addon.doctor")
     depsgraph = world.update()
     found = doctor.examine(world.scene, bpy.context.view_layer, depsgraph)
     texts = [one.text for one in found if one.check == "unplaced"]
@@ -143,11 +136,10 @@ def test_the_doctor_names_what_has_no_place(world, door, addon_part):
     assert all(one.mend for one in found)
 
 
-def test_a_pad_that_measures_only_what_is_hidden_is_advised_on(physics, addon_part):
+def test_a_pad_that_measures_only_what_is_hidden_is_advised_on(physics):
     person = physics.carried("person", (0.2, 0.2, 0.8), (0, 0, 0.82), 70.0)
     physics.pad(partner_object=person)
     (pad,) = physics.world.sensors()
-    hidden_partner = addon_part("angen_addon.advice.sensing").hidden_partner
     layer = bpy.context.view_layer
     assert hidden_partner(pad, layer) is None
     person.hide_set(True)

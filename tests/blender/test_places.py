@@ -1,12 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places of residents: what marks say of doors and seats, and which of them nobody gets to."""
+"""Places of residents: what marks say of doors and seats, which of them nobody gets to, and the
+rooms of places and of sensors."""
 
 import json
-import math
 
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
+from bl_ext.user_default.angen_sensors.angen_addon.doctor import CHECKS as checks
+from bl_ext.user_default.angen_sensors.angen_addon.doctor import Examined
+from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import known_rooms as known
+from bl_ext.user_default.angen_sensors.residents.acting.reach import unreached
+from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
+from bl_ext.user_default.angen_sensors.residents.blender.standing import AngenError as error
 from mathutils import Matrix, Vector
 
 WALLS = [
@@ -89,7 +98,7 @@ def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
     assert np.allclose(flat.shown(door.handle_at(door.closed))[1:], (2.28, 1.05), atol=0.03)
     assert flat.shown(door.handle_at(door.open))[0] == pytest.approx(2.95 - 0.77, abs=0.03)
     assert door.side(door.handle_at(door.open)) == door.side(seat.at) == 1.0
-    assert addon_part("residents.acting.reach").unreached(found) == []
+    assert unreached(found) == []
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 2, 3), (-1, 1, 1), (1, 1, -1)])
@@ -104,19 +113,6 @@ def test_a_leaf_that_is_scaled_or_mirrored_is_the_same_door(world, addon_part, s
     there = Matrix(door.moved(door.open).tolist()) @ leaf.matrix_world
     points = np.array([there @ v.co for v in leaf.data.vertices])
     assert np.ptp(points, axis=0) == pytest.approx((0.88, 0.04, 2.0), abs=1e-4)
-
-
-def test_a_keyed_door_that_stands_open_is_shut_at_its_first_key(world, addon_part):
-    flat = Flat(world)
-    leaf = flat.door()
-    world.key(leaf, "rotation_euler", {1: (0, 0, 0), 20: (0, 0, math.radians(70))})
-    world.scene.frame_set(20)
-    leaf.angen_place.use = "DOOR"
-    flat.chair.angen_place.use = "SIT"
-    door = flat.read(addon_part).doors["Door"]
-    assert math.degrees(door.open - door.closed) == pytest.approx(70, abs=0.1)
-    assert np.allclose(door.handle_at(door.closed)[1:], (2.28, 1.05), atol=0.03)
-    assert np.allclose(door.at(door.high, 0.0)[2], 2.01, atol=0.01)
 
 
 def test_a_door_that_slides(world, addon_part):
@@ -155,7 +151,7 @@ def test_places_that_nobody_gets_to(world, addon_part, obstacle, lost):
         obj = world.link(name, None, at)
         obj.angen_place.use = "STAND"
     flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
-    found = addon_part("residents.acting.reach").unreached(flat.read(addon_part))
+    found = unreached(flat.read(addon_part))
     assert [missing.place.name for missing in found] == lost
     for missing in found:
         # As far as the wall, or the block.
@@ -171,7 +167,6 @@ def test_two_floors_and_none(world, addon_part):
     found = flat.read(addon_part)
     assert [round(storey.height, 2) for storey in found.storeys] == [0.0, 2.8]
     assert found.places["Upstairs"].storey == 1
-    error = addon_part("residents.blender.standing").AngenError
     for obj in [*bpy.data.objects]:
         if obj.name.startswith("wall") or obj == up:
             bpy.data.objects.remove(obj)
@@ -193,7 +188,7 @@ def locked_in(world):
     return flat
 
 
-def test_check_places_draws_how_far_one_gets(world, addon_part):
+def test_check_places_draws_how_far_one_gets(world):
     flat = locked_in(world)
     for _ in range(2):
         assert bpy.ops.angen.places_check() == {"FINISHED"}
@@ -202,7 +197,6 @@ def test_check_places_draws_how_far_one_gets(world, addon_part):
     assert ways[0].angen_ignored and ways[0].hide_render
     end = ways[0].data.splines[0].points[-1].co
     assert 2.5 < end.x < 3.0 and end.z == pytest.approx(0.05, abs=0.01)
-    cache = addon_part("angen_addon.runtime.state").CACHE
     count, (mend, told) = cache.places
     assert count == "1 of 5 places cannot be reached"
     assert told.startswith("'Bed' cannot be reached from 'Point 0': one gets as far as (2.")
@@ -217,23 +211,22 @@ def test_check_places_draws_how_far_one_gets(world, addon_part):
     flat.chair.angen_place.use = "NONE"
 
 
-def test_places_behind_one_thing_are_told_together(world, addon_part):
+def test_places_behind_one_thing_are_told_together(world):
     locked_in(world)
     for name in ("Desk", "Shelf"):
         world.link(name, None, (5.0, 1.0 + len(name) / 5.0, 0)).angen_place.use = "STAND"
     bpy.ops.angen.places_check()
-    count, (mend, told) = addon_part("angen_addon.runtime.state").CACHE.places
+    count, (mend, told) = cache.places
     assert count == "3 of 7 places cannot be reached" and mend.startswith("Nobody opens 'Door'")
     assert told.startswith("'Bed', 'Desk', 'Shelf' cannot be reached from 'Point 0': one gets as")
     assert " short of 'Desk'; " in told or " short of 'Bed'; " in told
     assert told.endswith("; 'Door' is between")
 
 
-def test_the_command_tells_the_same(world, addon_part, tmp_path, capsys):
+def test_the_command_tells_the_same(world, tmp_path, capsys):
     locked_in(world)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "flat.blend"))
     capsys.readouterr()
-    run = addon_part("angen_addon.commands.command_line").run_command
     assert run(["places"]) == 1
     table = capsys.readouterr().out.splitlines()
     assert table[0].split() == ["Bed", "Lie"]
@@ -261,10 +254,98 @@ def test_arrows_of_a_leaf(world, addon_part, use, count):
         assert lines[-1, 1] == pytest.approx((2.07, 1.51, 0.05), abs=0.02)
 
 
-def test_a_mark_that_belongs_to_no_home_is_named(world, addon_part):
-    flat = Flat(world)
-    flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
-    world.link("Astray", None, (400, 0, 0)).angen_place.use = "STAND"
-    error = addon_part("residents.blender.standing").AngenError
-    with pytest.raises(error, match=r"'Astray' is marked 39[0-9] m from the other places"):
-        flat.read(addon_part)
+# Rooms of places
+
+
+@pytest.fixture
+def studio(world):
+    """One open room of 6 x 4 m with a detector at each end, and a table and two chairs between."""
+    world.box((6, 4, 0.1), (3, 2, -0.05), "Floor")
+    for name, x, room in (("PIR a", 0.3, "sleeping"), ("PIR b", 5.7, "kitchen")):
+        sensor = world.sensor("PIR", name)
+        sensor.location, sensor.angen_sensor.room = (x, 2, 2.2), room
+    for name, x in (("Chair 1", 2.3), ("Chair 2", 3.7)):
+        world.box((0.4, 0.4, 0.45), (x, 2, 0.225), name).angen_place.use = "SIT"
+
+    def rooms():
+        depsgraph = world.update()
+        found = read_places(world.scene, depsgraph)
+        return {name: (p.room, p.room_guessed) for name, p in found.places.items()}
+
+    return rooms
+
+
+def test_rooms_between_which_is_no_wall_are_guessed(studio):
+    assert all(guessed for _, guessed in studio().values())
+    home = Examined(
+        bpy.context.scene, bpy.context.view_layer, bpy.context.evaluated_depsgraph_get()
+    )
+    ((text, _, objects),) = checks["rooms"](home)
+    assert "'Chair 1', 'Chair 2'" in text and objects == ("Chair 1", "Chair 2")
+
+
+def test_a_room_that_is_set_or_named_by_a_collection_is_not_guessed(studio):
+    bpy.data.objects["Chair 1"].angen_place.room = "dining"
+    kitchen = bpy.data.collections.new("Kitchen")
+    bpy.context.scene.collection.children.link(kitchen)
+    kitchen.objects.link(bpy.data.objects["Chair 2"])
+    assert studio() == {"Chair 1": ("dining", False), "Chair 2": ("kitchen", False)}
+
+
+def test_a_volume_that_marks_a_room_counts(studio, world):
+    volume = world.box((6, 4, 2.5), (3, 2, 1.25), "dining")
+    volume.angen_ignored, volume.display_type = True, "WIRE"
+    assert set(studio().values()) == {("dining", False)}
+
+
+# The room of a sensor
+
+
+ops = bpy.ops.angen
+
+
+@pytest.fixture
+def listed(world):
+    """The rooms by sensor as `list` and the report tell them."""
+
+    def rooms():
+        return {s.name: describe(s)["room"] for s in world.sensors()}
+
+    return rooms
+
+
+def test_the_room_is_a_field_and_the_property_of_older_files_still_counts(world, listed):
+    world.switch("new").angen_sensor.room = "Hall"
+    world.switch("old")["room"] = "Kitchen"
+    both = world.switch("both")
+    both["room"], both.angen_sensor.room = "Attic", "Cellar"
+    world.switch("none")
+    assert listed() == {"new": "Hall", "old": "Kitchen", "both": "Cellar", "none": ""}
+
+
+def test_the_field_offers_the_rooms_of_the_file(world):
+    world.switch("a").angen_sensor.room = "Hall"
+    world.switch("b")["room"] = "kitchen"
+    world.switch("c").angen_sensor.room = "Hall"
+    mark = world.box((1, 1, 1))
+    mark.angen_ignored, mark.angen_sensor.room = True, "Alcove"
+    assert known(None, None, "") == ["Alcove", "Hall", "kitchen"]
+    assert known(None, None, "L") == ["Alcove", "Hall"]
+
+
+def test_noting_the_room_keeps_the_recording(world):
+    sensor = world.switch("door")
+    world.update()
+    ops.simulate()
+    sensor.angen_sensor.room = "Hall"
+    world.update()
+    assert ops.export_events.poll()
+
+
+def test_a_sensor_keeps_its_room_in_a_file(world, tmp_path, listed):
+    world.switch("door").angen_sensor.room = "Hall"
+    path = str(tmp_path / "home.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert listed() == {"door": "Hall"}

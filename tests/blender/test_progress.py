@@ -8,6 +8,9 @@ import types
 
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands import home
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
+from bl_ext.user_default.angen_sensors.operators import simulate, slices
 
 
 class Clock:
@@ -23,17 +26,15 @@ class Clock:
 
 
 @pytest.fixture
-def parts(addon_part, monkeypatch):
+def parts(monkeypatch):
     """The clock, and the parts that a run in the window is made of."""
-    simulate, slices = addon_part("operators.simulate"), addon_part("operators.slices")
-    progress = addon_part("angen_addon.commands.home")
-    clock = Clock(monkeypatch, simulate, slices, progress)
+    clock = Clock(monkeypatch, simulate, slices, home)
     return types.SimpleNamespace(
         clock=clock,
         operator=simulate.ANGEN_OT_simulate,
         slices=slices.Slices,
-        progress=progress,
-        Progress=addon_part("angen_addon.runtime.simulation").Progress,
+        progress=home,
+        Progress=Progress,
     )
 
 
@@ -97,21 +98,6 @@ def test_no_time_left_is_told_until_it_is_worth_something(parts):
     first = lefts[0]
     assert first in {f", about {n} min left. Esc keeps what is done" for n in (1, 2, 3)}
     assert lefts[-1].startswith(", about 5 s left")
-
-
-def test_an_even_run_tells_it_soon_in_round_numbers(parts):
-    def left(seconds_each, steps, at):
-        time_left = parts.progress.TimeLeft()
-        for number in range(at):
-            parts.clock.now += seconds_each
-            time_left.note(parts.Progress(number + 1.0, float(steps), 1.0))
-        return time_left.text()
-
-    assert left(0.1, 1000, 20) == "", "two seconds tell nothing"
-    assert left(0.1, 1000, 50) == "about 2 min left"
-    assert left(0.1, 1000, 900) == "about 10 s left"
-    assert left(10.0, 1000, 100) == "about 2 h 30 min left"
-    assert left(10.0, 1000, 1) == "" and left(10.0, 1000, 0) == ""
 
 
 def test_the_time_left_of_a_day_falls_though_most_of_it_is_rest(parts, addon_part, monkeypatch):

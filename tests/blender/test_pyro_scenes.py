@@ -1,10 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a pyroelectric detector makes of the warmth in a scene, and what users are told of it."""
+"""The warmth that a pyroelectric detector's rays meet in a scene, what it makes of it, and what
+users are told of it."""
 
 import math
 
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.advice import warmth
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError as error
+from bl_ext.user_default.angen_sensors.sensor_logic import model
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir import range_scan as pir
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir.lenses import read_table as read
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
+    PyroelectricDetector,
+)
+from bl_ext.user_default.angen_sensors.sensor_logic.recording import file
 
 ZERO = 273.15
 
@@ -60,8 +71,7 @@ def test_events_of_a_wireless_detector_have_the_time_of_their_messages(
         told = command("explain", "--sensor", "detector", "--time", f"{time:.6f}")[1]
         assert told.startswith(f"detector, frame {frame:g} ("), told
     # A file keeps the times.
-    writer = addon_part("sensor_logic.recording.file")
-    read = writer.from_bytes(writer.to_bytes(recording, {}))[0].tracks["detector"]
+    read = file.from_bytes(file.to_bytes(recording, {}))[0].tracks["detector"]
     assert (read.times, read.frames, read.active) == (track.times, track.frames, track.active)
 
 
@@ -82,14 +92,12 @@ def test_both_casters_and_each_unit_scale_say_the_same(world):
     np.testing.assert_allclose(signals(world), fast, atol=0.02)
 
 
-def test_in_a_scene_it_says_what_it_says_alone(world, addon_part):
+def test_in_a_scene_it_says_what_it_says_alone(world):
     """The whole way through Blender against the model with a box in closed form."""
     detector(world, zone_rays=24)
     man(world, 28.0, 0.9)
     found = signals(world)
-    model = addon_part("sensor_logic.model")
-    pir = addon_part("sensor_logic.kinds.pir.range_scan")
-    sensing = addon_part("sensor_logic.kinds.pir.pyroelectric").PyroelectricDetector()
+    sensing = PyroelectricDetector()
     parameters = pir.PirParameters(model="PYROELECTRIC", zone_rays=24)
     pose = model.Pose(np.array([0, 0, 1.2]), np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
     expected = []
@@ -140,22 +148,7 @@ def test_a_door_at_the_rooms_temperature_is_no_movement(world):
     assert np.abs(signals(world)).max() > 1.0, "a warm one is"
 
 
-def test_both_models_side_by_side(world):
-    """Two sensors in one place: the range scan notices the cold trolley too."""
-    pyro = detector(world)
-    scan = world.pir("scan", vertical_fov=math.radians(90), sweep="ALL", rays=60)
-    scan.location, scan.rotation_euler = pyro.location, pyro.rotation_euler
-    trolley = man(world, 20.0)
-    recording = world.run()
-    assert any(world.series(recording, "scan", "moved"))
-    assert not any(world.series(recording, "detector", "moved"))
-    assert all(math.isnan(s) for s in world.series(recording, "scan", "signal"))
-    world.warm(trolley, 30.0)
-    recording = world.run()
-    assert any(world.series(recording, "detector", "moved"))
-
-
-def test_a_lens_written_in_a_text(world, addon_part):
+def test_a_lens_written_in_a_text(world):
     obj = detector(world)
     body = man(world)
     text = world.bpy.data.texts.new("my lens")
@@ -167,7 +160,6 @@ def test_a_lens_written_in_a_text(world, addon_part):
     assert np.abs(signals(world)).max() > 1.0
     text.clear()
     text.write("0,0,4,20,+\n0,0,none,20,-\n")
-    error = addon_part("angen_addon.scene.sensors").AngenError
     with pytest.raises(error, match="'detector': row 2 of the lens table: width is 'none'"):
         world.run()
     assert body.name == "man"
@@ -183,8 +175,7 @@ def test_ambient_that_rises_shortens_the_range(world):
     assert found == sorted(found, reverse=True) and found[-1] < 1e-9
 
 
-def test_nothing_warm_is_told(world, addon_part):
-    warmth = addon_part("angen_addon.advice.warmth")
+def test_nothing_warm_is_told(world):
     detector(world)
     body = man(world)
     view_layer = world.bpy.context.view_layer
@@ -223,13 +214,12 @@ def test_a_person_in_one_click(world):
     assert skin.angen_warmth.use_temperature and not shirt.angen_warmth.use_temperature
 
 
-def test_a_lens_as_text(world, addon_part):
+def test_a_lens_as_text(world):
     obj = detector(world, lens="CURTAIN")
     world.bpy.context.view_layer.objects.active = obj
     assert world.bpy.ops.angen.lens_table() == {"FINISHED"}
     text = obj.angen_sensor.pir.lens_table
     assert text.as_string().startswith("azimuth,elevation,width,height,polarity,gain\n")
-    read = addon_part("sensor_logic.kinds.pir.lenses").read_table
     assert len(read(text.as_string())) == 16
     man(world)
     of_text = signals(world)
@@ -237,21 +227,170 @@ def test_a_lens_as_text(world, addon_part):
     np.testing.assert_allclose(signals(world), of_text, atol=0.02)
 
 
-def test_a_setting_of_warmth_reaches_live_values(world):
-    """Set while the playhead stands, it counts at the next frame."""
-    detector(world)
-    body = world.box((0.45, 0.3, 1.7), (0.3, 3, 0.85), "body")
-    scene = world.scene
-    for frame in range(1, 10):
-        scene.frame_set(frame)
-    settings = world.bpy.data.objects["detector"].angen_sensor
-    assert settings.value == 0.0
-    world.warm(body, 35.0)
-    world.update()
-    for frame in range(10, 20):
-        scene.frame_set(frame)
-    # A change of settings starts the detector anew: what is warm now always was.
-    assert settings.value == pytest.approx(0.0, abs=1e-6)
-    body.location.x = -0.3
-    world.update()
-    assert body.angen_warmth.use_temperature
+# The warmth of what a pyroelectric detector's rays meet
+
+
+SIGHT = 50.0
+
+
+@pytest.fixture
+def probe(world):
+    """Looks along directions (n, 3) from a place; emission as the detector is told."""
+
+    class Probe:
+        def __init__(self):
+            self.probes = Probes(world.scene)
+
+        def __call__(self, place, directions, sensor=0, bundle=0):
+            depsgraph = world.update()
+            self.probes.look(depsgraph, None)
+            directions = np.array(directions, float).reshape(-1, 3)
+            directions /= np.linalg.norm(directions, axis=1)[:, None]
+            origins = np.tile(np.array(place, float), (len(directions), 1))
+            length = np.full(len(directions), SIGHT)
+            rays = origins, directions, length
+            return self.probes.warmth.see(depsgraph, sensor, bundle, *rays)[0]
+
+    return Probe()
+
+
+def celsius(seen):
+    return (seen.temperature - ZERO).tolist()
+
+
+AHEAD = [(0, 1, 0)]
+
+
+@pytest.fixture
+def target(world):
+    return world.box((1, 1, 1), (0, 3, 0), "target")
+
+
+def test_what_has_no_temperature_is_as_warm_as_the_room(world, probe, target):
+    world.scene.angen_ambient_temperature = 22.5
+    seen = probe((0, 0, 0), [(0, 1, 0), (0, -1, 0)])
+    assert celsius(seen) == pytest.approx([22.5, 22.5])
+    assert seen.ambient == pytest.approx(22.5 + ZERO)
+
+
+def test_object_collection_and_material(world, probe, target):
+    bpy = world.bpy
+    outer, inner = (bpy.data.collections.new(name) for name in ("outer", "inner"))
+    world.scene.collection.children.link(outer)
+    outer.children.link(inner)
+    world.scene.collection.objects.unlink(target)
+    inner.objects.link(target)
+    world.warm(outer, 40.0)
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([40.0])
+    world.warm(inner, 45.0, 0.5)
+    seen = probe((0, 0, 0), AHEAD)
+    assert celsius(seen) == pytest.approx([45.0]) and seen.emissivity == pytest.approx([0.5])
+    world.warm(target, 50.0)
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([50.0])
+    material = bpy.data.materials.new("hot")
+    target.data.materials.append(material)
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([50.0])
+    world.warm(material, 60.0)
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([60.0])
+    material.angen_warmth.use_temperature = False
+    target.angen_warmth.use_temperature = False
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([45.0])
+
+
+def checkered(world, name="checkered"):
+    """A wall of 4 × 4 quads, 2 m wide, across +Y at y = 3, of four materials at 30 … 33 °C; the
+    fourth has no temperature. Which is where: by the column."""
+    points = [(x / 2 - 1, 0, z / 2 - 1) for z in range(5) for x in range(5)]
+    faces = [
+        (5 * z + x, 5 * z + x + 1, 5 * z + x + 6, 5 * z + x + 5) for z in range(4) for x in range(4)
+    ]
+    obj = world.link(name, world.mesh(points, faces, name), (0, 3, 0))
+    for i in range(4):
+        material = world.bpy.data.materials.new(f"{name} {i}")
+        obj.data.materials.append(material)
+        if i < 3:
+            world.warm(material, 30.0 + i)
+    obj.data.polygons.foreach_set("material_index", [i % 4 for i in range(16)])
+    return obj
+
+
+COLUMNS = [(x, 3, z) for z in (-0.75, -0.2, 0.3, 0.8) for x in (-0.75, -0.25, 0.25, 0.75)]
+EXPECTED = [30.0, 31.0, 32.0, 20.0] * 4
+
+
+@pytest.mark.parametrize("place", [0.0, 1000.0])
+def test_each_face_has_the_temperature_of_its_material(world, probe, place):
+    """Also where the tree is built of triangles, as for meshes far from their origin."""
+    obj = checkered(world)
+    for vertex in obj.data.vertices:
+        vertex.co.x += place
+    obj.location.x = -place
+    assert celsius(probe((0, 0, 0), COLUMNS)) == pytest.approx(EXPECTED)
+    world.warm(obj, 25.0)
+    assert celsius(probe((0, 0, 0), COLUMNS)) == pytest.approx([30.0, 31.0, 32.0, 25.0] * 4)
+
+
+def test_faces_of_what_moves_turns_and_is_subdivided(world, probe):
+    obj = checkered(world)
+    probe((0, 0, 0), COLUMNS)
+    obj.location.x = 0.5
+    # Column by column the materials have moved by one; the last ray passes beside the wall.
+    moved = [(x + 0.5, 3, z) for x, _, z in COLUMNS]
+    assert celsius(probe((0, 0, 0), moved)) == pytest.approx(EXPECTED)
+    obj.location.x, obj.rotation_euler = 0, (0, math.pi, 0)
+    turned = [20.0, 32.0, 31.0, 30.0] * 4
+    assert celsius(probe((0, 0, 0), COLUMNS)) == pytest.approx(turned)
+    obj.modifiers.new("finer", "SUBSURF").levels = 2
+    obj.modifiers["finer"].subdivision_type = "SIMPLE"
+    assert celsius(probe((0, 0, 0), COLUMNS)) == pytest.approx(turned)
+
+
+def test_faces_agree_with_blenders_own_ray_cast(world, probe):
+    """A sphere of random materials, met from all round."""
+    bpy = world.bpy
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=1.0)
+    ball = bpy.context.object
+    chance = np.random.default_rng(3)
+    for i in range(6):
+        material = bpy.data.materials.new(f"m{i}")
+        world.warm(material, 20.0 + 5 * i)
+        ball.data.materials.append(material)
+    ball.data.polygons.foreach_set("material_index", chance.integers(0, 6, len(ball.data.polygons)))
+    depsgraph = world.update()
+    origins = chance.normal(size=(200, 3))
+    origins *= 5 / np.linalg.norm(origins, axis=1)[:, None]
+    for origin in origins:
+        way = -origin / 5 + chance.uniform(-0.1, 0.1, 3)
+        hit, _, _, face, _, _ = world.scene.ray_cast(depsgraph, origin.tolist(), way.tolist())
+        expected = 20.0 + 5 * ball.data.polygons[face].material_index if hit else 20.0
+        assert celsius(probe(origin, [way])) == pytest.approx([expected])
+
+
+def test_slots_that_belong_to_the_object(world, probe, target):
+    mine, of_data = (world.bpy.data.materials.new(name) for name in ("mine", "of data"))
+    world.warm(mine, 41.0)
+    world.warm(of_data, 42.0)
+    target.data.materials.append(of_data)
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([42.0])
+    target.material_slots[0].link = "OBJECT"
+    target.material_slots[0].material = mine
+    target.update_tag()
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([41.0])
+
+
+def test_a_kettle_that_heats_up(world, probe, target):
+    world.warm(target, 20.0)
+    world.key(target, "angen_warmth.temperature", {1: 20.0, 41: 100.0})
+    found = []
+    for frame in (1, 11, 21, 41):
+        world.scene.frame_set(frame)
+        found += celsius(probe((0, 0, 0), AHEAD))
+    assert found == pytest.approx([20, 40, 60, 100], abs=0.1)
+
+
+def test_the_sensors_own_housing_is_not_seen(world, probe, target):
+    housing = world.box((0.1, 0.1, 0.1), (0, 0.2, 0), "housing")
+    world.warm(housing, 60.0)
+    world.warm(target, 30.0)
+    assert celsius(probe((0, 0, 0), AHEAD)) == pytest.approx([60.0])
+    assert celsius(probe((0, 0, 0), AHEAD, sensor=housing.session_uid)) == pytest.approx([30.0])

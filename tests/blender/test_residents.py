@@ -6,6 +6,8 @@ from time import perf_counter
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.residents.blender.keys import KeyedStretch
+from bl_ext.user_default.angen_sensors.residents.blender.settings import build_of
 from tiers import mostly_slow
 
 SORTS = ["OLDER_ADULT", "ADULT", "CHILD", "CAT"]
@@ -83,7 +85,6 @@ def keyed(world, addon_part, body):
         addon_part("residents.acting.timeline"),
     )
     acted, places = (addon_part(f"residents.acting.{n}") for n in ("timeline", "places"))
-    build_of = addon_part("residents.blender.settings").build_of
     bodies = {}
     for person, at in (("Anna", (0.0, 0.0)), ("Mimi", (1.0, 3.0))):
         build = build_of(rigs[person])
@@ -111,14 +112,14 @@ def keyed(world, addon_part, body):
     return rigs, done, places.Places({}, {"Door": leaf}, {}), (door, cup, lamp)
 
 
-def test_keys_play_what_was_acted_and_clear_gives_all_back(world, addon_part, body, keyed):
+def test_keys_play_what_was_acted_and_clear_gives_all_back(world, body, keyed):
     rigs, done, places, (door, cup, lamp) = keyed
     bpy.context.view_layer.update()
     before = [np.array(o.matrix_world) for o in bpy.data.objects]
     bent = [np.array(b.matrix) for b in rigs["Anna"].pose.bones]
     scene = world.scene
     scene.render.fps = 10
-    keys = addon_part("residents.blender.keys").KeyedStretch(rigs, places)
+    keys = KeyedStretch(rigs, places)
     solve, palm = body("solve").solve, body("poses").palm
     for start, end in ((0.0, 100.0), (100.0, 200.0)):
         began = perf_counter()
@@ -157,7 +158,7 @@ def test_keys_play_what_was_acted_and_clear_gives_all_back(world, addon_part, bo
 def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part, body):
     bpy.ops.angen.resident_add(sort="OLDER_ADULT", walking_frame=True)
     rig = bpy.context.object
-    build = addon_part("residents.blender.settings").build_of(rig)
+    build = build_of(rig)
     gait, timeline = body("gait"), addon_part("residents.acting.timeline")
     poses = [gait.standing(gait.Stand.at(1.0, 2.0, yaw, build), 0.0, build)
              for yaw in (1.0 + 4 * np.pi, 1.0)]  # fmt: skip
@@ -168,9 +169,7 @@ def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part
     # A gesture that does nothing has a key put at each frame.
     line.gestures.append(timeline.Gesture(2.0, 8.0, 1.0, 1.0, lambda pose, _t, _w: pose))
     acted, places = (addon_part(f"residents.acting.{n}") for n in ("timeline", "places"))
-    keys = addon_part("residents.blender.keys").KeyedStretch(
-        {"Anna": rig}, places.Places({}, {}, {})
-    )
+    keys = KeyedStretch({"Anna": rig}, places.Places({}, {}, {}))
     keys.show(acted.Acted({"Anna": line}), 0.0, 10.0)
     frame = rig.angen_resident.walking_frame
     for number, subframe in ((11, 0.0), (50, 0.5), (51, 0.0), (51, 0.5), (90, 0.0)):
@@ -183,7 +182,7 @@ def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part
 def test_who_is_away_is_not_there(world, addon_part, body):
     bpy.ops.angen.resident_add(sort="OLDER_ADULT", walking_frame=True)
     rig = bpy.context.object
-    build = addon_part("residents.blender.settings").build_of(rig)
+    build = build_of(rig)
     gait, timeline = body("gait"), addon_part("residents.acting.timeline")
     pose = gait.standing(gait.Stand.at(0.0, 0.0, 0.0, build), 0.0, build)
     line = timeline.Timeline([
@@ -191,9 +190,7 @@ def test_who_is_away_is_not_there(world, addon_part, body):
         for k in range(3)
     ])  # fmt: skip
     acted, places = (addon_part(f"residents.acting.{n}") for n in ("timeline", "places"))
-    keys = addon_part("residents.blender.keys").KeyedStretch(
-        {"Anna": rig}, places.Places({}, {}, {})
-    )
+    keys = KeyedStretch({"Anna": rig}, places.Places({}, {}, {}))
     seen = {}
     for start in (0.0, 12.0):
         keys.show(acted.Acted({"Anna": line}), start, start + 12.0)

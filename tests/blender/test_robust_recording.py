@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recordings in awkward scenes: fresh while no reading can differ, stale as soon as one can."""
+"""Recordings in awkward scenes and in files: fresh while no reading can differ, stale as soon as
+one can, and told in a line where they cannot be read."""
 
 import subprocess
 import sys
@@ -8,12 +9,12 @@ from importlib import import_module
 import addon_utils
 import bpy
 import pytest
-from recorded_home import ADDON, cache, ops, stale
+from recorded_home import ADDON, cache, columns, move, named, ops, recorded, save_and_load, stale
 
 LENS = "azimuth, elevation, width, height, polarity, gain\n0, 0, {}, 5, 1, 1\n"
 
 
-def save_and_load(path):
+def save_and_open(path):
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     bpy.ops.wm.open_mainfile(filepath=str(path))
 
@@ -40,41 +41,12 @@ def box():
 # Scenes whose settings Blender itself changes from frame to frame, or as it saves and loads
 
 
-def particles(world):
-    box().modifiers.new("particles", "PARTICLE_SYSTEM")
-
-
-def cloth(world):
-    box().modifiers.new("cloth", "CLOTH")
-
-
-def ocean(world):
-    """Has a folder for its cache, which Save As writes as a relative path."""
-    box().modifiers.new("ocean", "OCEAN").resolution = 4
-
-
-def mesh_cache(world):
-    box().modifiers.new("cache", "MESH_CACHE")
-
-
-def volume(world):
-    world.link("volume", bpy.data.volumes.new("volume"))
-
-
 def nodes_with_an_input(world):
     tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
     for name, way, kind in (("In", "INPUT", "Geometry"), ("Size", "INPUT", "Float")):
         tree.interface.new_socket(name, in_out=way, socket_type=f"NodeSocket{kind}")
     tree.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     box().modifiers.new("nodes", "NODES").node_group = tree
-
-
-def animated_gravity(world):
-    world.key(world.scene, "gravity", {1: (0, 0, -9), 40: (0, 0, -1)})
-
-
-def animated_visibility(world):
-    world.key(box(), "hide_viewport", {1: True, 10: False, 20: True}, "CONSTANT")
 
 
 def animated_by_a_strip(world):
@@ -103,23 +75,41 @@ def image(world):
     world.sensor("LIGHT", "Light", samples=16)
 
 
-SCENES = (
-    particles, cloth, ocean, mesh_cache, volume, nodes_with_an_input, animated_gravity,
-    animated_visibility, animated_by_a_strip, attributes, image,
-)  # fmt: skip
+def modified(kind, **settings):
+    def build(world):
+        modifier = box().modifiers.new(kind.lower(), kind)
+        for name, value in settings.items():
+            setattr(modifier, name, value)
+
+    return build
 
 
-@pytest.mark.parametrize("build", SCENES, ids=lambda build: build.__name__)
+SCENES = {
+    "particles": modified("PARTICLE_SYSTEM"),
+    "cloth": modified("CLOTH"),
+    # Has a folder for its cache, which Save As writes as a relative path.
+    "ocean": modified("OCEAN", resolution=4),
+    "mesh cache": modified("MESH_CACHE"),
+    "volume": lambda world: world.link("volume", bpy.data.volumes.new("volume")),
+    "gravity": lambda world: world.key(world.scene, "gravity", {1: (0, 0, -9), 40: (0, 0, -1)}),
+    "nodes with an input": nodes_with_an_input,
+    "a strip": animated_by_a_strip,
+    "attributes": attributes,
+    "image": image,
+}
+
+
+@pytest.mark.parametrize("build", SCENES.values(), ids=SCENES)
 def test_what_blender_changes_itself_keeps_it_fresh(home, tmp_path, build):
     build(home)
     simulate(home)
     for frame in (7, 15, 48, 20):
         home.scene.frame_set(frame)
         assert stale() == "", f"at frame {frame}"
-    save_and_load(tmp_path / "a.blend")
+    save_and_open(tmp_path / "a.blend")
     assert stale() == "", "in the file"
     (tmp_path / "deeper").mkdir()
-    save_and_load(tmp_path / "deeper" / "b.blend")
+    save_and_open(tmp_path / "deeper" / "b.blend")
     assert stale() == "", "in another folder"
 
 
@@ -194,18 +184,6 @@ def test_an_edit_in_another_scene_of_what_both_have(home):
     assert stale() == ""
 
 
-def test_an_edit_in_another_scene_of_its_own(home):
-    simulate(home)
-    first, other = home.scene, bpy.data.scenes.new("other")
-    own = bpy.data.objects.new("own", None)
-    other.collection.objects.link(own)
-    bpy.context.window.scene = other
-    own.location.x = 9
-    home.update()
-    bpy.context.window.scene = first
-    assert stale() == ""
-
-
 def test_a_library_that_changed(home, tmp_path):
     library = str(tmp_path / "library.blend")
     bpy.data.libraries.write(library, {box()}, fake_user=True)
@@ -214,7 +192,7 @@ def test_a_library_that_changed(home, tmp_path):
         wanted.objects = ["box"]
     home.scene.collection.objects.link(wanted.objects[0])
     simulate(home)
-    save_and_load(tmp_path / "a.blend")
+    save_and_open(tmp_path / "a.blend")
     assert stale() == ""
     move = (
         f"import bpy, os; bpy.ops.wm.open_mainfile(filepath={library!r});"
@@ -232,7 +210,7 @@ def test_texts_of_the_user_that_are_called_the_same(home, tmp_path):
     simulate(home)
     for name in (".angen_recording", ".angen_recording_notes"):
         bpy.data.texts.new(name).write("mine")
-    save_and_load(tmp_path / "a.blend")
+    save_and_open(tmp_path / "a.blend")
     bpy.ops.wm.save_mainfile()
     assert [text.as_string() for text in bpy.data.texts] == ["mine", "mine"]
     assert stale() == ""
@@ -254,37 +232,221 @@ def test_a_file_opened_before_the_extension_was_switched_on(home, tmp_path):
     assert stale() == ""
 
 
-def test_a_storm_of_undo_and_redo(home):
-    simulate(home)
-    bpy.ops.ed.undo_push(message="recorded")
-    for count in range(12):
-        box().location.x = 5 + count
-        bpy.context.view_layer.update()
-        bpy.ops.ed.undo_push(message=str(count))
-    for step, expected in ((bpy.ops.ed.undo, ""), (bpy.ops.ed.redo, "changed since: 'box'")) * 2:
-        for _ in range(12):
-            step()
-        assert stale() == expected
-
-
 def test_a_sensor_that_never_was_on(home, tmp_path):
     """Its track is empty."""
     quiet = home.switch("Quiet")
     home.key(quiet, "angen_sensor.enabled", {1: False, 100: True}, "CONSTANT")
     simulate(home)
-    save_and_load(tmp_path / "a.blend")
+    save_and_open(tmp_path / "a.blend")
     assert stale() == ""
     assert len(cache().recording(bpy.context.scene).tracks["Quiet"]) == 0
     assert ops.bake_keyframes() == {"FINISHED"}
     assert ops.export_report(filepath=str(tmp_path / "report.html")) == {"FINISHED"}
 
 
-@pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"])
-def test_a_sensor_whose_place_is_no_number_says_what_to_look_at(home, kind):
-    sensor = home.sensor(kind, "lost", home.box((1, 1, 0.1), name="lost"), update_rate=12.0)
-    home.key(sensor, "location", {1: (0, 0, 0), 11: (0, 0, 0)}, "CONSTANT")
-    curves = import_module(f"{ADDON}.angen_addon.scene.animation").curves(sensor, {"location"})
-    curves[0].keyframe_points[1].co.y = float("nan")
-    with pytest.raises(RuntimeError, match=r"'lost': its transform is not a number.* keys"):
-        ops.simulate()
-    assert cache().recording(home.scene).frame_end < 11
+# A file keeps its recording, and what cannot be read of one is told in a line
+
+
+@pytest.fixture
+def kept_home(world):
+    return recorded(world)
+
+
+def test_a_file_keeps_it(kept_home, tmp_path):
+    before = columns()
+    save_and_load(tmp_path / "a.blend")
+    assert stale() == "" and columns() == before and not bpy.data.texts
+    sensor = named("Front door")
+    bpy.context.scene.angen_live = False
+    for frame in (20, 5, 13):
+        bpy.context.scene.frame_set(frame)
+        assert sensor.angen_sensor.active == (frame >= 13)
+    assert ops.export_events(filepath=str(tmp_path / "events.csv")) == {"FINISHED"}
+    move(named("shelf"))
+    kept_home.update()
+    assert "'shelf'" in stale()
+    save_and_load(tmp_path / "b.blend")
+    assert "'shelf'" in stale() and columns() == before, "stale ones are kept too, and stay so"
+    named("shelf").location.x -= 0.5
+    kept_home.update()
+    assert stale() == ""
+
+
+def test_a_sample_is_shipped_with_its_recording_and_timelines_at_its_length(kept_home, tmp_path):
+    """As its script saves it; live values are recorded ones as soon as it is opened."""
+    from sample_blends import build_angen
+
+    ops.clear_recording()
+    kept_home.scene.frame_end = 400
+    build_angen.record_and_save(tmp_path / "sample.blend")
+    before = columns()
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "sample.blend"), load_ui=True)
+    kept = cache().kept(bpy.context.scene)
+    assert stale() == "" and columns() == before
+    assert (kept.recording.frame_start, kept.recording.frame_end) == (1, 400)
+    areas = [a for s in bpy.data.screens for a in s.areas if a.type == "DOPESHEET_EDITOR"]
+    assert {area.spaces.active.mode for area in areas} >= {"TIMELINE"}
+    for area in areas:
+        region = next(r for r in area.regions if r.type == "WINDOW")
+        left, right = (region.view2d.region_to_view(x, 0)[0] for x in (0, region.width))
+        assert -30 <= left <= 1 and 400 <= right <= 460
+
+
+def test_clear_takes_it_out_of_the_file(kept_home, tmp_path):
+    save_and_load(tmp_path / "a.blend")
+    assert ops.clear_recording() == {"FINISHED"}
+    save_and_load(tmp_path / "a.blend")
+    assert stale() is None and not bpy.data.texts
+    assert not ops.clear_recording.poll()
+
+
+def test_every_scene_keeps_its_own(kept_home, tmp_path):
+    kept_home.scene.name = "one"
+    bpy.ops.scene.new(type="FULL_COPY")
+    bpy.context.scene.name = "two"
+    bpy.context.scene.frame_end = 10
+    kept_home.update()
+    assert stale() is None
+    ops.simulate()
+    save_and_load(tmp_path / "a.blend")
+    assert bpy.context.scene.name == "two"
+    assert stale() == "" and cache().kept(bpy.context.scene).recording.frame_end == 10
+    bpy.context.window.scene = bpy.data.scenes["one"]
+    bpy.context.view_layer.update()
+    bpy.context.scene.frame_set(3)
+    assert stale() == "" and cache().kept(bpy.context.scene).recording.frame_end == 48
+
+
+def damage(path, change):
+    """Saves the file with the text of its recording changed, as a Blender without the extension
+    could."""
+    store = import_module(f"{ADDON}.angen_addon.recording.store")
+    store.put_into_file()
+    (text,) = (t for t in bpy.data.texts if t.name.startswith(store.TEXT))
+    body = text.as_string()
+    cache().clear_recording(bpy.context.scene)
+    text.from_string(change(body))
+    # Saved without the handlers.
+    mine = import_module(f"{ADDON}.angen_addon.runtime.handlers")
+    mine.unregister()
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    finally:
+        mine.register()
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda body: body[:-900], "damaged"),
+        (lambda body: body.replace("A", "B"), "damaged"),
+        (lambda body: "", "damaged"),
+        (lambda body: body.splitlines()[0], "not a recording"),
+        (lambda body: "hello", "damaged"),
+        (lambda body: body.splitlines()[0] + "\n§§§", "damaged"),
+    ],
+)
+def test_what_cannot_be_read_is_told_and_dropped(kept_home, tmp_path, capfd, change, words):
+    damage(tmp_path / "a.blend", change)
+    assert stale() is None
+    assert not bpy.data.texts
+    assert words in cache().notice and "Simulate again" in cache().notice
+    said = capfd.readouterr()
+    assert words in said.err and "Traceback" not in said.out + said.err
+    ops.simulate()
+    assert cache().notice == "" and stale() == ""
+
+
+@pytest.fixture
+def newer(monkeypatch):
+    """From now on this is another Blender than that which made what was recorded before."""
+    kept = import_module(f"{ADDON}.angen_addon.recording.stored_recording")
+    return lambda: monkeypatch.setattr(kept, "THIS_BLENDER", (9, 9))
+
+
+def test_in_another_blender_it_holds_where_all_that_both_tell_alike_is_the_same(
+    kept_home, tmp_path, newer, monkeypatch
+):
+    before = columns()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    newer()
+    # What a version tells of everything is different in the next one.
+    fingerprint = import_module(f"{ADDON}.angen_addon.recording.fingerprint")
+    facts_of = fingerprint.facts_of
+    monkeypatch.setattr(fingerprint, "facts_of", lambda datablock: [facts_of(datablock), "new"])
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert stale() == "" and columns() == before
+    kept = cache().kept(bpy.context.scene)
+    assert kept.made_in == bpy.app.version[:2]
+    shelf = named("shelf")
+    shelf.location.x += 0.5
+    bpy.context.view_layer.update()
+    assert "'shelf'" in stale(), "from now on all counts, as of one that was made here"
+    shelf.location.x -= 0.5
+    bpy.context.view_layer.update()
+    assert stale() == ""
+    save_and_load(tmp_path / "b.blend")
+    assert stale() == "" and cache().kept(bpy.context.scene).made_in == bpy.app.version[:2]
+
+
+def test_in_another_blender_it_is_stale_where_something_moved_or_it_was_stale(
+    kept_home, tmp_path, newer
+):
+    """A Blender without the extension saves a file with its recording, whatever was changed."""
+    version = ".".join(map(str, bpy.app.version[:2]))
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    digests = dict(cache().kept(kept_home.scene).fingerprint.portable)
+    assert {"scene", "shown", "Object shelf"} <= digests.keys()
+    kept = cache().kept(kept_home.scene)
+    kept.fingerprint.portable["Object shelf"], kept.stored = "another", ""
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "moved.blend"))
+    kept.fingerprint.portable, kept.stored = digests, ""
+    kept.fingerprint.digests["Object shelf"] = "another"
+    kept.verify(kept_home.scene, bpy.context.evaluated_depsgraph_get())
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "stale.blend"))
+    newer()
+    for name, wanted in (("a", ""), ("moved", "made in"), ("stale", "made in")):
+        bpy.ops.wm.open_mainfile(filepath=str(tmp_path / f"{name}.blend"))
+        assert stale() == (f"it was {wanted} Blender {version}" if wanted else "")
+
+
+def test_a_recording_of_an_earlier_version_of_the_extension_is_stale(kept_home, tmp_path):
+    """Its digests cannot be compared: they are of other facts."""
+    cache().kept(kept_home.scene).facts = 1
+    save_and_load(tmp_path / "a.blend")
+    assert stale() == "it was made by an earlier Ängen Sensors"
+
+
+def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(kept_home, tmp_path):
+    """Another process opens it, and saves it."""
+    import subprocess
+
+    path = tmp_path / "a.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    program = (
+        "import bpy, os, sys\n"
+        f"bpy.ops.wm.open_mainfile(filepath={str(path)!r})\n"
+        "print([t.name for t in bpy.data.texts], [k for k in bpy.context.scene.keys()])\n"
+        "bpy.context.scene.frame_set(20)\n"
+        f"bpy.ops.wm.save_as_mainfile(filepath={str(path)!r})\n"
+        "sys.stdout.flush(); os._exit(0)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert "['.angen_recording']" in done.stdout and "Error" not in done.stdout + done.stderr
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    assert stale() == ""
+
+
+def test_the_command_line_keeps_it_in_the_copy_that_it_saves(kept_home, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    ops.clear_recording()
+    run = import_module(f"{ADDON}.angen_addon.commands.command_line").run_command
+    save, events = str(tmp_path / "b.blend"), str(tmp_path / "b.csv")
+    assert run(["simulate", "--quiet", "--bake", "--save", save, "--events", events]) == 0
+    bpy.ops.wm.open_mainfile(filepath=save)
+    assert stale() == ""
+    assert ops.export_events(filepath=str(tmp_path / "again.csv")) == {"FINISHED"}
+    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()

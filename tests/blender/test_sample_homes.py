@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Both sample homes as their scripts build them: each place that is marked can be reached."""
+"""Both sample homes as their scripts build them: each place that is marked can be reached. And the
+script that furnishes homes of others."""
 
+import subprocess
 import sys
 from datetime import date
 from pathlib import Path
@@ -8,15 +10,22 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.process.standalone import load_extension
+from bl_ext.user_default.angen_sensors.residents.acting import act
+from bl_ext.user_default.angen_sensors.residents.acting.reach import unreached
+from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
+from bl_ext.user_default.angen_sensors.residents.body import skeleton
+from bl_ext.user_default.angen_sensors.residents.routine.file import read
+from bl_ext.user_default.angen_sensors.residents.routine.timetable import Draws, timetable
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
-def builders(empty_scene, addon_part, monkeypatch):
+def builders(empty_scene, monkeypatch):
     """The scripts' modules, which need the extension under its plain name too."""
     monkeypatch.syspath_prepend(str(ROOT / "sample_blends"))
-    addon_part("angen_addon.process.standalone").load_extension()
+    load_extension()
     import build_angen
     import build_atelier
 
@@ -42,13 +51,13 @@ ATELIER = (
 )  # fmt: skip
 
 
-def reached(addon_part, rooms, sliding, rests):
+def reached(rooms, sliding, rests):
     """The places of the open home, each of which can be reached."""
     bpy.context.view_layer.update()
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    found = addon_part("residents.blender.places").read_places(bpy.context.scene, depsgraph)
+    found = read_places(bpy.context.scene, depsgraph)
     assert found.problems == ()
-    lost = addon_part("residents.acting.reach").unreached(found)
+    lost = unreached(found)
     assert [one.place.name for one in lost] == []
     assert len(found.entrances) == len(found.storeys) == 1
     assert len(set(found.storeys[0].rooms)) == rooms + 1
@@ -62,11 +71,11 @@ def reached(addon_part, rooms, sliding, rests):
 
 
 @pytest.mark.slow
-def test_every_place_of_the_sample_home_is_reached_as_it_ships(addon_part, empty_scene):
+def test_every_place_of_the_sample_home_is_reached_as_it_ships(empty_scene):
     home, *expected, _ = ANGEN
     bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / f"{home}.blend"), load_ui=False)
     bpy.context.scene.angen_live = False
-    reached(addon_part, *expected)
+    reached(*expected)
 
 
 def test_the_sample_home_ships_with_a_recording_that_is_fresh(tmp_path, empty_scene):
@@ -78,24 +87,20 @@ def test_the_sample_home_ships_with_a_recording_that_is_fresh(tmp_path, empty_sc
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("home", "rooms", "sliding", "rests", "week"), [ANGEN, ATELIER])
-def test_every_place_is_reached_and_a_day_lived(
-    builders, addon_part, home, rooms, sliding, rests, week
-):
+def test_every_place_is_reached_and_a_day_lived(builders, home, rooms, sliding, rests, week):
     builders[home]()
-    found = reached(addon_part, rooms, sliding, rests)
-    _live(addon_part, found, (ROOT / "sample_blends" / week).read_text(encoding="utf-8"))
+    found = reached(rooms, sliding, rests)
+    _live(found, (ROOT / "sample_blends" / week).read_text(encoding="utf-8"))
 
 
-def _live(addon_part, found, text):
+def _live(found, text):
     """The second day of the home's own week: as busy as real homes are, and all of it acted."""
-    build = addon_part("residents.body.skeleton")
-    routine = addon_part("residents.routine.file").read(text, "week.toml")
-    segments = addon_part("residents.routine.timetable").timetable(routine, date(2026, 3, 2), 2, 1)
+    routine = read(text, "week.toml")
+    segments = timetable(routine, date(2026, 3, 2), 2, 1)
     bodies = {
-        name: build.CAT if name == "missan" else build.OLDER_ADULT for name in routine.persons
+        name: skeleton.CAT if name == "missan" else skeleton.OLDER_ADULT for name in routine.persons
     }
-    draws = addon_part("residents.routine.timetable").Draws(1, date(2026, 3, 2))
-    act = addon_part("residents.acting").act
+    draws = Draws(1, date(2026, 3, 2))
     acted = act(segments, routine, found, bodies, draws, 1)
     for name, body in acted.bodies.items():
         done = [one for one in acted.activities if one.person == name]
@@ -108,3 +113,49 @@ def _live(addon_part, found, text):
     # What a hand opens it shuts again.
     for name, swings in acted.swings.items():
         assert swings[-1].after == found.doors[name].closed, name
+
+
+# The script that puts a person and sensors into homes of others, on one that is quickly made
+
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts" / "foreign_homes"
+
+
+def furnish(home, folder):
+    files = [folder / "home.blend", folder / "reference.blend"]
+    command = [sys.executable, SCRIPTS / "furnish.py", home, *files]
+    done = subprocess.run(
+        [str(part) for part in command], capture_output=True, text=True, timeout=120, check=False
+    )
+    return done, *files
+
+
+def write(path, points, faces):
+    lines = [f"v {x} {y} {z}" for x, y, z in points]
+    lines += ["f " + " ".join(str(corner + 1) for corner in face) for face in faces]
+    path.write_text("o room\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def test_a_room_gets_a_person_and_sensors_that_notice_it(world, tmp_path):
+    room = world.box((5, 4, 2.5), (2.5, 2, 1.25))
+    points = [tuple(v.co + room.location) for v in room.data.vertices]
+    home = write(tmp_path / "room.obj", points, [f.vertices for f in room.data.polygons])
+    done, furnished, reference = furnish(home, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "size: 5.0 × 4.0 × 2.5 m" in done.stdout
+    assert reference.exists()
+    bpy.ops.wm.open_mainfile(filepath=str(furnished))
+    recording = world.run()
+    assert any(world.series(recording, "Angen PIR range_scan", "moved"))
+    weighed = max(world.series(recording, "Angen pad", "force_n"))
+    assert 680 < weighed < 690
+    lux = world.series(recording, "Angen light lux", "illuminance_lux")
+    assert min(lux) > 0.0
+
+
+@pytest.mark.slow
+def test_a_home_without_a_mesh_is_told(tmp_path):
+    done, *_ = furnish(write(tmp_path / "none.obj", [(0, 0, 0)], []), tmp_path)
+    assert done.returncode == 1
+    assert "no mesh is shown" in done.stderr

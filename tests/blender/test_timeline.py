@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sensors' history in the timeline: spans, events and what is drawn of them."""
+"""The sensors' history in the timeline: spans, events, what is drawn of them, and markers."""
 
 import random
 
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.view.timeline import layout
+from bl_ext.user_default.angen_sensors.angen_addon.view.timeline.layout import TimelineRegion
+from bl_ext.user_default.angen_sensors.operators import markers as module
+from bl_ext.user_default.angen_sensors.sensor_logic import log, model
+from bl_ext.user_default.angen_sensors.sensor_logic import log as events
+from bl_ext.user_default.angen_sensors.sensor_logic.recording import tracks as recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
 
 
 @pytest.fixture
-def made(addon_part):
+def made():
     """A track of random readings: (kind, active, extra columns) with updates at these frames."""
-    recording = addon_part("sensor_logic.recording.tracks")
-    model = addon_part("sensor_logic.model")
 
     def make(kind, frames, active, **columns):
         track = recording.Track("sensor", kind)
@@ -34,12 +39,10 @@ def made(addon_part):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_events_are_those_of_the_event_log(addon_part, made, seed):
+def test_events_are_those_of_the_event_log(made, seed):
     numbers = random.Random(seed)
     count = numbers.choice([1, 2, 40, 200])
     frames = range(1, count + 1)
-    events = addon_part("sensor_logic.log")
-    log = addon_part("sensor_logic.log")
     kind = ("PIR", "PRESSURE")[seed % 2]
     columns = {}
     if kind == "PRESSURE":
@@ -59,112 +62,70 @@ def test_events_are_those_of_the_event_log(addon_part, made, seed):
     assert [track.frames[i] for i in switches.tolist()] == sorted(changes)
 
 
-def test_spans_tell_active_invalid_and_off(addon_part, made):
-    history = addon_part("angen_addon.view.timeline.layout")
+def test_spans_tell_active_invalid_and_off(made):
     frames = [1, 3, 5, 7, 9, 21, 23]
     valid = [True, True, False, False, True, True, True]
     track = made("PRESSURE", frames, [0, 1, 1, 1, 1, 1, 0], valid=valid)
-    spans = history.spans_of(track, 1.0, 31.0)
+    spans = layout.spans_of(track, 1.0, 31.0)
     found = list(zip(spans.starts, spans.ends, spans.states, strict=True))
     assert found == [
-        (1, 3, history.IDLE),
-        (3, 5, history.ACTIVE),
-        (5, 9, history.INVALID),
-        (9, 11, history.ACTIVE),
-        (11, 21, history.OFF),
-        (21, 23, history.ACTIVE),
-        (23, 25, history.IDLE),
-        (25, 31, history.OFF),
+        (1, 3, layout.IDLE),
+        (3, 5, layout.ACTIVE),
+        (5, 9, layout.INVALID),
+        (9, 11, layout.ACTIVE),
+        (11, 21, layout.OFF),
+        (21, 23, layout.ACTIVE),
+        (23, 25, layout.IDLE),
+        (25, 31, layout.OFF),
     ]
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_spans_agree_with_the_track_at_every_frame(addon_part, made, seed):
-    """A rate that is no divisor of the frame rate: updates two and three frames apart."""
-    history = addon_part("angen_addon.view.timeline.layout")
-    numbers = random.Random(seed)
-    frames = sorted({1 + -(-k * 24 // 10) for k in range(100)})
-    track = made("PIR", frames, [numbers.random() > 0.7 for _ in frames])
-    end = frames[-1] + 2.0
-    spans = history.spans_of(track, 1.0, end)
-    assert (spans.starts[0], spans.ends[-1]) == (1.0, end)
-    assert (spans.starts[1:] == spans.ends[:-1]).all()
-    assert (np.diff(spans.states) != 0).all()
-    for frame in np.arange(1.0, end, 0.5):
-        at = int(np.searchsorted(spans.starts, frame, side="right")) - 1
-        assert spans.states[at] == track.active[track.at(frame)]
-
-
-def view(addon_part, **changed):
-    made = addon_part("angen_addon.view.timeline.layout").TimelineRegion(
-        400, 10.0, 300.0, 1.0, 1.0, 101.0
-    )
+def view(**changed):
+    made = TimelineRegion(400, 10.0, 300.0, 1.0, 1.0, 101.0)
     return made._replace(**changed)
 
 
 @pytest.fixture
-def drawn(addon_part):
+def drawn():
     """A history of one PIR or pad, with these spans."""
-    history = addon_part("angen_addon.view.timeline.layout")
 
     def make(spans, kind="PIR", room="hall", name="sensor", uid=1, frames=(), values=()):
         starts, ends, states = (np.array(column, float) for column in zip(*spans, strict=True))
-        row = history.HistoryRow(
-            name, room, uid, kind, history.Spans(starts, ends, states.astype(np.int8)),
+        row = layout.HistoryRow(
+            name, room, uid, kind, layout.Spans(starts, ends, states.astype(np.int8)),
             np.array(frames, float), np.array(values, float),
             max(values, default=1.0),
         )  # fmt: skip
-        return history.History((row,), 1.0, 101.0)
+        return layout.History((row,), 1.0, 101.0)
 
     return make
 
 
-def test_an_active_span_is_where_its_frames_are(addon_part, drawn):
-    layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.layout")
-    some = drawn([(1, 26, history.IDLE), (26, 51, history.ACTIVE), (51, 101, history.IDLE)])
-    picture = layout.strips(some, view(addon_part), frozenset())
+def test_an_active_span_is_where_its_frames_are(drawn):
+    some = drawn([(1, 26, layout.IDLE), (26, 51, layout.ACTIVE), (51, 101, layout.IDLE)])
+    picture = layout.strips(some, view(), frozenset())
     solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
     assert [(q[0], q[2]) for q in solid] == [(100.0, 200.0)]
     # Twice as near: the same span is twice as long.
-    picture = layout.strips(some, view(addon_part, left=26.0, right=76.0), frozenset())
+    picture = layout.strips(some, view(left=26.0, right=76.0), frozenset())
     solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
     assert [(q[0], q[2]) for q in solid] == [(0.0, 200.0)]
 
 
-def test_the_shortest_span_is_seen_and_the_number_of_shapes_is_bounded(addon_part, drawn):
-    layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.layout")
-    count = 100_000
-    frames = np.linspace(1.0, 101.0, count + 1)
-    spans = [
-        (frames[i], frames[i + 1], history.ACTIVE if i % 97 == 0 else history.IDLE)
-        for i in range(count)
-    ]
-    picture = layout.strips(drawn(spans), view(addon_part), frozenset())
-    assert len(picture.quads) <= 400
-    alone = drawn([(1, 50, 0), (50, 50.001, history.ACTIVE), (50.001, 101, 0)])
-    picture = layout.strips(alone, view(addon_part), frozenset())
-    solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
-    assert [q[2] - q[0] for q in solid] == [1.0]
-
-
-def test_states_differ_without_colour(addon_part, drawn):
+def test_states_differ_without_colour(drawn):
     """Solid, hatched, dotted: by the shapes, whatever their colours are."""
-    layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.layout")
 
     def shapes(state):
-        picture = layout.strips(drawn([(1, 101, state)]), view(addon_part), frozenset())
+        picture = layout.strips(drawn([(1, 101, state)]), view(), frozenset())
         rows = [q for q in picture.quads if q[4] != layout.GROUND]
         slanted = [line for line in picture.lines if line[0] != line[2] and line[1] != line[3]]
         covered = sum((q[2] - q[0]) * (q[3] - q[1]) for q in rows)
         return round(covered / (400 * 15), 2), len(slanted) > 20
 
-    assert shapes(history.ACTIVE) == (1.0, False)
-    assert shapes(history.INVALID) == (0.0, True)
-    assert shapes(history.IDLE) == (0.0, False)
-    dots, slanted = shapes(history.OFF)
+    assert shapes(layout.ACTIVE) == (1.0, False)
+    assert shapes(layout.INVALID) == (0.0, True)
+    assert shapes(layout.IDLE) == (0.0, False)
+    dots, slanted = shapes(layout.OFF)
     assert 0.0 < dots < 0.1
     assert not slanted
 
@@ -176,24 +137,22 @@ def test_a_curve_keeps_its_peaks(addon_part, drawn):
     values = np.ones(len(frames))
     values[20_000] = 4.0
     some = drawn([(1, 101, history.ACTIVE)], kind="PRESSURE", frames=frames, values=values)
-    picture = layout.strips(some, view(addon_part), frozenset())
+    picture = layout.strips(some, view(), frozenset())
     tops = {q[3] - q[1] for q in picture.quads if q[4] == layout.COLOURS[2]}
     assert max(tops) == 15.0
     assert min(tops) == pytest.approx(15 / 4, abs=0.5)
 
 
 @pytest.mark.parametrize("count", [1, 22, 500])
-def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(addon_part, drawn, count):
-    layout = addon_part("angen_addon.view.timeline.layout")
-    history = addon_part("angen_addon.view.timeline.layout")
+def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(drawn, count):
     rows = []
     for i in range(count):
-        rows += drawn([(1, 101, history.ACTIVE)], room=f"room {i % 5}", name=f"s{i}", uid=i).rows
+        rows += drawn([(1, 101, layout.ACTIVE)], room=f"room {i % 5}", name=f"s{i}", uid=i).rows
     rows.sort(key=lambda row: row.room)
-    some = history.History(tuple(rows), 1.0, 101.0)
+    some = layout.History(tuple(rows), 1.0, 101.0)
     for top in (12.0, 60.0, 300.0, 2000.0):
-        picture = layout.strips(some, view(addon_part, top=top), frozenset({1}))
-        names = layout.labels(some, view(addon_part, top=top), frozenset(), ground=True)
+        picture = layout.strips(some, view(top=top), frozenset({1}))
+        names = layout.labels(some, view(top=top), frozenset(), ground=True)
         strips = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
         assert all(10.0 <= q[1] < q[3] <= top for q in strips)
         lows = sorted(q[1] for q in strips)
@@ -207,59 +166,21 @@ def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(addon_part, d
         assert len(names.words) in (0, len(strips))
 
 
-def test_rows_stand_by_room_and_kind_and_sensors_without_a_track_are_told_as_off(world, addon_part):
-    history = addon_part("angen_addon.view.timeline.layout")
+def test_rows_stand_by_room_and_kind_and_sensors_without_a_track_are_told_as_off(world):
     world.pir("B")["room"] = "hall"
     world.switch("A")["room"] = "hall"
     world.switch("C")
     world.pir("D", enabled=False)["room"] = "attic"
     recording = world.run()
-    found = history.history_of(recording, world.sensors())
+    found = layout.history_of(recording, world.sensors())
     assert [(row.room, row.name) for row in found.rows] == [
         ("attic", "D"), ("hall", "B"), ("hall", "A"), ("", "C"),
     ]  # fmt: skip
     off, pir = found.rows[:2]
-    assert off.spans.states.tolist() == [history.OFF]
+    assert off.spans.states.tolist() == [layout.OFF]
     assert (pir.spans.starts[0], pir.spans.ends[-1]) == (1.0, 49.0)
-    assert history.OFF not in pir.spans.states
+    assert layout.OFF not in pir.spans.states
     assert found.row_of(pir.uid) is pir
-
-
-def test_a_history_is_made_once_a_recording(world, addon_part):
-    made = addon_part("angen_addon.view.timeline.layout").Histories()
-    sensor = world.switch("A")
-    recording = world.run()
-    first = made.get(recording, world.sensors())
-    assert made.get(recording, world.sensors()) is first
-    sensor["room"] = "hall"
-    second = made.get(recording, world.sensors())
-    assert second.rows[0].room == "hall"
-    assert made.get(world.run(), world.sensors()) is not second
-
-
-def test_a_day_is_made_ready_quickly(addon_part, made):
-    """86 400 s at 10 Hz: the events by numpy, not row by row."""
-    recording = addon_part("sensor_logic.recording.tracks")
-    events = addon_part("sensor_logic.log")
-    history = addon_part("angen_addon.view.timeline.layout")
-    count = 864_000
-    track = recording.Track("day", "PIR")
-    active = (np.arange(count) // 50 % 7 == 0).astype(np.int8)
-    track.frames.extend(np.arange(count) * 2.4 + 1)
-    track.active.extend(active)
-    track.columns["moved"].extend(active)
-    assert len(events.switch_indices(track)) == int(np.count_nonzero(np.diff(active)))
-    spans = history.spans_of(track, 1.0, count * 2.4 + 1)
-    assert len(spans.starts) == int(np.count_nonzero(np.diff(active))) + 1
-
-
-def test_nothing_is_drawn_without_a_window_and_settings_are_the_scenes(world, addon_part):
-    assert bpy.app.background
-    assert not addon_part("angen_addon.view.timeline.draw")._handles
-    settings = world.scene.angen_timeline
-    assert (settings.show, settings.rows, settings.names) == (True, "ALL", True)
-    menu = bpy.types.DOPESHEET_HT_header.draw._draw_funcs
-    assert [f.__name__ for f in menu].count("draw_in_timeline_header") == 1
 
 
 # Jumping
@@ -315,7 +236,7 @@ def test_a_jump_needs_a_recorded_sensor(world, jumper):
         bpy.ops.angen.event_jump()
 
 
-def test_keys_are_there_once_and_gone_when_switched_off(world, addon_part):
+def test_keys_are_there_once_and_gone_when_switched_off(world):
     import addon_utils
 
     def items():
@@ -342,3 +263,107 @@ def test_keys_are_there_once_and_gone_when_switched_off(world, addon_part):
     finally:
         assert addon_utils.enable(ADDON, default_set=True) is not None
     assert sorted(items()) == sorted(expected)
+
+
+# Timeline markers for events
+
+
+@pytest.fixture
+def home(world):
+    """A switch and a detector that see a door move at frames 10, 20 and 30; simulated."""
+    leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
+    places = {1: (0, 0, -0.02), 10: (1, 0, -0.02), 20: (0, 0, -0.02), 30: (1, 0, -0.02)}
+    world.key(leaf, "location", places, "CONSTANT")
+    world.switch("switch")
+    world.pir("pir", rays=1, range_min=0.001)
+    world.update()
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    return world
+
+
+def select(*names):
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(obj.name in names)
+    bpy.context.view_layer.objects.active = bpy.data.objects[names[0]] if names else None
+
+
+def markers(world):
+    return sorted((m.frame, m.name) for m in world.scene.timeline_markers)
+
+
+SWITCH = [(10, "switch: Open"), (20, "switch: Closed"), (30, "switch: Open")]
+PIR = [(f, f"pir: {w}") for f, w in [(10, "Motion"), (11, "Still"), (20, "Motion"),
+                                     (21, "Still"), (30, "Motion"), (31, "Still")]]  # fmt: skip
+
+
+def test_a_marker_for_each_event_of_the_selected_sensors(home):
+    home.scene.timeline_markers.new("mine", frame=5)
+    select("switch")
+    assert bpy.ops.angen.markers_add() == {"FINISHED"}
+    assert markers(home) == [(5, "mine"), *SWITCH]
+    select("switch", "pir")
+    assert bpy.ops.angen.markers_add() == {"FINISHED"}
+    assert markers(home) == sorted([(5, "mine"), *SWITCH, *PIR])
+
+
+def test_they_are_replaced_and_only_they_are_cleared(home):
+    select("switch")
+    bpy.ops.angen.markers_add()
+    home.scene.timeline_markers[0].frame = 12
+    renamed = home.scene.timeline_markers[1]
+    renamed.name = "kept by the user"
+    at = renamed.frame
+    home.scene.timeline_markers.new("mine", frame=5)
+    bpy.ops.angen.markers_add()
+    assert markers(home) == sorted([(5, "mine"), (at, "kept by the user"), *SWITCH])
+    select("pir")
+    bpy.ops.angen.markers_add()
+    assert len(markers(home)) == 11
+    assert bpy.ops.angen.markers_clear() == {"FINISHED"}
+    assert markers(home) == sorted([(5, "mine"), (at, "kept by the user")])
+    with pytest.raises(RuntimeError, match="no markers"):
+        bpy.ops.angen.markers_clear()
+
+
+def test_they_are_known_again_in_a_saved_file_and_leave_the_recording(home, tmp_path):
+    select("switch")
+    bpy.ops.angen.markers_add()
+    home.update()
+    assert CACHE.recording(home.scene) is not None
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert len(markers(home)) == 3
+    assert bpy.ops.angen.markers_clear() == {"FINISHED"}
+    assert markers(home) == []
+
+
+def test_long_names_and_too_many(home, monkeypatch):
+    sensor = bpy.data.objects["switch"]
+    name = "Schalter an der Tür zum Wirtschaftsraum im Süden, unten, é"
+    sensor.name = name
+    home.update()
+    bpy.ops.angen.simulate()
+    select(sensor.name)
+    bpy.ops.angen.markers_add()
+    bpy.ops.angen.markers_add()
+    assert len(markers(home)) == 3
+    monkeypatch.setattr(module, "MOST_MARKERS", 2)
+    with pytest.raises(RuntimeError, match="select fewer sensors"):
+        bpy.ops.angen.markers_add()
+    assert len(markers(home)) == 3
+    bpy.ops.angen.markers_clear()
+    assert markers(home) == []
+
+
+def test_what_they_need(world):
+    def why(operator):
+        with pytest.raises(RuntimeError) as error:
+            operator()
+        return str(error.value)
+
+    world.switch()
+    select()
+    assert "Simulate first" in why(bpy.ops.angen.markers_add)
+    world.update()
+    bpy.ops.angen.simulate()
+    assert "Select sensors" in why(bpy.ops.angen.markers_add)

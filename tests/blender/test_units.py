@@ -6,6 +6,10 @@ import math
 import blf
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
+from bl_ext.user_default.angen_sensors.angen_addon.scene.lengths import with_unit
+from bl_ext.user_default.angen_sensors.panels.parameters import panel_label as label_of
+from bl_ext.user_default.angen_sensors.sensor_logic import kinds, parameters
 from light_stage import facing, lamp
 from panel_layout import drawn
 
@@ -27,7 +31,7 @@ def lit(world):
     return obj
 
 
-def test_light_by_illuminance_is_in_lux_wherever_it_is_shown(world, lit, addon_part, tmp_path):
+def test_light_by_illuminance_is_in_lux_wherever_it_is_shown(world, lit, tmp_path):
     ops.simulate()
     world.scene.frame_set(2)
     assert drawn("ANGEN_PT_active_sensor").labels[1] == "Lit, 1445 lx"
@@ -39,7 +43,7 @@ def test_light_by_illuminance_is_in_lux_wherever_it_is_shown(world, lit, addon_p
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "1445 lx" in page and "300 lx" in page and "1445 %" not in page
     (sensor,) = world.sensors()
-    told = addon_part("angen_addon.output.describe").describe(sensor)
+    told = describe(sensor)
     assert told["reading"] == {"field": "illuminance_lux", "unit": "lx"}
     assert told["units"]["luminance_percent"] == "%"
     for shown in (panel.text, page):
@@ -141,17 +145,6 @@ def test_other_lengths_follow_the_scenes_unit_too(scaled, world):
         assert getattr(owner, name) == pytest.approx(0.5, rel=1e-6)
 
 
-def test_a_recording_does_not_mind_in_what_lengths_are_shown(world):
-    world.wall(0.31)
-    switch = world.switch()
-    world.key(switch, "angen_sensor.optical_switch.range_max", {1: 0.5, 4: 0.4})
-    ops.simulate()
-    world.scene.frame_set(3)
-    world.scene.unit_settings.length_unit = "CENTIMETERS"
-    world.update()
-    assert "stale" not in drawn("ANGEN_PT_simulation").text
-
-
 def test_without_units_the_label_has_those_that_blender_leaves_out(world):
     world.scene.unit_settings.system = "NONE"
     ops.sensor_add(kind="PIR")
@@ -160,12 +153,9 @@ def test_without_units_the_label_has_those_that_blender_leaves_out(world):
     )
 
 
-def test_no_label_is_wider_than_its_column(addon_part):
+def test_no_label_is_wider_than_its_column():
     """Of the sidebar at its default width, 40 % of 235 pixels without margins; in Blender's own
     font."""
-    kinds, parameters = addon_part("sensor_logic.kinds"), addon_part("sensor_logic.parameters")
-    label_of = addon_part("panels.parameters").panel_label
-    with_unit = addon_part("angen_addon.scene.lengths").with_unit
     blf.size(0, 11.0)
     for kind in kinds.KINDS.values():
         units = {field.unit for field in kind.samples if field.used_when} or {""}

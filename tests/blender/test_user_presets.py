@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a user saves comes back, in Blender's own folder of presets, and goes when removed."""
+"""Presets set what they name and nothing else; what a user saves comes back, in Blender's own
+folder of presets, and goes when removed."""
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.authoring.presets import is_applied
+from bl_ext.user_default.angen_sensors.operators import user_preset as module
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
+from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS as kinds
+from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
 
 ops = bpy.ops.angen
 
 
 @pytest.fixture
-def user_preset(addon_part):
+def user_preset():
     """The module; the presets that a test saves are gone after it."""
-    module = addon_part("operators.user_preset")
-    kinds = addon_part("sensor_logic.kinds").KINDS
 
     def saved():
         return [file for kind in kinds.values() for file in module.user_presets(kind)]
@@ -32,12 +37,10 @@ def make(world, kind, name="sensor", **settings):
     return sensor
 
 
-def values(addon_part, sensor):
-    kind = addon_part("sensor_logic.kinds").KINDS[sensor.angen_sensor.kind]
+def values(sensor):
+    kind = kinds[sensor.angen_sensor.kind]
     group = getattr(sensor.angen_sensor, kind.attribute)
-    return {
-        n: getattr(group, n) for n in addon_part("sensor_logic.parameters").specs(kind.parameters)
-    }
+    return {n: getattr(group, n) for n in specs(kind.parameters)}
 
 
 @pytest.mark.parametrize(
@@ -49,20 +52,20 @@ def values(addon_part, sensor):
         ("LIGHT", {"method": "ILLUMINANCE", "gamma": 0.66}),
     ],
 )
-def test_saved_and_applied_to_another_sensor(world, user_preset, addon_part, kind, settings):
+def test_saved_and_applied_to_another_sensor(world, user_preset, kind, settings):
     first = make(world, kind, "first", **settings)
     assert ops.user_preset_save(name="My Part 2") == {"FINISHED"}
     second = make(world, kind, "second")
-    assert values(addon_part, second) != values(addon_part, first)
+    assert values(second) != values(first)
     assert ops.user_preset_apply(name="My Part 2") == {"FINISHED"}
-    assert values(addon_part, second) == values(addon_part, first)
+    assert values(second) == values(first)
     assert bpy.types.ANGEN_MT_presets.bl_label == "Presets"
 
 
-def test_files_are_in_blenders_folder_and_of_its_form(world, user_preset, addon_part):
+def test_files_are_in_blenders_folder_and_of_its_form(world, user_preset):
     sensor = make(world, "PIR", rays=77)
     ops.user_preset_save(name="Hall way")
-    kind = addon_part("sensor_logic.kinds").KINDS["PIR"]
+    kind = kinds["PIR"]
     (file,) = user_preset.user_presets(kind)
     folder = bpy.utils.user_resource("SCRIPTS", path="presets/angen_sensors/pir")
     assert file.parent.resolve() == Path(folder).resolve()
@@ -73,22 +76,12 @@ def test_files_are_in_blenders_folder_and_of_its_form(world, user_preset, addon_
     bpy.types.ANGEN_MT_presets.bl_label = "Presets"
 
 
-def test_kinds_have_presets_of_their_own(world, user_preset, addon_part):
-    make(world, "PIR")
-    ops.user_preset_save(name="mine")
-    make(world, "LIGHT")
-    with pytest.raises(RuntimeError, match=r"'Light sensor' is called 'mine': none is saved"):
-        ops.user_preset_apply(name="mine")
-    ops.user_preset_save(name="mine")
-    assert ops.user_preset_apply(name="mine") == {"FINISHED"}
-
-
-def test_removed_in_the_same_menu(world, user_preset, addon_part):
+def test_removed_in_the_same_menu(world, user_preset):
     make(world, "PIR")
     ops.user_preset_save(name="one")
     ops.user_preset_save(name="two")
     assert ops.user_preset_save(name="one", remove_name=True) == {"FINISHED"}
-    kind = addon_part("sensor_logic.kinds").KINDS["PIR"]
+    kind = kinds["PIR"]
     assert [user_preset.label_of(f) for f in user_preset.user_presets(kind)] == ["two"]
     with pytest.raises(RuntimeError, match="no preset 'one'"):
         ops.user_preset_save(name="one", remove_name=True)
@@ -122,18 +115,18 @@ def test_the_menu_lists_both_kinds_of_presets(world, user_preset):
     assert (drawn[-2].name, drawn[-2].remove_name) == ("mine", True)
 
 
-def test_what_is_not_a_preset_changes_nothing(world, user_preset, addon_part, capfd):
+def test_what_is_not_a_preset_changes_nothing(world, user_preset, capfd):
     sensor = make(world, "PIR", rays=12)
     with pytest.raises(RuntimeError, match="Give the preset a name"):
         ops.user_preset_save(name="  ")
     ops.user_preset_save(name="odd")
-    (file,) = user_preset.user_presets(addon_part("sensor_logic.kinds").KINDS["PIR"])
-    before = values(addon_part, sensor)
+    (file,) = user_preset.user_presets(kinds["PIR"])
+    before = values(sensor)
     for text in ("settings.rays = (", "settings.rays = print('run')"):
         file.write_text(text)
         with pytest.raises(RuntimeError, match="'odd' cannot be read"):
             ops.user_preset_apply(name="odd")
-    assert values(addon_part, sensor) == before
+    assert values(sensor) == before
     capfd.readouterr()
     file.write_text(
         "settings.gone = 3\nsettings.rays = 'many'\nsettings.sweep = 'NO'\nsettings.range_max = 9\n"
@@ -144,23 +137,65 @@ def test_what_is_not_a_preset_changes_nothing(world, user_preset, addon_part, ca
     assert (sensor.angen_sensor.pir.rays, sensor.angen_sensor.pir.sweep) == (12, "SAWTOOTH")
 
 
-def test_what_is_of_one_file_is_not_saved(world, user_preset, addon_part):
-    sensor = make(world, "PRESSURE")
-    sensor.angen_sensor.pressure.partner_object = sensor
-    ops.user_preset_save(name="pad")
-    (file,) = user_preset.user_presets(addon_part("sensor_logic.kinds").KINDS["PRESSURE"])
-    assert "partner" not in file.read_text()
+# Presets set what they name and nothing else, and each can be told from the others
 
 
-def test_a_preset_of_an_earlier_version_with_the_engine_direct_sets_cycles(
-    world, user_preset, addon_part, capfd
-):
-    sensor = make(world, "LIGHT", engine="EEVEE")
-    ops.user_preset_save(name="old")
-    (file,) = user_preset.user_presets(addon_part("sensor_logic.kinds").KINDS["LIGHT"])
-    file.write_text(file.read_text().replace("'EEVEE'", "'DIRECT'"))
-    capfd.readouterr()
-    assert ops.user_preset_apply(name="old") == {"FINISHED"}
-    assert sensor.angen_sensor.light.engine == "CYCLES"
-    told = capfd.readouterr().out
-    assert told.count("engine DIRECT no longer exists and was replaced by CYCLES") == 1
+@pytest.fixture
+def presets():
+    """Each with its kind."""
+    kinds = KINDS.values()
+    return [(kind, preset) for kind in kinds for preset in kind.presets]
+
+
+def activate(world, obj):
+    world.update()
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+def all_values(world, obj):
+    """Every parameter of a sensor's kind, by name."""
+    kind = KINDS[obj.angen_sensor.kind]
+    group = getattr(obj.angen_sensor, kind.attribute)
+    names = specs(kind.parameters)
+    return {name: getattr(group, name) for name in names}
+
+
+def test_every_preset_sets_what_it_names_and_nothing_else(world, presets):
+    for kind, preset in presets:
+        obj = activate(world, world.sensor(kind.identifier, preset.identifier))
+        group = getattr(obj.angen_sensor, kind.attribute)
+        for name, value in preset.values.items():
+            if isinstance(value, float):
+                setattr(group, name, value + 0.25)
+        before = all_values(world, obj)
+        assert not is_applied(obj, preset)
+        assert ops.preset_apply(preset=preset.identifier) == {"FINISHED"}
+        assert is_applied(obj, preset)
+        after = all_values(world, obj)
+        for name, value in after.items():
+            expected = preset.values.get(name, before[name])
+            if isinstance(expected, float):
+                assert math.isclose(value, expected, rel_tol=1e-6, abs_tol=1e-12), name
+            else:
+                assert value == expected, name
+
+
+def test_one_preset_at_most_is_ticked_for_each_part(world, presets):
+    """No two presets of a kind are the same; the ideal part is what a new pad has."""
+    pad = activate(world, world.sensor("PRESSURE", "pad"))
+    of_kind = [preset for kind, preset in presets if kind.identifier == "PRESSURE"]
+    assert [p.identifier for p in of_kind if is_applied(pad, p)] == ["FSR_402_IDEAL"]
+    for preset in of_kind:
+        ops.preset_apply(preset=preset.identifier)
+        assert [p for p in of_kind if is_applied(pad, p)] == [preset]
+    pad.angen_sensor.pressure.load_resistor = 4700.0
+    assert not any(is_applied(pad, p) for p in of_kind)
+
+
+def test_an_unknown_preset_changes_nothing(world):
+    pad = activate(world, world.sensor("PRESSURE", "pad", load_resistor=4700.0))
+    before = all_values(world, pad)
+    with pytest.raises(RuntimeError, match=r"'THESIS'.*there are FSR_402_IDEAL, FSR_402,"):
+        ops.preset_apply(preset="THESIS")
+    assert all_values(world, pad) == before

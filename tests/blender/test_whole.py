@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sensor stays whole through duplicate, copy and paste, append, override, parents and undo."""
+"""A sensor stays whole through duplicate, copy and paste, append, link, override and undo."""
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError
 
 ops = bpy.ops.angen
 KINDS = ("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT")
@@ -73,44 +74,19 @@ def test_copy_and_paste(world, kind, tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 def test_override(world, kind, tmp_path):
     sensor = make(world, kind)
-    collection = bpy.data.collections.new("devices")
-    world.scene.collection.children.link(collection)
-    for obj in (sensor, sensor.parent):
-        world.scene.collection.objects.unlink(obj)
-        collection.objects.link(obj)
-    path = tmp_path / "library.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    with bpy.data.libraries.load(str(path), link=True) as (_, target):
-        target.collections = ["devices"]
-    (linked,) = target.collections
-    bpy.context.scene.collection.children.link(linked)
-    bpy.context.view_layer.update()
+    devices = world.aside("devices", sensor, sensor.parent)
+    linked = world.bring(world.save_library(tmp_path / "library.blend", devices))
     (library_sensor,) = [o for o in linked.all_objects if o.angen_sensor.kind != "NONE"]
     check(library_sensor, kind)
     bpy.context.view_layer.objects.active = library_sensor
     for operator in (ops.user_preset_apply, ops.preset_apply):
         with pytest.raises(RuntimeError, match="make it local or a library override"):
             operator()
-    override = linked.override_hierarchy_create(
-        bpy.context.scene, bpy.context.view_layer, do_fully_editable=True
-    )
-    (own,) = [o for o in override.all_objects if o.angen_sensor.kind != "NONE"]
+    (own,) = [o for o in world.override(linked).all_objects if o.angen_sensor.kind != "NONE"]
     check(own, kind)
     bpy.context.view_layer.objects.active = own
     assert ops.preset_apply(preset="FSR_402" if kind == "PRESSURE" else "THESIS") == {"FINISHED"}
     check(library_sensor, kind)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_parents_taken_away_and_given(world, kind):
-    sensor = make(world, kind)
-    where = sensor.matrix_world.copy()
-    bpy.ops.object.parent_clear(type="CLEAR_KEEP_TRANSFORM")
-    world.update()
-    assert sensor.parent is None
-    assert (sensor.matrix_world.translation - where.translation).length < 1e-5
-    check(sensor, kind)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -147,3 +123,59 @@ def test_a_fitted_door_is_undone_whole(world):
     assert not bpy.data.objects["leaf"].children
     bpy.ops.ed.redo()
     assert bpy.data.objects["Flag leaf"].parent == bpy.data.objects["leaf"]
+
+
+# Sensors that come from another file
+
+
+@pytest.fixture
+def library(world, tmp_path):
+    """A file with a switch called "Door", 0.2 m from a wall, in a collection."""
+    devices = world.aside("devices", world.switch("Door"), world.wall(0.2, "panel"))
+    path = world.save_library(tmp_path / "library.blend", devices)
+    world.scene.frame_end = 4
+    return path
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_appended_and_linked_sensors_sense(world, library, link):
+    world.bring(library, link)
+    recording = world.run()
+    assert world.series(recording, "Door", "range_m") == pytest.approx([0.2] * 4, abs=2e-5)
+
+
+def test_two_sensors_of_the_same_name_are_refused_with_their_files(world, library):
+    world.bring(library)
+    world.switch("Door")
+    with pytest.raises(AngenError) as error:
+        world.run()
+    for words in ("2 sensors", "'Door'", "library.blend", "this file", "rename"):
+        assert words in str(error.value)
+    with pytest.raises(RuntimeError, match="'Door'"):
+        bpy.ops.angen.simulate()
+
+
+def test_bake_passes_over_linked_sensors(world, library, fcurves):
+    world.bring(library)
+    world.switch("Local")
+    world.update()
+    bpy.ops.angen.simulate()
+    assert bpy.ops.angen.bake_keyframes() == {"FINISHED"}
+    assert len(fcurves(bpy.data.objects["Local"])) == 2
+
+
+def test_assign_and_clear_refuse_linked_objects(world, library):
+    world.bring(library)
+    bpy.context.view_layer.objects.active = bpy.data.objects["Door"]
+    for operator in (bpy.ops.angen.sensor_clear, bpy.ops.angen.sensor_assign):
+        with pytest.raises(RuntimeError, match="linked"):
+            operator()
+
+
+def test_an_overridden_sensor_has_parameters_of_its_own(world, library):
+    override = world.override(world.bring(library))
+    sensor = next(o for o in override.all_objects if o.angen_sensor.kind != "NONE")
+    sensor.angen_sensor.optical_switch.threshold = 0.3
+    world.update()
+    assert world.series(world.run(), sensor.name, "open") == [0] * 4
+    assert sensor.override_library.reference.angen_sensor.optical_switch.threshold < 0.1

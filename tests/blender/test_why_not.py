@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a sensor reports nothing, in what a user reads: panels, Explain and the command line."""
+"""Why a sensor reports something or nothing, in what a user reads: panels, Explain and the command
+line."""
 
 import math
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command
+from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import MEMORY
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from light_stage import facing, lamp
 from panel_layout import drawn
 
@@ -39,7 +43,7 @@ def passing(world):
     return obj
 
 
-def test_a_detector_that_warms_up_says_so_everywhere(world, passing, addon_part):
+def test_a_detector_that_warms_up_says_so_everywhere(world, passing):
     assert passing.angen_sensor.pir.warm_up_time == 60.0
     ops.simulate()
     world.scene.frame_set(25)
@@ -58,12 +62,12 @@ def test_a_detector_that_warms_up_says_so_everywhere(world, passing, addon_part)
     assert drawn("ANGEN_PT_active_sensor").labels[1].startswith("Motion")
 
 
-def test_the_command_line_says_so_too(world, passing, addon_part, capsys, tmp_path):
+def test_the_command_line_says_so_too(world, passing, capsys, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
 
     def run(*arguments):
         capsys.readouterr()
-        assert addon_part("angen_addon.commands.command_line").run_command(list(arguments)) == 0
+        assert run_command(list(arguments)) == 0
         return capsys.readouterr()
 
     told = run("simulate", "--events", str(tmp_path / "events.csv")).err
@@ -169,3 +173,85 @@ def test_a_dark_light_sensor_tells_its_share_of_the_threshold(world):
     assert "0 of 1 events passed" in drawn("ANGEN_PT_events").text
     assert ops.event_jump(direction="NEXT") == {"FINISHED"}
     assert world.scene.frame_current == 3
+
+
+# Explanations as the operator, the panel and the command line show them
+
+
+def operators(world):
+    box = world.box((1, 1, 1), at=(9, 0, -2.0), name="Box")
+    world.key(box, "location", {1: (9, 0, -2.0), 10: (0, 0, -2.0), 20: (9, 0, -2)}, "CONSTANT")
+    obj = world.pir(rays=1)
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+def kept(world, addon_part, obj):
+    """What the panel shows at the playhead."""
+    recording = CACHE.recording(world.scene)
+    if recording is None:
+        return None
+    scene, event_at = world.scene, addon_part("operators.explain").event_at
+    index = event_at(recording.tracks[obj.name], scene.frame_current)
+    return MEMORY.recall(recording, obj.session_uid, index)
+
+
+def test_it_is_shown_until_the_playhead_leaves_or_the_scene_changes(world, addon_part):
+    obj = operators(world)
+    world.update()
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    world.scene.frame_set(10)
+    assert kept(world, addon_part, obj) is None
+    assert bpy.ops.angen.explain() == {"FINISHED"}
+    world.update()
+    assert world.scene.frame_current == 10
+    found = kept(world, addon_part, obj)
+    assert found is not None, "the recording was lost"
+    assert "'Box' came in" in found.headline
+    assert "Box" in found.as_text()
+    world.scene.frame_set(11)
+    assert kept(world, addon_part, obj) is None
+    world.scene.frame_set(10)
+    assert kept(world, addon_part, obj) is found
+    world.link("new", bpy.data.objects["Box"].data, (0, 0, -0.5))
+    world.update()
+    assert kept(world, addon_part, obj) is None
+
+
+def test_what_the_operator_needs(world):
+    def why():
+        with pytest.raises(RuntimeError) as error:
+            bpy.ops.angen.explain()
+        return str(error.value)
+
+    obj = operators(world)
+    bpy.context.view_layer.objects.active = bpy.data.objects["Box"]
+    world.update()
+    assert "active" in why()
+    bpy.context.view_layer.objects.active = obj
+    assert "Simulate first" in why()
+
+
+def test_the_command_line_tells_the_same(world, tmp_path, capsys):
+    operators(world)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    capsys.readouterr()
+
+    def explain(*arguments):
+        status = run_command(["explain", *arguments])
+        told = capsys.readouterr()
+        return status, told.out, told.err
+
+    status, out, _ = explain("--sensor", "pir", "--time", "0.375", "--quiet")
+    assert status == 0
+    assert out.splitlines()[0] == "pir, frame 10 (0.375 s)"
+    assert "'Box' came in" in out
+    status, out, _ = explain("--sensor", "pir", "--time", "0.37", "--quiet")
+    assert (status, "first scan" in out) == (0, True)
+    status, out, error = explain("--sensor", "pr", "--time", "0.37")
+    assert (status, out, "did you mean pir?" in error) == (2, "", True)
+    assert explain("--sensor", "pir")[0] == 2
+    assert explain("--sensor", "pir", "--time", "-1")[0] == 2
+    bpy.data.objects["pir"].angen_sensor.enabled = False
+    status, _, error = explain("--sensor", "pir", "--time", "1")
+    assert (status, "switched off" in error) == (1, True)

@@ -3,7 +3,7 @@
 
 They are not the meshes: primitives take the size of the bounding box and sit at the object's
 origin, children of a compound lose their own scale, a scaled hull keeps its margin unscaled.
-Measured with resting bodies in Blender 4.2, 4.5 and 5.2 (tests/blender/test_colliders.py).
+Measured with resting bodies in Blender 4.2, 4.5 and 5.2 (tests/blender/test_pressure_shapes.py).
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ blender -b -P sample_blends/build_light_control.py -- [--out FILE] [--picture FI
 
 import os
 import sys
+from math import ceil
 from pathlib import Path
 
 # Blender notes the home folder of whoever builds the file in the file's file browser.
@@ -21,14 +22,16 @@ from mathutils import Vector
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from angen_home.animate import add_story_person, animate  # noqa: E402
+from angen_home.devices import add_person  # noqa: E402
 from angen_home.meshes import MeshBuilder, collection, place  # noqa: E402
-from angen_home.plan import FLOOR_Z  # noqa: E402
+from angen_home.plan import FLOOR_Z, FPS  # noqa: E402
+from angen_sensors.residents.acting.places import Places  # noqa: E402
 from angen_sensors.residents.acting.timeline import (  # noqa: E402
     Acted,
     Clip,
     Timeline,
 )
+from angen_sensors.residents.blender.keys import KeyedStretch  # noqa: E402
 from angen_sensors.residents.body.gait import Stand, Walk, footsteps, standing  # noqa: E402
 from sample_file import make  # noqa: E402
 
@@ -116,7 +119,15 @@ def add_lamp(pir: bpy.types.Object) -> None:
     variable.targets[0].data_path = "angen_sensor.active"
 
 
-def walk_through() -> Acted:
+def add_story(scene: bpy.types.Scene) -> None:
+    """The person, who walks through the room."""
+    line = walk_through()
+    scene.render.fps, scene.frame_end = FPS, ceil(line.duration * FPS)
+    keys = KeyedStretch({"person": add_person()}, Places({}, {}, {}), FPS)
+    keys.show(Acted({"person": line}), 0.0, line.duration)
+
+
+def walk_through() -> Timeline:
     """In, to the middle, and out again."""
     line = Timeline()
     clips = line.clips
@@ -137,7 +148,7 @@ def walk_through() -> Acted:
     wait(STAND_INSIDE)
     stand = walk(OUTSIDE)
     wait(AFTERWARDS)
-    return Acted({"person": line})
+    return line
 
 
 def add_surroundings() -> None:
@@ -167,7 +178,7 @@ def build() -> bpy.types.Scene:
         collection(path)
     add_room()
     add_lamp(add_sensors())
-    animate(scene, add_story_person(), walk_through())
+    add_story(scene)
     add_surroundings()
     scene.frame_set(1)
     return scene

@@ -17,7 +17,7 @@ from typing import Any
 
 import distributed
 
-from ..angen_addon.output.run_log import extension_version
+from ..angen_addon.output.version import extension_version
 from ..sensor_logic.error import AngenError
 from .settings import Settings
 

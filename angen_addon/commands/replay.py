@@ -20,7 +20,7 @@ from ...sensor_logic.log import Value, parse_start
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
 from ..output.mqtt.player import Player, clear, found
-from ..output.run_log import extension_version
+from ..output.version import extension_version
 from .console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
 from .parser import Parser, path
 

@@ -17,7 +17,7 @@ from ..output import faulty
 from ..output.faulty import Faults
 from ..output.mqtt import address as mqtt
 from ..output.mqtt.address import address_of
-from ..output.mqtt.player import Sending
+from ..output.mqtt.sending import Sending
 from ..output.output_files import Exports, Outputs, check_outputs
 from ..output.report import check_name, report_text
 from ..output.run_log import log_of_run

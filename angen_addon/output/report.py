@@ -21,7 +21,7 @@ from .. import plan
 from ..advice.lacking import lacking
 from ..scene.animation import is_animated
 from ..scene.sensors import Sensor, decimal, read_parameters, simulated
-from .run_log import extension_version
+from .version import extension_version
 
 PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
@@ -18,14 +17,7 @@ from ...sensor_logic.log import events
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.sensors import Sensor
 from .describe import parameters_of
-
-# Reads the extension's version from its manifest.
-
-MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
-
-
-def extension_version() -> str:
-    return str(tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"])
+from .version import extension_version
 
 
 def log_of_run(

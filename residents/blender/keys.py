@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Keys of one stretch of a day in the open home: bodies, leaves, lamps, and things in hands.
 
-Frame 1 is midnight; 10 frames are a second. Only what moves has keys, at the frames at which it
-does; in between, and before and after the stretch, it is held.
+Frame 1 is midnight; 10 frames are a second, unless `KeyedStretch` is given others. Only what moves
+has keys, at the frames at which it does; in between, and before and after the stretch, it is held.
 """
 
 from __future__ import annotations
@@ -113,11 +113,15 @@ class Taken:
 class KeyedStretch:
     """The keys of a day's stretches, one after the other, in place of the home's own.
 
-    `residents` are armatures by the person's name. `clear` gives everything back as it was.
+    `residents` are armatures by the person's name; frame 1 is the time `begins` (s of the day), and
+    `fps` frames are a second. `clear` gives everything back as it was.
     """
 
-    def __init__(self, residents: Mapping[str, Any], places: Places) -> None:
+    def __init__(
+        self, residents: Mapping[str, Any], places: Places, fps: int = FPS, begins: float = 0.0
+    ) -> None:
         self._residents, self._places = dict(residents), places
+        self._fps, self._begins = fps, begins
         self._taken: dict[Any, Taken] = {}
         self._rest = {
             name: {b.name: np.array(b.matrix_local.to_quaternion()) for b in rig.data.bones}
@@ -134,7 +138,8 @@ class KeyedStretch:
 
     def show(self, acted: Acted, start: float, end: float) -> None:
         """Keys from `start` to `end` (s of the day), in place of those of the stretch before."""
-        frames = np.arange(ceil(1 + FPS * start - 1e-6), floor(1 + FPS * end + 1e-6) + 1)
+        first, last = self._frame_at(start), self._frame_at(end)
+        frames = np.arange(ceil(first - 1e-6), floor(last + 1e-6) + 1)
         scene = bpy.context.scene
         if BEGINS in scene:
             # Light sensors look at how it was when the day and this part of it began.
@@ -158,8 +163,8 @@ class KeyedStretch:
         self, person: str, line: Timeline, frames: Index
     ) -> tuple[Array, BodyPose, Bones]:  # fmt: skip
         rig = self._residents[person]
-        at = _moving_frames(frames, line.moving())
-        pose = line.poses((at - 1) / FPS)
+        at = self._moving_frames(frames, line.moving())
+        pose = line.poses(self._seconds_at(at))
         bones = solve(pose)
         self.keyed_frames += len(at)
         curves = self._curves(rig)
@@ -188,7 +193,7 @@ class KeyedStretch:
         """Who is away is not there for sensors, cameras and lamps."""
         if obj not in self._taken and not len(away):
             return
-        seconds = (frames - 1) / FPS
+        seconds = self._seconds_at(frames)
         gone = np.zeros(len(frames), bool)
         for begins, ends in away:
             gone |= (seconds >= begins) & (seconds < ends)
@@ -200,9 +205,9 @@ class KeyedStretch:
     def _show_leaf(self, name: str, swings: Any, frames: Index) -> None:
         obj, door = _object(name), self._places.doors[name]
         spans = np.array([(swing.start, swing.end) for swing in swings]).reshape(-1, 2)
-        at = _moving_frames(frames, spans)
+        at = self._moving_frames(frames, spans)
         resting = swings[0].before if swings else 0.0
-        openings = swung(swings, (at - 1) / FPS, resting)
+        openings = swung(swings, self._seconds_at(at), resting)
         before = self._world_of(obj)
         metres = Matrix.Scale(1 / _metres(), 4)
         back = Matrix.Scale(_metres(), 4)
@@ -211,7 +216,7 @@ class KeyedStretch:
         self._write_placed(obj, at, moved)
 
     def _show_lamp(self, name: str, changes: list[tuple[float, bool]], frames: Index) -> None:
-        seconds = (frames - 1) / FPS
+        seconds = self._seconds_at(frames)
         on = np.full(len(frames), not changes[0][1])
         for time, state in changes:
             on[seconds >= time - 1e-6] = state
@@ -242,9 +247,9 @@ class KeyedStretch:
         under = np.array([*middle[:2], corners[:, 2].min()])
         turn = np.array(before.to_quaternion())
         spans = [(hold.start, hold.start + _LETS_GO) for hold in holds]
-        at = _moving_frames(frames, np.array(spans))
+        at = self._moving_frames(frames, np.array(spans))
         at = np.unique(np.concatenate([at, *(keyed for keyed, _, _ in shown.values())]))
-        seconds = (at - 1) / FPS
+        seconds = self._seconds_at(at)
         tilt = sum((TILT * sip.weight(seconds) for sip in sips), 0.0 * seconds)
         where, how = np.tile(origin * metres, (len(at), 1)), np.tile(turn, (len(at), 1))
         for hold in holds:
@@ -269,6 +274,24 @@ class KeyedStretch:
         self._write_placed(obj, at, placed)
 
     # --- in common ----------------------------------------------------------------------------
+    def _frame_at(self, time: float) -> float:
+        return 1 + self._fps * (time - self._begins)
+
+    def _seconds_at(self, frames: Array | Index) -> Array:
+        return self._begins + (frames - 1) / self._fps
+
+    def _moving_frames(self, frames: Index, spans: Array) -> Array:
+        """Those of the frames at which a body moves, the ones before and after each span among
+        them, and the first and the last of all, also of those before a gap."""
+        keyed = np.zeros(len(frames), bool)
+        keyed[[0, -1]] = True
+        keyed[1:][np.diff(frames) > 1] = True
+        for start, end in spans:
+            # At the start itself it may stand elsewhere than before, as who comes home.
+            low, high = ceil(self._frame_at(start)) - 1, ceil(self._frame_at(end))
+            keyed[slice(*np.searchsorted(frames, (low, high + 1)))] = True
+        return np.asarray(frames[keyed], np.float64)
+
     def _curves(self, owner: Any) -> Curves:
         if owner not in self._taken:
             self._taken[owner] = Taken(owner)
@@ -316,19 +339,6 @@ def _until_wound(yaw: Array) -> Index:
     """(n,) how each key goes on to the next: where whole turns are taken back, it stays."""
     jumps = np.abs(np.diff(yaw, append=yaw[-1:])) > pi
     return np.where(jumps, CONSTANT, LINEAR)
-
-
-def _moving_frames(frames: Index, spans: Array) -> Array:
-    """Those of the frames at which a body moves, the ones before and after each span among them,
-    and the first and the last of all, also of those before a gap."""
-    keyed = np.zeros(len(frames), bool)
-    keyed[[0, -1]] = True
-    keyed[1:][np.diff(frames) > 1] = True
-    for start, end in spans:
-        # At the start itself it may stand elsewhere than before, as who comes home.
-        low, high = ceil(1 + FPS * start) - 1, ceil(1 + FPS * end)
-        keyed[slice(*np.searchsorted(frames, (low, high + 1)))] = True
-    return np.asarray(frames[keyed], np.float64)
 
 
 def _object(name: str) -> Any:

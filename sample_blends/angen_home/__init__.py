@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample home, built from nothing; its person moves by the product's own modules."""
+"""The sample home, built from nothing; a resident of the product lives in it."""
 
 from angen_addon.process.standalone import load_extension
 

@@ -3,7 +3,7 @@
 
 from math import cos, sin
 
-from . import places, plan
+from . import plan
 from .common import FLOOR, books, chair, curtain, picture, plant, shelf_unit, table_lamp
 from .meshes import MeshBuilder, place
 
@@ -25,7 +25,7 @@ def add_bed() -> None:
     b.box((x0 + 0.04, y0 + 0.035, FLOOR + 0.22), (x1 - 0.05, y1 - 0.035, FLOOR + 0.27), 0.0)
     bed = place("Bed", b, PATH)
     m = MeshBuilder("linen")
-    top = places.BED_TOP_Z - 0.03
+    top = plan.BED_TOP_Z - 0.03
     m.cushion((x0 + 0.05, y0 + 0.04, FLOOR + 0.27), (x1 - 0.06, y1 - 0.04, top), 0.05, 0.004)
     place("Mattress", m, PATH, parent=bed)
     d = MeshBuilder("duvet")

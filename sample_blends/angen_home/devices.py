@@ -8,6 +8,7 @@ up. Housings are built looking along +y with z up and turned once.
 from math import cos, pi, radians, sin
 
 import bpy
+from angen_sensors.residents.blender import person as people
 from angen_sensors.residents.blender.settings import make_resident
 from angen_sensors.residents.body.skeleton import Sort
 
@@ -141,14 +142,19 @@ def add_pressure_sensor() -> None:
     pad.angen_sensor.pressure.threshold = plan.PRESSURE_THRESHOLD
 
 
+def add_person() -> bpy.types.Object:
+    """Who lives here: the armature "Person rig" with its mesh "Person", in warm clothes."""
+    rig = people.add_person(collection("People"), name="Person rig")
+    body = people.body_of(rig)
+    body.name = body.data.name = "Person"
+    make_resident(rig, Sort.ADULT)
+    rig.angen_resident.mass = plan.PERSON_MASS
+    body.angen_warmth.use_temperature, body.angen_warmth.temperature = True, 28.0
+    return rig
+
+
 def add_masses() -> None:
-    """What weighs on the pad: the person, who is a resident in warm clothes, the cushion between,
-    and what leans on both."""
-    resident = bpy.data.objects["Person rig"]
-    make_resident(resident, Sort.ADULT)
-    resident.angen_resident.mass = plan.PERSON_MASS
-    clothes = bpy.data.objects["Person"].angen_warmth
-    clothes.use_temperature, clothes.temperature = True, 28.0
+    """What weighs on the pad beside the person: the cushion between, and what leans on both."""
     cushion = bpy.data.objects["Sofa seat cushion west"].angen_load
     cushion.mass = plan.CUSHION_MASS
     cushion.tolerance = plan.CUSHION_TOLERANCE

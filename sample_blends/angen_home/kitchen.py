@@ -6,7 +6,6 @@ from math import radians
 from . import plan
 from .common import FLOOR, chair, plant, table
 from .meshes import MeshBuilder, moved, place
-from .story import SPOTS
 
 PATH = "Home/Furniture/Kitchen"
 WALL_Y = 6.0
@@ -188,7 +187,7 @@ def add_fridge() -> None:
          (0.013, 0.215), (0.015, 0.217), (0.015, 0.23), (0, 0.23)], segments=16,
     )  # fmt: skip
     bottle.cylinder((0, 0, 0.035), 0.0345, 0.075, 16, "paper")
-    place("Bottle", bottle, PATH, SPOTS["fridge shelf"])
+    place("Bottle", bottle, PATH, (3.17, 5.53, 0.816))
 
 
 def add_table() -> None:

@@ -3,7 +3,7 @@
 
 from random import Random
 
-from . import places, plan
+from . import plan
 from .common import (
     FLOOR,
     books,
@@ -27,7 +27,7 @@ def _middle(name: str) -> tuple[float, float, float]:
 def add_sofa() -> None:
     """A sofa for two with its back to the north wall; the cushions are objects of their own."""
     at = _middle("Sofa")
-    seat, deck = places.SOFA_SEAT_Z - FLOOR, 0.30 - FLOOR
+    seat, deck = plan.SOFA_SEAT_Z - FLOOR, 0.30 - FLOOR
     b = MeshBuilder("fabric grey blue")
     b.box((-0.925, -0.44, 0.1), (0.925, 0.46, deck), 0.02)
     for s in (-1, 1):

@@ -5,7 +5,7 @@ from math import radians
 
 import bpy
 
-from . import places, plan
+from . import plan
 from .meshes import place
 
 PATH = "Places"
@@ -50,9 +50,9 @@ THINGS: dict[str, tuple[str, float | None]] = {
 }
 # Empties for what has no object of its own: a point (m) and a yaw (degrees).
 POINTS: dict[str, tuple[str, tuple[float, float, float], float]] = {
-    "Sofa west": ("SIT", (8.66, 6.42, places.SOFA_SEAT_Z), -90.0),
-    "Sofa east": ("SIT", (9.49, 6.42, places.SOFA_SEAT_Z), -90.0),
-    "Bed edge": ("SIT", (2.5, 1.55, places.BED_TOP_Z), 90.0),
+    "Sofa west": ("SIT", (8.66, 6.42, plan.SOFA_SEAT_Z), -90.0),
+    "Sofa east": ("SIT", (9.49, 6.42, plan.SOFA_SEAT_Z), -90.0),
+    "Bed edge": ("SIT", (2.5, 1.55, plan.BED_TOP_Z), 90.0),
     "Desk west": ("SIT", (1.08, 7.25, 0.52), -90.0),
     "Desk east": ("SIT", (2.8, 6.9, 0.52), -90.0),
     "Coffee table end": ("USE", (8.8, 5.24, 0.47), -90.0),
@@ -91,8 +91,12 @@ def add_marks() -> None:
         mark = bpy.data.objects[f"Door {name}"].angen_place
         mark.use, mark.angle = "DOOR", radians(abs(door.open_yaw - door.closed_yaw))
         mark.entrance = name == "entrance"
-    fridge = bpy.data.objects["Fridge door"].angen_place
-    fridge.use, fridge.angle = "DOOR", radians(105.0)
+    fridge = bpy.data.objects["Fridge door"]
+    fridge.angen_place.use, fridge.angen_place.angle = "DOOR", -fridge["open_yaw"]
+    # Its hinge does not tell to which side it opens; keys do, until the story's replace them.
+    for frame, yaw in ((2, fridge["open_yaw"]), (1, 0.0)):
+        fridge.rotation_euler.z = yaw
+        fridge.keyframe_insert("rotation_euler", index=2, frame=frame)
     for name, at in SWITCHES.items():
         mark = bpy.data.objects[name].angen_place
         mark.use, mark.switch = "LAMP", _empty(f"Switch of {name}", at, "CIRCLE")

@@ -8,7 +8,6 @@ in living room, kitchen, bathroom and hall is our own.
 """
 
 from dataclasses import dataclass
-from math import cos, radians, sin
 
 FLOOR_Z = 0.055
 WALL_TOP = 3.0
@@ -154,27 +153,17 @@ class Door:
     opening_at: float = 0.0  # local x
     wall_face: float = 0.03  # local y of the wall's face on the swing side
     wall_depth: float = 0.2
-    blocks: str = ""  # what the open leaf stands in the way of
-
-    def at(self, u: float, v: float, yaw: float | None = None) -> tuple[float, float]:
-        """Floor point `u` m along the leaf at `yaw` (default closed), `v` m to the swing side."""
-        angle = radians(self.closed_yaw if yaw is None else yaw)
-        return (
-            self.hinge[0] + u * cos(angle) + v * sin(angle),
-            self.hinge[1] + u * sin(angle) - v * cos(angle),
-        )
 
 
 DOORS: dict[str, Door] = {
     door.name: door
     for door in (
-        Door("entrance", (4.4, 8.25), 0.0, -97.0, (4.875, 8.285), 0.0, "landing",
-             wall_face=0.05, blocks="the workroom's doorway"),
+        Door("entrance", (4.4, 8.25), 0.0, -97.0, (4.875, 8.285), 0.0, "landing", wall_face=0.05),
         Door("workroom", (3.73, 7.1), 90.0, -53.2, (3.715, 7.575), 90.0, "workroom"),
         Door("kitchen", (3.73, 4.0), 90.0, -53.2, (3.715, 4.475), 90.0, "kitchen"),
         # A full swing would meet the bathroom's wall.
         Door("bedroom", (3.73, 1.83), 90.0, 3.0, (3.715, 2.245), 90.0, "bedroom",
-             leaf_width=0.96, opening_at=-0.03, blocks="the bathroom's doorway"),
+             leaf_width=0.96, opening_at=-0.03),
         Door("bathroom", (4.2, 1.56), 0.0, -95.0, (4.67, 1.58), 0.0, "hall",
              swing_side="bathroom", wall_face=0.04),
         Door("balcony", (11.0, 5.85), 90.0, -75.0, (10.98, 6.325), 90.0, "living room",
@@ -186,6 +175,7 @@ DOORS: dict[str, Door] = {
 }  # fmt: skip
 
 # --- furniture footprints: what a walker must keep clear of -----------------------------
+SOFA_SEAT_Z, BED_TOP_Z, TOILET_SEAT_Z = 0.47, 0.56, 0.475
 FURNITURE: dict[str, Box] = {
     # living room
     "Sofa": Box(8.15, 6.05, 0.055, 10.0, 6.97, 0.85),

@@ -3,7 +3,7 @@
 
 from math import cos, pi, sin
 
-from . import places, plan
+from . import plan
 from .common import FLOOR, curtain
 from .meshes import MeshBuilder, moved, place
 
@@ -26,7 +26,7 @@ def _oval(b: MeshBuilder, rings: list[tuple[float, float, float, float]], materi
 def add_toilet() -> None:
     """A toilet with cistern, its seat at the plan's seat height; looks towards +y."""
     box = plan.FURNITURE["Toilet"]
-    seat_z = places.TOILET_SEAT_Z - FLOOR
+    seat_z = plan.TOILET_SEAT_Z - FLOOR
     b = MeshBuilder("ceramic")
     _oval(b, [(0.11, 0.2, 0.36, 0.0), (0.105, 0.19, 0.36, 0.12), (0.13, 0.22, 0.38, 0.24),
               (0.175, 0.25, 0.39, 0.34), (0.183, 0.255, 0.39, seat_z - 0.03),

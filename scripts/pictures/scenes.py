@@ -31,7 +31,7 @@ def place() -> Iterator[None]:
     window.through_camera(space, CAMERA)
     window.plain(space)
     space.show_region_ui = False
-    window.play_up_to(1130)
+    window.play_up_to(1850)
     yield
     x, y = (int(region.x + MOUSE[0] * region.width), int(region.y + MOUSE[1] * region.height))
     main.cursor_warp(x, y)
@@ -152,7 +152,7 @@ def pyroelectric() -> Iterator[None]:
     areas["PROPERTIES"].spaces[0].context = "PHYSICS"
     # The outliner gives its room to the properties.
     yield
-    window.play_up_to(1000)
+    window.play_up_to(1560)
     yield
     window.redraw()
     yield
@@ -203,7 +203,7 @@ def residents() -> Iterator[None]:
 
 
 FRAMES = 1, 700
-EVENT = 71
+EVENT = 69
 # Share of the window's height that the timeline gets.
 TIMELINE = 0.45
 

@@ -77,7 +77,8 @@ class Bench:
             redirect_stderr(err),
         ):
             if without_blender:
-                module = part("angen_addon.commands.parser").module_of(words[0])
+                parts = part("parts")
+                module = parts.part(parts.WITHOUT_BLENDER[words[0]])
                 try:
                     status = module.main(words[1:], PROGRAM)
                 except SystemExit as stop:

@@ -338,7 +338,7 @@ def converted(bench: Bench, kind: str, name: str, seconds: float) -> str:
 
 def faulty(bench: Bench) -> str:
     """What faults change in the log, and how `compare` tells the faulty log from the true one."""
-    log, told = _short_log(bench, 24.0), bench.folder / "faults.toml"
+    log, told = _short_log(bench, 25.0), bench.folder / "faults.toml"
     told.write_text(FAULTS, encoding="utf-8")
     out, truth = bench.folder / "faulty.csv", bench.folder / "truth.csv"
     given = ("--format", "events", "--out", out, "--faults", told, "--truth", truth)

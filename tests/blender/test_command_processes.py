@@ -162,7 +162,7 @@ def test_standard_output_that_takes_nothing_is_no_traceback(home, to):
 
 @pytest.mark.slow
 def test_the_first_example_of_days_is_of_real_detectors_without_light(tmp_path):
-    """The pages' own words, but for five minutes of an evening in place of the week."""
+    """The pages' own words, but for a day with one evening in place of the week."""
     found = set()
     for page in ("README.md", "docs/residents.md"):
         text = (ROOT / page).read_text(encoding="utf-8").replace("\\\n", " ")

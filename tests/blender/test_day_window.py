@@ -11,8 +11,8 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.api.home import Home
 from bl_ext.user_default.angen_sensors.angen_addon.commands.parser import parse
+from bl_ext.user_default.angen_sensors.residents.blender.api import Home
 from lived_home import ROUTINE
 from panel_layout import drawn
 

@@ -348,6 +348,7 @@ def test_the_doors_of_the_home_can_be_fitted_without_telling_their_frames(world,
         fitted[name] = leaf, bpy.context.object, leaf.rotation_euler.z, leaf["open_yaw"]
         assert bpy.context.object.parent.name == f"Door frame {name}"
         leaf.animation_data_clear()
+        leaf.rotation_mode = "XYZ"
     assert "Warning" not in capfd.readouterr().out
     for degrees in (0, 5, 20, 60):
         for leaf, _, closed, opened in fitted.values():

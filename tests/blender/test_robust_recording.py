@@ -372,7 +372,7 @@ def test_in_another_blender_it_holds_where_all_that_both_tell_alike_is_the_same(
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     newer()
     # What a version tells of everything is different in the next one.
-    fingerprint = import_module(f"{ADDON}.angen_addon.recording.fingerprint")
+    fingerprint = import_module(f"{ADDON}.angen_addon.scene.changes")
     facts_of = fingerprint.facts_of
     monkeypatch.setattr(fingerprint, "facts_of", lambda datablock: [facts_of(datablock), "new"])
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))

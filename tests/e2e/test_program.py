@@ -65,8 +65,8 @@ def test_simulate_writes_the_events_and_check_finds_no_difference(
 
 
 def test_light_is_rendered(angen: Angen) -> None:
-    """The kitchen's lamp goes on when the person comes in, at 24 s."""
-    done = angen(HOME, "simulate", "--sensor=Light sensor kitchen", "--frames=553:577")
+    """The kitchen's lamp goes on when the person has come in, at 31 s."""
+    done = angen(HOME, "simulate", "--sensor=Light sensor kitchen", "--frames=721:745")
     assert done.returncode == 0, done.stderr
     rows = list(csv.DictReader(done.stdout.splitlines()))
     dark, bright = (float(row["value"]) for row in rows if row["field"] == "luminance_percent")

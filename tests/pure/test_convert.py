@@ -62,6 +62,17 @@ def test_it_needs_no_blender_and_takes_any_format(tmp_path) -> None:
     assert [e.row for e in read_log(target).events] == [e.row for e in read_log(source).events]
 
 
+@pytest.mark.parametrize("verb", ["compare", "replay"])
+def test_the_other_verbs_need_no_blender_either(verb) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_BLENDER, verb, "--help"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0 and f"usage: python -m angen_addon {verb}" in done.stdout
+
+
 def one_line(err: str) -> str:
     """The only line of standard error, without its prefix."""
     assert err.count("\n") == 1, err

@@ -254,7 +254,7 @@ def test_line_protocol_parser_reads_every_line(reader, written) -> None:
 
 @pytest.mark.parametrize("zone", [None, "Europe/Stockholm"])
 def test_pandas_reads_a_typed_table(reader, written, zone) -> None:
-    pandas = reader("pandas")
+    pandas, _ = reader("pandas"), reader("pyarrow")
     start = START.replace(tzinfo=ZoneInfo(zone)) if zone else START
     frame = pandas.read_parquet(written(year(start=start), "parquet", "log.parquet"))
     assert len(frame) == len(ROWS)
@@ -268,7 +268,7 @@ def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
     from angen_sensors.sensor_logic.model import Reading
     from angen_sensors.sensor_logic.recording.tracks import Recording, Track
 
-    pandas = reader("pandas")
+    pandas, _ = reader("pandas"), reader("pyarrow")
     switch, lux = Track("Switch", "OPTICAL_SWITCH"), Track("Lux", "LIGHT")
     for i in range(3):
         switch.append(

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`angen simulate --mqtt HOST`: sends readings during the run."""
+
+from __future__ import annotations
+
+import argparse
+import queue
+import threading
+from collections.abc import Iterator, Sequence
+
+from ....sensor_logic.formats.home_assistant import OFFLINE, TOPIC, HomeMessages
+from ....sensor_logic.formats.log import Change
+from ....sensor_logic.formats.source import channel_of, make_log
+from ....sensor_logic.log import NewEvents
+from ....sensor_logic.parameters import is_chosen
+from ....sensor_logic.recording.tracks import Recording
+from ...commands.console import note
+from ...scene.sensors import Sensor
+from ..run_log import sensor_facts
+from ..version import extension_version
+from .address import Address
+from .link import Link
+from .player import SLICE_S, Player
+
+
+class Sending:
+    """Sends the readings of a run in a thread of its own, each when it is due, while the run may be
+    ahead. A context manager, which leaves the sensors "unavailable"; without an address it does
+    nothing."""
+
+    def __init__(
+        self, address: Address | None, sensors: Sequence[Sensor], options: argparse.Namespace
+    ) -> None:
+        """Raises AngenError where paho-mqtt is missing."""
+        self._player: Player | None = None
+        self._interrupt, self._quiet = options.interrupt, options.quiet
+        self._changes: queue.SimpleQueue[Change | None] = queue.SimpleQueue()
+        self._events: NewEvents | None = None
+        self._stop = threading.Event()
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._play, daemon=True)
+        if address is None:
+            return
+        self._facts = {sensor.name: sensor_facts(sensor) for sensor in sensors}
+        channels = [
+            channel_of(self._facts[sensor.name], published)
+            for sensor in sensors
+            for published in sensor.kind.events
+            if is_chosen(sensor.parameters, published.used_when)
+        ]
+        home = HomeMessages(channels, options.topic or TOPIC, extension_version())
+        speed = 1.0 if options.speed is None else options.speed
+        self._player = Player(Link(address, home.status(OFFLINE)), home, speed, self._check)
+
+    def __enter__(self) -> Sending:
+        """Raises AngenError where the broker cannot be used."""
+        if self._player:
+            try:
+                with self._interrupt.watched():
+                    self._player.begin({})
+            except BaseException:
+                self._player.end()
+                raise
+            self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._player and self._thread.is_alive():
+            self._stop.set()
+            self._thread.join(2 * SLICE_S)
+        if self._player:
+            self._player.end()
+
+    def take(self, recording: Recording) -> None:
+        """Queues the new readings of a recording. Raises the error that ended the thread, if
+        any."""
+        if self._player is None:
+            return
+        if self._error:
+            raise self._error
+        self._events = self._events or NewEvents(recording)
+        for change in make_log(self._events.take(), self._facts).changes:
+            self._changes.put(change)
+
+    def finish(self) -> bool:
+        """Waits until all is sent; returns whether all readings arrived."""
+        if self._player is None:
+            return True
+        self._changes.put(None)
+        self._thread.join(SLICE_S)
+        if self._thread.is_alive() and not self._quiet:
+            note("the run is ahead of what it sends; Ctrl-C ends both")
+        while self._thread.is_alive():
+            self._interrupt.check()
+            self._thread.join(SLICE_S)
+        if self._error:
+            raise self._error
+        is_whole = self._player.end()
+        if not (is_whole and self._quiet):
+            note(self._player.summary())
+        return is_whole
+
+    def _check(self) -> None:
+        if self._stop.is_set():
+            raise InterruptedError
+        self._interrupt.check()
+
+    def _play(self) -> None:
+        assert self._player is not None
+        try:
+            self._player.play(self._as_they_come(self._player))
+        except BaseException as error:
+            self._error = error
+
+    def _as_they_come(self, player: Player) -> Iterator[Change]:
+        """The changes as the run queues them, until its end; the first one starts the clock."""
+        is_first = True
+        while True:
+            try:
+                change = self._changes.get(timeout=SLICE_S)
+            except queue.Empty:
+                player.idle()
+                continue
+            if change is None:
+                return
+            if is_first:
+                player.pace.start(change.time)
+                is_first = False
+            yield change

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the extension's version from its manifest."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
+
+
+def extension_version() -> str:
+    return str(tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"])

@@ -108,7 +108,7 @@ def day() -> Iterator[None]:
 # Frame, middle of the view (m), its distance (m), its tilt from above and its turn (degrees), the
 # sensor that is active.
 VIEWS: dict[str, tuple[int, tuple[float, float, float], float, float, float, str]] = {
-    "motion": (1000, (7.9, 4.6, 0.8), 9.0, 52.0, -35.0, "PIR living room"),
+    "motion": (1586, (7.9, 4.6, 0.8), 9.0, 52.0, -35.0, "PIR living room"),
     "home": (700, (5.0, 4.0, 0.0), 19.0, 30.0, 0.0, "PIR hall"),
     "door": (84, (5.0, 8.2, 2.15), 1.3, 80.0, 15.0, "Switch entrance"),
     "sofa": (1876, (8.7, 6.2, 0.75), 3.0, 62.0, -30.0, "Pressure sofa"),
@@ -152,7 +152,7 @@ def pyroelectric() -> Iterator[None]:
     areas["PROPERTIES"].spaces[0].context = "PHYSICS"
     # The outliner gives its room to the properties.
     yield
-    window.play_up_to(1560)
+    window.play_up_to(1640)
     yield
     window.redraw()
     yield

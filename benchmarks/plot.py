@@ -217,8 +217,6 @@ def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = Fals
 
 def bars(title: str, unit: str, rows: Sequence[Mapping[str, Any]]) -> str:
     """Stacked bars of the seconds of each part of the runs, as SVG."""
-    from .page import short
-
     drawing, (axis,) = _subplots(1, 0.45 * len(rows) + 1.3)
     drawing.suptitle(title, fontweight="bold")
     names, left = [row["name"] for row in rows], [0.0] * len(rows)
@@ -227,7 +225,7 @@ def bars(title: str, unit: str, rows: Sequence[Mapping[str, Any]]) -> str:
         axis.barh(names, seconds, left=left, color=colour).set_label(part)
         left = [start + more for start, more in zip(left, seconds, strict=True)]
     for row, end in zip(rows, left, strict=True):
-        at, behind = (end, row["name"]), f"{short(row['speed']['median'])} ×"
+        at, behind = (end, row["name"]), f"{row['speed']['median']:#.3g}".rstrip(".") + " ×"
         axis.annotate(behind, at, xytext=(6, 0), textcoords="offset points", va="center")
     axis.invert_yaxis()
     axis.set_xlabel(unit)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places a new sensor on the surface under the mouse."""
+"""Places a new sensor on the surface under the mouse: finds that surface, draws the sensor there,
+and takes typed heights."""
 
 from __future__ import annotations
 

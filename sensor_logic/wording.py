@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names and sentences in messages."""
+"""Names, sentences, and numbers with their units in messages."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ SETTINGS = {
 T = TypeVar("T")
 
 
-# --- workers ------------------------------------------------------------------------------------
+# Workers.
 
 
 @contextmanager
@@ -183,7 +183,7 @@ def send(client: distributed.Client, files: Mapping[File, bytes]) -> None:
     client.register_plugin(tasks.FilesOfStudy(name, files))
 
 
-# --- the runs -----------------------------------------------------------------------------------
+# The runs.
 
 
 @dataclass

@@ -87,7 +87,7 @@ def _file_name(about: str) -> str:
     return re.sub(r"[^\w ,.-]+", "_", about)[:80]
 
 
-# --- the rows -----------------------------------------------------------------------------------
+# The rows.
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ def pictured(results: Results, ranked: pandas.DataFrame) -> Results:
     return replace(results, rows=shown.assign(**number), varied=[*varied, *number])
 
 
-# --- the page -----------------------------------------------------------------------------------
+# The page.
 
 
 class Picture(NamedTuple):
@@ -325,7 +325,7 @@ def _cell(value: float, half: float) -> tuple[str, str]:
     return repr(value), f"{value:.4g}" + ("" if math.isnan(half) else f" ± {half:.2g}")
 
 
-# --- pictures -----------------------------------------------------------------------------------
+# Pictures.
 
 
 def curves(results: Results, measures: Sequence[str], label: str) -> str:

@@ -184,7 +184,7 @@ def _measured(
     return Done(task.digest, values, seconds, "; ".join(found.errors), found.files)
 
 
-# --- the home's own animation -------------------------------------------------------------------
+# The home's own animation.
 
 
 def readings_of(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:
@@ -243,7 +243,7 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
     return rms / mean if mean else math.inf
 
 
-# --- days ---------------------------------------------------------------------------------------
+# Days.
 
 
 def _household_of(task: Task) -> Household | None:
@@ -334,7 +334,7 @@ def _measured_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) ->
     return found
 
 
-# --- measures -----------------------------------------------------------------------------------
+# Measures.
 
 
 @dataclass

@@ -385,7 +385,7 @@ def _whole(low: int, high: int) -> Any:
     return read_whole
 
 
-# --- the runs -----------------------------------------------------------------------------------
+# The runs.
 
 Setting = dict[str, Value]
 

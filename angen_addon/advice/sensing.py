@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Advice where something in a scene keeps a sensor from reading what the user expects."""
+"""Advice where something in a scene keeps a sensor from reading what the user expects; and which
+surfaces weigh with an object's mass."""
 
 from __future__ import annotations
 

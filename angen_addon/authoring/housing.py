@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Housings of new sensors: the part in its real size, and lines that show where it looks.
+"""Housings of new sensors: the part in its real size, lines that show where it looks, and how it
+stands on a surface.
 
 All lengths are metres in the sensor's own axes. It looks from the origin along −Z with +Y up, and
 its housing is behind the origin. A switch's beam starts at the origin along −Z; its fork is open

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages to the user on standard error, apart from the events on standard output."""
+"""Messages to the user on standard error, apart from the events on standard output; and the ways in
+which a command ends early: at once, or by Ctrl-C and other signals."""
 
 from __future__ import annotations
 
@@ -51,8 +52,7 @@ def leave_hard(status: int) -> NoReturn:
     os._exit(status)
 
 
-# Handles Ctrl-C and the signals that end a job, also during a long call into Blender, such as a
-# render, that nothing else can end.
+# Ctrl-C and the signals that end a job, also during a long call into Blender, such as a render.
 
 # s: a step that goes on for longer than this after Ctrl-C is ended with the process.
 PATIENCE_S = 0.7

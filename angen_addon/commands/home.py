@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The home in the open file: its sensors, what it lacks, and a run over its frames."""
+"""The home in the open file: its sensors, what it lacks, and a run over its frames, with advice
+before it and progress during it on standard error."""
 
 from __future__ import annotations
 
@@ -94,8 +95,7 @@ def _advise_on_parameters(sensors: list[Sensor]) -> None:
             note(f"'{sensor.name}': {uncapitalized(found.text)}")
 
 
-# Prints progress on standard error: on a terminal one line that changes, else a line every 10
-# s.
+# Progress on standard error: on a terminal one line that changes, else a line every 10 s.
 
 TERMINAL_INTERVAL_S = 0.2
 LOG_INTERVAL_S = 10.0

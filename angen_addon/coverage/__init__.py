@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Coverage maps of the motion detectors of a scene, and proposals where to put them.
 
-`floor` finds where somebody can move, `views` casts each detector's rays, `maps` puts both
-together; `candidates` and `proposal` look for places of new detectors. `mesh`, `plans` and
-`command` show what was found.
+`floor` finds where somebody can move; `maps` casts each detector's rays and puts both together;
+`proposal` looks for places of new detectors. `shown` and `command` show what was found.
 """
 
 

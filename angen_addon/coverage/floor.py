@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds where in a home somebody can move: the cells of its floors that have room."""
+"""Finds where in a home somebody can move: the cells of its floors that have room, and which room
+each is in."""
 
 from __future__ import annotations
 

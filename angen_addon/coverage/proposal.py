@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Proposes poses for a number of detectors in rooms; a generator, as for maps."""
+"""Proposes poses for a number of detectors in rooms, among candidates on walls and ceilings; a
+generator, as for maps."""
 
 from __future__ import annotations
 
@@ -24,8 +25,7 @@ from ..scene.surfaces import Warmth
 from .floor import Steps, cells_of, met_along, saying
 from .maps import Enough, MapProgress, at_most, at_once, check_cell, detectors, view_from, view_of
 
-# Finds where detectors could hang in the rooms of a map: on walls at a height, and under
-# ceilings.
+# Candidates: where detectors could hang in the rooms of a map, on walls and under ceilings.
 
 # m: how far walls are looked for from a cell; what is wider than this holds a sensor; its lens
 # stands off the surface by so much.

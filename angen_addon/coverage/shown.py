@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A coverage map as a mesh in the scene: a square for each cell, just above the floor."""
+"""Shows in the scene what was found: a coverage map as a mesh with a square for each cell, proposed
+detectors as empties, and the figures that panels show."""
 
 from __future__ import annotations
 

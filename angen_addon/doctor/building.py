@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of a home's size, and of walls that rays pass through."""
+"""Checks of a home's size, of walls that rays pass through, of doors, missing files and names."""
 
 from __future__ import annotations
 

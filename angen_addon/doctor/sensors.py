@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of where sensors are, and of whether there is anything for them to notice."""
+"""Checks of where sensors are, and of whether there is anything for them to notice; of pads and
+what presses on them, and of the light on light sensors."""
 
 from __future__ import annotations
 

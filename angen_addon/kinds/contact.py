@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of door contacts: a flat body, with rings where its magnet closes and opens it."""
+"""Appearance of door contacts: a flat body, with rings where its magnet closes and opens it; their
+panel rows and explanations."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of distance sensors: a module that looks level from a wall, and its zones."""
+"""Appearance of distance sensors: a module that looks level from a wall, and its zones; their
+explanations."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of light sensors: a photoresistor, with its four views or the lobe of its face."""
+"""Appearance of light sensors: a photoresistor, with its four views or the lobe of its face; their
+panel rows and explanations."""
 
 from __future__ import annotations
 

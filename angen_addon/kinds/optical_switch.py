@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of optical switches: a fork that stands on a surface, its beam along it."""
+"""Appearance of optical switches: a fork that stands on a surface, its beam along it; their
+explanations."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of pressure sensors: a pad that lies on a surface, and the force on it."""
+"""Appearance of pressure sensors: a pad that lies on a surface, and the force on it; their panel
+rows and explanations."""
 
 from __future__ import annotations
 

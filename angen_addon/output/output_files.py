@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The output files of a command: paths are checked before a long run, and at its end all files are
-written together, or none.
+written together, or none. `Exports` are those in other tools' formats.
 """
 
 from __future__ import annotations

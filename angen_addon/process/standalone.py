@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loads the extension from its folder, and opens a file, where no window of Blender does it."""
+"""Loads the extension from its folder, and opens a file, where no window of Blender does it; keeps
+Blender's messages out of standard output."""
 
 from __future__ import annotations
 

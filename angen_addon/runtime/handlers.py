@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's application handlers: they note what changes and show values at the playhead.
+"""Blender's application handlers: they note what changes and show values at the playhead, and leave
+what is slow until the playhead rests.
 
 They do nothing in a render, whose depsgraph has other visibility and subdivision than the
 viewport, and call no operators.
@@ -23,8 +24,7 @@ from . import playhead, state
 from .live import live_of
 from .playhead import recorded_here
 
-# What is too slow while scrubbing, and what an edit made old, is done a moment after the playhead
-# and the user have come to rest.
+# What is too slow while scrubbing waits until the playhead and the user have come to rest.
 
 # s: the playhead rests once it has stood still for this long.
 REST = 0.4

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where sensor models meet the scene: a runner for each sensor."""
+"""Where sensor models meet the scene: a runner for each sensor reads its parameters and pose, and
+the functions in `ANSWERS` answer its model's queries."""
 
 from __future__ import annotations
 
@@ -50,10 +51,7 @@ from ..scene.sensors import (
 from .probes import Probes
 from .trace import CAST, Question, RaysMet, Read, Swept, Trace
 
-# What answers the questions of sensor models about the scene, each under its name.
-#
-# A new physical quantity is one function here, by the name under which kinds say that they need
-# it.
+# The answers to models' queries: a new quantity is a function here and an entry in `ANSWERS`.
 
 
 def ranges(

@@ -4,6 +4,9 @@
 What keys and strips do is told from them. What else can change with time (drivers on the frame,
 physics, simulation zones, films …), and what is not known here, keeps every frame from being
 skipped, with the reason in words.
+
+Beside it stand two ways to sense cheaply: a temporary scene of what moves (`MovingScene`), and pads
+whose forces hold while nothing moves (`Pads`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluates a scene at the steps of a run, stores what its sensors need of each frame, and lets the
-sensors that are due sense a batch of frames at once.
+"""The steps of a run (`Agenda`), and the scene at them (`Stage`): it is evaluated, what sensors
+need of each frame is stored, and the sensors that are due sense a batch of frames at once.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the add-on keeps in memory between calls: one object, emptied by file load. Recordings
-outlive undo, as long as the scene is, or is again, the one that they were made of.
+outlive undo, as long as the scene is, or is again, the one that they were made of. And the outputs
+`active` and `value`, which panels show and drivers read.
 """
 
 from __future__ import annotations

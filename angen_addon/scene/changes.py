@@ -120,7 +120,7 @@ READS_TEXTS = {
 @dataclass
 class Fingerprint:
     """`digests` of the datablocks of a view layer by type and name; `light`: whether they include
-    those that only light sensors notice; `portable`: see portable.py."""
+    those that only light sensors notice; `portable`: what the function of that name returns."""
 
     view_layer: str
     light: bool

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the sensors of a scene and reads them, evaluated, at the present frame."""
+"""Finds the sensors of a scene and reads them, evaluated, at the present frame: their parameters,
+poses and rooms."""
 
 from __future__ import annotations
 

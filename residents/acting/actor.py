@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One person's body through the day: each method adds what is done next."""
+"""One person's body through the day: each method adds what is done next, with hands at work, seats,
+and the place where a walking frame is left."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What one body does, as functions of time, and how doors and things move with it.
+"""What one body does, as functions of time, how doors and things move with it, and what everybody
+did on one day.
 
 Times are seconds from the start of the day (or of a story), always as arrays (n,).
 """

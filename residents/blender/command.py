@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen day`: days of a routine in the open home, into a folder."""
+"""`angen day`: days of a routine in the open home, into a folder, by one process or several; and
+`angen places`."""
 
 from __future__ import annotations
 

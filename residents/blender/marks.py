@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The marks on objects: what residents do there, and how doors open."""
+"""The marks on objects: what residents do there, and how doors open; and guesses for new ones."""
 
 from __future__ import annotations
 

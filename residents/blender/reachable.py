@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which of the marked places residents cannot get to, and what is in the way."""
+"""Which of the marked places residents cannot get to, and what is in the way, also as curves on the
+floor."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs days in the open home, one after the other, each from its routine alone."""
+"""Runs days in the open home, one after the other, each from its routine alone; the home's own keys
+are put aside for that."""
 
 from __future__ import annotations
 

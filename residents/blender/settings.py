@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`obj.angen_resident`: who an armature is in the routines of days."""
+"""`obj.angen_resident`: who an armature is in the routines of days. Adds new residents."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds where a person stands to sit, lie down or use an object, and where hips or hand go."""
+"""Finds where a person stands to sit, lie down or use an object, and where hips or hand go; and the
+free cells of the floors, where residents can walk."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a cat stands, walks on its four paws, sits and lies.
+"""How a cat stands, walks on its four paws, sits and lies; and its fur.
 
 A cat at a point has its middle over it; its paws are hind left, hind right, fore left, fore right.
 """

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The walk: where the feet land along a path, and the body's pose at any moment between.
+"""The walk, with or without a walking frame: where the feet land along a path, and the body's pose
+at any moment between.
 
 Phase counts steps: foot i carries the body alone at phase i. It lands at i − 0.55 and leaves
 at i + 0.6, so both feet carry for 0.15 of each step. What is on the floor stays where it

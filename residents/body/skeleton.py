@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bones of a person: rest positions in metres, looking along +X, left is +Y, z = 0 the sole.
+"""The bones of a person: rest positions in metres, looking along +X, left is +Y, z = 0 the sole;
+and the builds of residents.
 
 Rest is a stance with the arms a little away from the body, so that the skin has room.
 """

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The skin and the clothes of the person as shapes, in the rest pose of `skeleton`."""
+"""The skin and the clothes of the person as shapes, in the rest pose of `skeleton`, and the bones
+that move them."""
 
 from __future__ import annotations
 

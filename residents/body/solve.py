@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Computes the turn of each bone and the place of its head from a pose."""
+"""Computes the turn of each bone and the place of its head from a pose, and from these the channels
+of an armature."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rows that a day gives, and the files of a folder that the days of a run become."""
+"""The rows that a day gives, the files of a folder that the days of a run become, and a day's
+frames and clock."""
 
 from __future__ import annotations
 
@@ -207,8 +208,7 @@ def _value(value: Any) -> str:
     return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-# The frames and the clock of a day (10 frames a second, midnight at frame 1), and where to cut
-# it.
+# The frames and the clock of a day: 10 frames a second, midnight at frame 1.
 
 FPS = 10
 # s: so long before midnight a day's run begins, for detectors to have settled by then.

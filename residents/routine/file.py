@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a routine from TOML. Everything that is wrong is told with its line."""
+"""Reads a routine from TOML. Everything that is wrong is told with its line, also plans that ask
+for two things at once."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A routine as it was read and checked. Times of day and durations are in seconds."""
+"""A routine as it was read and checked, and its durations and times of day as people write them;
+here they are in seconds."""
 
 from __future__ import annotations
 

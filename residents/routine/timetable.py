@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws who does what from when to when.
+"""Draws who does what from when to when, or reads that from a diary.
 
 Fixed points come first, in the order of their drawn times; one that is still under way makes the
 next one late. Fillers take what is left. Where nothing is planned and nothing fills, a person goes

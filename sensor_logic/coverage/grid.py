@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cells of a coverage map, the motions detected in each, and the coverage of rooms."""
+"""The cells of a coverage map, the motions detected in each, the coverage of rooms, and the choice
+of detectors that together cover the most."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adds faults to a log. The faults of a sensor depend only on the plan, its seed, and that sensor's
-name and rows.
+"""Adds faults to a log, and lists them in a truth file, from which the log comes back. The faults
+of a sensor depend only on the plan, its seed, and that sensor's name and rows.
 
 A message is all rows of a sensor at one time: they are lost, late or doubled together. The first
 row of each field is its initial state and is never lost, late or doubled.

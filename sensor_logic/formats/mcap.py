@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes MCAP files with ROS 2 messages, which `ros2 bag`, Foxglove and rosbags read.
+"""Writes MCAP files with ROS 2 messages, which `ros2 bag`, Foxglove and rosbags read, and reads
+them back.
 
 https://mcap.dev/spec: records of a type byte, a length and content; messages in chunks with an
 index and CRCs, a summary at the end. Each field of a sensor is a topic, `/angen/pir_hall/moved`.

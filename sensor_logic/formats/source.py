@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a `Log` from an event log, the facts about its home, and its activities."""
+"""Makes a `Log` from an event log or from what a format's reader found, the facts about its home
+(also from a table of sensors), and its activities."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The times at which moving rays intersect triangles: exact for rays whose ends move in straight
-lines.
+lines. And the motion of a body between two poses.
 
 A ray intersects a triangle while it passes the three edges on the same side. That side is the sign
 of det(W, p, e), with W from the ray's start to its end, p from its start to a corner, and e along

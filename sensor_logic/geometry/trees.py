@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Casts many rays at once against a surface of very many triangles, in little memory.
+"""Two hierarchies of triangles: one finds those near a moving ray, one casts many rays at once
+against a surface of very many triangles, in little memory.
 
-Blender's BVH takes 120 bytes and a microsecond per triangle before the first ray. This one sorts
+Blender's BVH takes 120 bytes and a microsecond per triangle before the first ray. The second sorts
 the triangles along a Morton curve and stores boxes around every eight of them, around every eight
 of those boxes, and so on: 8 bytes per triangle and a quarter of the time. A ray then costs some 20
 times as much, so it is for surfaces with many more triangles than rays are cast.

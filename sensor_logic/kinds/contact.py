@@ -1,5 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Door contact: a reed switch on the frame that a magnet on the leaf holds closed."""
+"""Door contact: a reed switch on the frame that a magnet on the leaf holds closed.
+
+- Model: `DoorContact`, with its parameters and presets in this file.
+- Scene: the magnet's pose, by `_named_poses` in angen_addon/runtime/sensor_runner.py.
+- Window: angen_addon/kinds/contact.py.
+- Physics: docs/contact.md.
+- Tests: tests/pure/test_distance_and_contact.py, tests/blender/test_distance_contact.py.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +20,6 @@ from ..model import Model, Reading, Update
 from ..parameters import Parameters, parameter
 from ..wording import METRES, Lengths
 
-# Door contact: a reed switch that closes where its magnet comes near.
-#
 # The blades of a reed close at more ampere turns than they open at. So the distance at which it
 # opens is the larger one; between the two distances it keeps its state.
 

@@ -1,5 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Distance sensor: time of flight or ultrasound, in one zone or many."""
+"""Distance sensor: time of flight or ultrasound, in one zone or many.
+
+- Model: `DistanceSensor`, with its parameters and presets in this file.
+- Scene: rays by angen_addon/scene/rays/caster.py, the reflectance of what they hit by `Reflectance`
+  in angen_addon/scene/surfaces.py.
+- Window: angen_addon/kinds/distance.py.
+- Physics: docs/distance.md.
+- Tests: tests/pure/test_distance_and_contact.py, tests/blender/test_distance_contact.py.
+"""
 
 from __future__ import annotations
 
@@ -157,8 +165,7 @@ class DistanceParameters(Parameters):
         ]
 
 
-# Distance sensor: it measures the time in which its light or sound returns, in each zone along a
-# bundle of rays.
+# The model: the time in which light or sound returns, in each zone along a bundle of rays.
 #
 # The returned signal of a target at distance r falls with r²; a target of reflectance ρ that fills
 # a zone is detected up to R(ρ). Rays of a zone with k rays add up to a visibility of Σ

@@ -1,5 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light sensor: luminance of four walls, or illuminance."""
+"""Light sensor: luminance of four walls, or illuminance, and the circuit behind it.
+
+- Model: `LightSensor`, with its photoresistor, parameters and presets in this file.
+- Scene: angen_addon/scene/light/, beginning with probe.py; `LightChanges` in
+  angen_addon/scene/changes.py says when light must be measured anew.
+- Window: angen_addon/kinds/light.py.
+- Physics: docs/light.md; how light is measured: docs/light_how.md.
+- Tests: tests/pure/test_light.py, tests/blender/test_light_*.py.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +50,7 @@ def follow(before: float, target: float, dt: float, rise: float, fall: float) ->
     return target + (before - target) * math.exp(-dt / constant) if constant > 0.0 else target
 
 
-# Light sensor: luminance of four views in percent, or illuminance in lux, and its circuit.
+# The parameters and the model.
 #
 # The scene gives the light (`LightSample`); the model adds noise and the circuit: the time
 # constants of a photoresistor and its voltage divider, or the counts of a digital part; a

@@ -1,5 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slotted optical switch: a flag on the door breaks its beam, or not."""
+"""Slotted optical switch: a flag on the door breaks its beam, or not.
+
+- Model: `SlottedSwitch`, with its parameters and presets in this file.
+- Scene: rays by angen_addon/scene/rays/caster.py; what crosses a swept beam between two steps by
+  angen_addon/scene/rays/sweep.py and sensor_logic/geometry/.
+- Window: angen_addon/kinds/optical_switch.py; fitting a door: operators/door.py.
+- Physics: docs/switch.md.
+- Tests: tests/pure/test_optical_switch.py, tests/blender/test_swept_switch.py and test_door.py.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +76,7 @@ def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
     return starts[new] - shift, furthest[last] - shift
 
 
-# Slotted optical switch: a beam across a gap that a flag on the door breaks.
+# The parameters and the model.
 #
 # One ray is the thesis's sensor: open where the range is at least the threshold, without memory.
 # Several rays across the aperture resolve a flag that covers part of it: the share of rays that

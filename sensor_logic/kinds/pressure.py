@@ -1,5 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pad that feels what presses on it."""
+"""Pressure sensor: a pad that feels what presses on it, and its force-sensing resistor.
+
+- Model: `PressurePad`, with its resistor, parameters and presets in this file.
+- Scene: bodies and their motion by angen_addon/scene/contact/, beginning with tracker.py; the
+  forces between them by sensor_logic/contact/, beginning with pad_forces.py.
+- Window: angen_addon/kinds/pressure.py; the weight of things: panels/load.py.
+- Physics: docs/pressure.md; the resistor: docs/force_resistor.md.
+- Tests: tests/pure/test_pressure.py, test_contact_*.py and test_balance.py,
+  tests/blender/test_pressure_*.py.
+"""
 
 from __future__ import annotations
 
@@ -325,7 +334,7 @@ class ForceResistor:
         return decades
 
 
-# Pressure sensor under furniture: the force on its pad, and its force-sensing resistor.
+# The model.
 
 # A partner is listed if its share of the force is larger than this.
 LEAST_SHARE = 1e-3
@@ -383,7 +392,7 @@ class PressurePad(Model):
 
 @dataclass(frozen=True)
 class PadReading:
-    """Force in N, names of the partners joined by `partner_names.joined`, and the centre of
+    """Force in N, names of the partners joined by `wording.joined`, and the centre of
     pressure (x, y) in m along the pad's axes from its origin; NaN without pressure. `on_its_back`:
     only its −Z side is pressed, by more than its own weight."""
 

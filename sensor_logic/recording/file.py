@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a recording as bytes for a file: small, exact, and with a checksum.
+"""Writes a recording as bytes for a file, and reads it: small, exact, and with a checksum.
 
 The first line has a title, the version and the checksum; a header in JSON and the columns follow.
 Frames and times are not stored where the clock gives them. A column of few different floats is
@@ -22,7 +22,7 @@ from ..kinds import KINDS
 from .columns import CODES, Column
 from .tracks import Recording, Track
 
-# Reads the bytes that `writer.py` writes. They may come from a stranger: the reader unpacks no
+# Reads the bytes that `to_bytes` writes. They may come from a stranger: the reader unpacks no
 # more than the header's counts and `VALUES` allow, and checks the type of each value.
 
 MIB = 2**20

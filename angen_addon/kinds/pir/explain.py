@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Explains why a motion detector fired, or what would have to change for it to fire."""
+"""Explains why a motion detector fired, or what would have to change for it to fire, for each of
+its two models."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws what a motion detector sees: its tilts, or the zones of its lens."""
+"""Draws what a motion detector sees, its tilts or the zones of its lens, also in the floor plan;
+its housings and panel rows."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Plays a home's readings to a broker: announces its sensors, publishes their readings, and marks
-them unavailable at the end.
+them unavailable at the end; for a log, at the times of its events or at any other speed.
 """
 
 from __future__ import annotations

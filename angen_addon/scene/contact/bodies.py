@@ -18,8 +18,7 @@ from ..rays.solids import Solid, Solids
 from ..sensors import is_placed
 from .colliders import Collider, rigid_body_collider, surface_collider
 
-# The settings of a body that decide its weight and contacts, read at one frame: all of them can be
-# animated.
+# The settings that decide a body's weight and contacts, read at each frame: all can be animated.
 
 # Friction of objects without a rigid body.
 FRICTION = 0.7

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shapes with which Blender's physics engine lets rigid bodies collide.
+"""The shapes with which Blender's physics engine lets rigid bodies collide, and the constraints
+that tie two bodies together.
 
 They are not the meshes: primitives take the size of the bounding box and sit at the object's
 origin, children of a compound lose their own scale, a scaled hull keeps its margin unscaled.

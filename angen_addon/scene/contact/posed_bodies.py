@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface and centre of mass of animated bodies, and of loose pads, at one frame."""
+"""The surface and centre of mass of animated bodies, and of loose pads, at one frame; and how far
+such a surface is above what is below it."""
 
 from __future__ import annotations
 

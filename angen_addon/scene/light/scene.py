@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A temporary scene to render light in: what the viewport shows, with Blender's factory settings.
+Stand-ins (`Frozen`, `Instances`) take the place of what it cannot show as it is.
 
 The user's own scene, objects and settings are never written to. The scene made here stands at the
 frame at which the user's stands; a render evaluates it anew there, so neither the frames before

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The four views of each sensor that looks at four walls: as rays, and by Cycles."""
+"""Pictures whose pixels look from sensors, by Cycles; and the four views of each sensor that looks
+at four walls, as rays and in such a picture."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The evaluated shape of an object: its bounds, and a bounding volume hierarchy when needed."""
+"""The evaluated shape of an object, or of what geometry nodes make: its bounds, and a bounding
+volume hierarchy when needed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signs, names and readings beside the sensors, on the screen."""
+"""Signs, names and readings beside the sensors, on the screen, where there is room for them."""
 
 from __future__ import annotations
 

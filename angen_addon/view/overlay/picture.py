@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is drawn of a sensor, as arrays of coloured lines and triangles for the GPU."""
+"""What is drawn of a sensor, as arrays of coloured lines and triangles for the GPU: the figures
+that kinds make of their rays, in the looks of the sensors' states."""
 
 from __future__ import annotations
 

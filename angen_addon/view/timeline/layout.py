@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the sensors' history to rectangles, lines and words in a region's pixels. Draws nothing.
+"""From a recording to the sensors' history, and from that to rectangles, lines and words in a
+region's pixels. Draws nothing.
 
 States differ by shape: active is solid, invalid hatched, not simulated dotted, idle a thin line.
 """
@@ -41,7 +42,7 @@ class Spans:
 class HistoryRow:
     """One sensor: what it is called and its room; `uid`: session uid of its object. `frames`,
     `values`: its curve, for kinds that measure, and `full`: what is drawn as full height; `log`,
-    `events`: see events.py."""
+    `events`: those of the event log (sensor_logic/log.py)."""
 
     name: str
     room: str

@@ -1,5 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passive infrared motion detector."""
+"""Passive infrared motion detector (PIR), which senses by one of two models.
+
+- Models: range_scan.py, the thesis's, with the parameters of both; pyroelectric.py, with the zones
+  of lenses.py; presets.py.
+- Scene: rays by angen_addon/scene/rays/caster.py; how warm what they hit is by `Warmth` in
+  angen_addon/scene/surfaces.py.
+- Window: angen_addon/kinds/pir/; coverage maps: angen_addon/coverage/ and sensor_logic/coverage/.
+- Physics: docs/pir.md, docs/coverage.md.
+- Tests: tests/pure/test_pir.py and test_pyro_*.py, tests/blender/test_pyro_scenes.py.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +19,10 @@ from .presets import PRESETS
 from .pyroelectric import PyroelectricDetector
 from .range_scan import PYRO, SCAN, PirParameters, RangeScan
 
-# The motion detector: it senses by the one of its two models that its parameters choose.
-
 
 class MotionDetector(Model):
-    """One detector. Its state starts anew where its model is changed."""
+    """One detector, which senses by the model that its parameters choose. Its state starts anew
+    where that is changed."""
 
     def __init__(self) -> None:
         self._model = ""

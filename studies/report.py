@@ -214,12 +214,12 @@ def pictured(results: Results, ranked: pandas.DataFrame) -> Results:
 # The page.
 
 
-class Picture(NamedTuple):
+class Plot(NamedTuple):
     about: str
     svg: str
 
 
-def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Picture]]:
+def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
     """The page, and the pictures in it."""
     light, dark = (
         "".join(f"--{name}:{colours[number]};" for name, colours in INKS.items())
@@ -294,14 +294,14 @@ def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
     }
 
 
-def _curves(results: Results, measures: Sequence[str]) -> Iterator[Picture]:
+def _curves(results: Results, measures: Sequence[str]) -> Iterator[Plot]:
     for measure in measures:
-        yield Picture(f"{measure} against what varied", curves(results, [measure], measure))
+        yield Plot(f"{measure} against what varied", curves(results, [measure], measure))
     for measure in ("events", "active"):
         columns = [name for name in results.measured if name.startswith(f"{measure} ")]
         if 1 < len(columns) <= MOST_LINES:
             about = f"{measure} of each sensor against what varied"
-            yield Picture(about, curves(results, columns, measure))
+            yield Plot(about, curves(results, columns, measure))
 
 
 def _table(
@@ -365,7 +365,7 @@ def curves(results: Results, measures: Sequence[str], label: str) -> str:
     return _svg(drawing)
 
 
-def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Picture:
+def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Plot:
     """The mean of a measure over two keys, with half of its confidence interval over seeds."""
     across, up = (levels(results.rows[key]) for key in keys)
     found = means(results.rows, [up.of.rename("up"), across.of.rename("across")], [measure])
@@ -386,7 +386,7 @@ def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Picture:
     axis.set_xlabel(keys[0])
     axis.set_ylabel(keys[1])
     drawing.colorbar(image, ax=axis, label=measure)
-    return Picture(f"{measure} over {keys[0]} and {keys[1]}", _svg(drawing))
+    return Plot(f"{measure} over {keys[0]} and {keys[1]}", _svg(drawing))
 
 
 def _axes(count: int, height: float = HEIGHT) -> tuple[Any, Any]:

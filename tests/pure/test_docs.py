@@ -71,6 +71,18 @@ def test_the_page_of_hard_cases_is_that_of_the_data_and_of_the_tests():
         assert f"[{name}]" in written, "run: python scripts/hard_cases.py"
 
 
+def test_the_way_of_a_reading_names_files_and_functions_that_are_there():
+    written = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    way = written[written.index("The way of a reading") :]
+    named = re.findall(r"^\d+\. `([\w/]+\.py)`, `([\w.]+)`", way, re.MULTILINE)
+    assert len(named) > 15
+    for found, name in named:
+        (path,) = [p for p in (ROOT / found, ROOT / "angen_addon" / found) if p.exists()]
+        source = path.read_text(encoding="utf-8")
+        for part in name.split("."):
+            assert re.search(rf"^\s*(def|class) {part}\b", source, re.MULTILINE), (found, name)
+
+
 def test_the_studies_of_the_docs_can_be_read_and_stand_on_their_page():
     written = (page.DOCS / "studies.md").read_text(encoding="utf-8")
     files = sorted(Path(page.DOCS / "studies").glob("*.toml"))
@@ -156,15 +168,16 @@ ROOT = Path(__file__).resolve().parents[2]
 
 # Rules of the code
 
-FOLDERS = ("angen_addon", "operators", "panels", "sensor_logic")
+FOLDERS = ("angen_addon", "operators", "panels", "residents", "sensor_logic", "studies")
 TEXTS = {
     path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
     for folder in FOLDERS
     for path in (ROOT / folder).rglob("*.py")
 }
 CACHES = re.compile(r"@(functools\.)?(lru_cache|cache)\b")
-# The class of the Python package that users hold, and that of the core which it shows.
-TWICE = {"Recording"}
+# The class of the Python package that users hold, and that of the core which it shows; a home, and
+# a home with residents.
+TWICE = {"Home", "Recording"}
 
 
 def test_no_two_classes_are_called_the_same() -> None:

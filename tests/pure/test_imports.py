@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""sensor_logic works where there is no Blender, and knows nothing of what is built on it."""
+"""What is pure works where there is no Blender; sensor_logic knows nothing of what builds on it."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ import importlib, pkgutil, sys
 class Blocked:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in {"bpy", "bmesh", "mathutils", "bpy_extras", "gpu", "bl_ext",
-                                      "angen_addon", "operators", "panels", "studies"}:
+                                      "angen_addon", "operators", "panels", "residents", "studies"}:
             raise ImportError(f"{name} is blocked")
 sys.meta_path.insert(0, Blocked())
 import sensor_logic
@@ -33,3 +33,26 @@ def test_sensor_logic_imports_without_blender():
     assert set(done.stdout.split()) == {
         name.removesuffix(".__init__") for name in found - {"sensor_logic.__init__"}
     }
+
+
+RESIDENTS = """
+import importlib, pkgutil, sys
+from angen_addon.process.standalone import load_extension
+load_extension()
+for name in ("bpy", "bmesh", "mathutils", "gpu"):
+    sys.modules[name] = None
+for folder in sys.argv[1:]:
+    package = importlib.import_module(f"angen_sensors.residents.{folder}")
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        importlib.import_module(module.name)
+        print(module.name)
+"""
+
+
+def test_bodies_acting_routines_and_days_import_without_blender():
+    folders = ("body", "acting", "routine", "days")
+    command = [sys.executable, "-c", RESIDENTS, *folders]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    files = [path for name in folders for path in (ROOT / "residents" / name).glob("*.py")]
+    assert len(done.stdout.split()) == len(files) - len(folders)

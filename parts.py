@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the extension is made of: the modules that register with Blender, and the verbs of the
 command line, both in order. A house (a folder of the root) that is not installed is left out, and
-whatever it has here with it: the sensors work without the residents.
+whatever it has here with it: the sensors work without the residents. `study`, whose house the zip
+lacks, then says how to get it.
 """
 
 from __future__ import annotations
@@ -69,8 +70,8 @@ MODULES = (
     "angen_addon.commands.command_line",
 )
 
-# The verbs on a blend file, in the order of the help, with the module that runs them: it has
-# `add_verb(name, verbs, every)` and `run(options, outputs)`, the exit status.
+# The verbs on a blend file, in the order of the help, each with the module whose
+# `VERBS` has its `Verb` (angen_addon/commands/parser.py).
 VERBS = {
     "simulate": "angen_addon.commands.simulate",
     "list": "angen_addon.commands.verbs",
@@ -90,7 +91,7 @@ WITHOUT_BLENDER = {
     "replay": "angen_addon.commands.replay",
     "study": "studies.command",
 }
-# The extras of the Python package that have a house which the extension lacks.
+# The houses that the zip lacks, each with the extra of the Python package that installs it.
 EXTRAS = {"studies": "study"}
 # The class of an open home, for scripts: the first that is installed.
 HOMES = ("residents.blender.api", "angen_addon.api.home")

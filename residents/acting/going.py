@@ -103,7 +103,7 @@ class Going(Actor):
         for door, side in self._doors_to(step, goal, storey):
             if self.home.stands_open(door, self):
                 continue
-            spot = self.home.ground.outside(door, side, self.radius)
+            spot = self.home.ground.spot_before(door, side, self.radius)
             yield from self._leg(step, spot.at, None)
             yield from self.through(door, side)
             self._release(leaves)
@@ -139,10 +139,10 @@ class Going(Actor):
         start, goal = self.here, place.at[:2]
         if doors:
             door, side = doors[-1]
-            goal = ground.outside(door, side, self.radius).at
+            goal = ground.spot_before(door, side, self.radius).at
             if len(doors) > 1:
                 door, side = doors[-2]
-                start = ground.outside(door, -side, self.radius).at
+                start = ground.spot_before(door, -side, self.radius).at
         try:
             path = ground.way(place.storey, start, goal, self.radius, home.left_open(place.storey))
         except NoWay:
@@ -275,7 +275,7 @@ class Going(Actor):
         points = [floor.low + (cells + 0.5) * floor.size]
         part = ground.part_at(self.storey, self.here, self.radius)
         points += [
-            ground.outside(door, -side, self.radius).at[None]
+            ground.spot_before(door, -side, self.radius).at[None]
             for door, side, _ in ground.doors_of(self.storey, part, self.radius)
             if not door.entrance
         ]
@@ -300,7 +300,7 @@ class Going(Actor):
         if len(shut) > 1 or any(self.home.is_open(door) for door, _ in shut):
             return False
         for door, side in shut:
-            point = self.home.ground.outside(door, side, self.radius).at
+            point = self.home.ground.spot_before(door, side, self.radius).at
         try:
             path = self.home.ground.way(
                 self.storey, self.here, point, self.radius, opened, there
@@ -347,7 +347,7 @@ class Going(Actor):
         """Walks through a door, from its side `side`. A door that was shut is shut again behind."""
         ground, home = self.home.ground, self.home
         yield from self.wait_for(door)
-        near = ground.outside(door, side, self.radius)
+        near = ground.spot_before(door, side, self.radius)
         if self.step is not None and float(np.hypot(*(near.at - self.here))) > SPACED:
             yield from self._leg(self.step, near.at, None)
         opened, found_open = home.left_open(self.storey), home.is_open(door)
@@ -359,7 +359,7 @@ class Going(Actor):
         while self.now < until and home.clash(self, path, self.build.speed) is not None:
             yield from self._wait(path)
         self.wish = None
-        far = ground.outside(door, -side, self.radius)
+        far = ground.spot_before(door, -side, self.radius)
         self._walk(path, far.yaw, {**opened, door.name: door.open})
         if door.entrance or not found_open:
             self.move_leaf(door, door.closed)

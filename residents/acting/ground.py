@@ -145,8 +145,9 @@ class Ground:
         point = points[int(np.argmin(np.where(fits, cost, np.inf)))]
         return Spot(point, yaw_to(point, first + 0.72 * door.width * along))
 
-    def outside(self, door: Door, side: float, radius: float) -> Spot:
-        """A spot outside the home, where the floor may be unknown."""
+    def spot_before(self, door: Door, side: float, radius: float) -> Spot:
+        """The spot before a door on one side of it. Where the floor there is unknown, as outside
+        the home, the door's size gives it."""
         found = self.spot(door, side, radius)
         if found is not None:
             return found
@@ -187,7 +188,7 @@ class Ground:
     def crossing(self, door: Door, side: float, radius: float, opened: Open) -> Array:
         """Corner points (n, 2) from where one stands on that side to where one stands on the other,
         through the open door."""
-        ends = [self.outside(door, one, radius).at for one in (side, -side)]
+        ends = [self.spot_before(door, one, radius).at for one in (side, -side)]
         try:
             return self.way(door.storey, ends[0], ends[1], radius, {**opened, door.name: door.open})
         except NoWay:

@@ -80,7 +80,7 @@ class HomeInUse:
         return self.is_open(door) and not self._is_busy(door, someone)
 
     def left_open(self, storey: int) -> dict[str, float]:
-        """The doors that stand open and that nobody is at."""
+        """The openings of the doors of a storey that stand open, by name."""
         return {
             door.name: self.opening(door)
             for door in self.places.doors.values()

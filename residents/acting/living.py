@@ -58,7 +58,7 @@ class Living(Going):
     def begin_away(self) -> None:
         door = self.home.places.entrances[0]
         side = self.home.ground.inside(door, self.radius)
-        spot = self.home.ground.outside(door, -side, self.radius)
+        spot = self.home.ground.spot_before(door, -side, self.radius)
         self.put_down(spot.at, spot.yaw, door.storey)
         self.posture, self.place, self.unseen = AWAY, "", True
 
@@ -287,7 +287,7 @@ class Living(Going):
             return
         door, side = self._entrance(step)
         self.rise()
-        spot = self.home.ground.outside(door, side, self.radius)
+        spot = self.home.ground.spot_before(door, side, self.radius)
         yield from self._fetch_frame()
         yield from self.to_point(step, spot.at, spot.yaw, door.storey)
         yield from self.through(door, side)
@@ -300,7 +300,7 @@ class Living(Going):
         door = self._out_by or self.home.places.entrances[0]
         side = self.home.ground.inside(door, self.radius)
         yield from self.wait_for(door)
-        spot = self.home.ground.outside(door, -side, self.radius)
+        spot = self.home.ground.spot_before(door, -side, self.radius)
         self.put_down(spot.at, spot.yaw, door.storey)
         self.be(STANDING)
         yield from self.through(door, -side)
@@ -311,7 +311,7 @@ class Living(Going):
         found = []
         for door in self.home.places.entrances:
             side = ground.inside(door, self.radius)
-            spot = ground.outside(door, side, self.radius)
+            spot = ground.spot_before(door, side, self.radius)
             between = ground.doors_between(self.storey, self.here, spot.at, self.radius, opened)
             if between is not None:
                 found.append((len(between), float(np.hypot(*(spot.at - self.here))), door, side))

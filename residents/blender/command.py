@@ -49,8 +49,8 @@ class FinishedDays(Protocol):
 
 
 class DayLine:
-    """One line that renews itself on a terminal, else one now and then. Of several processes it
-    sees the whole days."""
+    """One line that renews itself on a terminal, else one now and then. With --jobs it counts whole
+    days alone."""
 
     def __init__(self, stream: TextIO, quiet: bool, days: int, kept: FinishedDays) -> None:
         self._stream, self._quiet, self._days, self._kept = stream, quiet, days, kept
@@ -233,7 +233,7 @@ class SharedDays:
     def _lose(self, worker: _Worker, status: int) -> None:
         _close(worker.process)
         if status > 0:
-            # It has told what is wrong; those at a day still end it.
+            # The worker has printed its error. No new days begin; those under way are finished.
             self._left.clear()
             return
         text = f"a process of --jobs was ended by {_name_of(-status)}"

@@ -40,6 +40,7 @@ class ContactParameters(Parameters):
         positive=True,
         short="Closes At",
     )
+    # Its hysteresis: the contact opens farther away than it closes.
     open_distance: float = parameter(
         0.02,
         "Open distance",

@@ -20,7 +20,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.coverage.floor import cells_of
+from angen_sensors.angen_addon.coverage.floor import cells_of, finished
 from angen_sensors.angen_addon.coverage.maps import at_once, detectors, view_of
 from angen_sensors.angen_addon.scene.home import EvaluatedHome
 from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
@@ -110,9 +110,7 @@ def _later(view: Any, share: float) -> Any:
 
 def _floor(name: str, size: float) -> tuple[EvaluatedHome, Cells]:
     home = EvaluatedHome(bpy.context.evaluated_depsgraph_get())
-    *_, cells = cells_of(home, sensors_of(), MOTIONS[name], size)
-    assert isinstance(cells, Cells)
-    return home, cells
+    return home, finished(cells_of(home, sensors_of(), MOTIONS[name], size))
 
 
 def _views(home: EvaluatedHome) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.doctor.command import count, findings
+from ..angen_addon.doctor import count, findings
 from ..angen_addon.runtime import state
 from .polls import can_look, cancelled, is_idle
 

@@ -40,7 +40,8 @@ def change_times(event_log: Iterable[str]) -> dict[str, list[float]]:
 
 def active_share(samples: Iterable[str], kind: str) -> float:
     """The share (0..1) of a sensor's samples in which it was active; 0 without samples."""
-    states = [line[KINDS[kind].active_field] for line in csv.DictReader(samples)]
+    field = next(f.name for f in KINDS[kind].events if f.type is bool)
+    states = [line[field] for line in csv.DictReader(samples)]
     return states.count("1") / max(len(states), 1)
 
 

@@ -124,11 +124,6 @@ class Kind:
         """All fields that it publishes, by name."""
         return {f.name: f for f in (*self.samples, *self.events)}
 
-    @property
-    def active_field(self) -> str:
-        """The name of its binary reading: its first boolean event field."""
-        return next(f.name for f in self.events if f.type is bool)
-
     def reading(self, parameters: Any) -> Field:
         """The field of its main reading, the output `value`: the first number that is measured with
         these parameters."""

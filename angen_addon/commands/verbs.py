@@ -13,8 +13,8 @@ import bpy
 from ...sensor_logic.error import InputError, explained
 from ...sensor_logic.log import differences, events, read_events
 from ...sensor_logic.wording import named
-from ..doctor import command as doctor
-from ..explain.command import ExplainedTime
+from .. import doctor
+from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout
 from ..output.describe import describe
 from ..output.output_files import Outputs, check_outputs

@@ -4,15 +4,3 @@
 `floor` finds where somebody can move; `maps` casts each detector's rays and puts both together;
 `proposal` looks for places of new detectors. `shown` and `command` show what was found.
 """
-
-
-def register() -> None:
-    from . import settings
-
-    settings.register()
-
-
-def unregister() -> None:
-    from . import settings
-
-    settings.unregister()

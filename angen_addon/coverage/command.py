@@ -31,9 +31,7 @@ from ..output.output_files import Outputs, check_outputs
 from ..plan import levels, placed, shapes_at
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
-from . import shown as ghosts
-from . import shown as kept
-from . import shown as mesh
+from . import shown as drawn
 from .maps import MapProgress, cover
 from .proposal import MOUNTINGS, Proposal, Wish, propose
 from .settings import motion_of
@@ -215,8 +213,8 @@ def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: O
         title = f"Coverage of {Path(bpy.data.filepath).stem}"
         outputs.texts[options.picture] = picture(depsgraph, asked, found, title)
     if options.save is not None:
-        mesh.show_map(scene, found)
-        kept.keep(scene, found)
+        drawn.show_map(scene, found)
+        drawn.keep(scene, found)
         outputs.save_blend(options.save)
     outputs.said = table(found)
 
@@ -226,7 +224,7 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
     if options.like and options.preset:
         raise AngenError("--like and --preset both tell the parameters: give one of them")
     like = chosen(list(sensors), SensorChoice((options.like,)))[0] if options.like else None
-    parameters, rate = ghosts.pattern(like, options.preset or "")
+    parameters, rate = drawn.pattern(like, options.preset or "")
     wish = Wish(
         options.count,
         parameters,
@@ -248,9 +246,9 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
         title = f"Proposal for {Path(bpy.data.filepath).stem}"
         outputs.texts[options.picture] = picture(depsgraph, [], found.map, title, marks(found))
     if options.save is not None:
-        ghosts.show_proposal(scene, found, options.like or "", options.preset or "")
-        mesh.show_map(scene, found.map)
-        kept.keep(scene, found.map)
+        drawn.show_proposal(scene, found, options.like or "", options.preset or "")
+        drawn.show_map(scene, found.map)
+        drawn.keep(scene, found.map)
         bpy.ops.angen.place_accept()
         outputs.save_blend(options.save)
     outputs.said = _places(found)

@@ -4,7 +4,7 @@ each is in."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -58,6 +58,14 @@ class Grid:
         return np.column_stack([xs.ravel(), ys.ravel(), level])
 
 
+@dataclass(frozen=True)
+class MapProgress:
+    """How far a map is: its share, and what is being done."""
+
+    share: float
+    text: str
+
+
 def saying(told: S, work: Steps[T]) -> Generator[S, None, T]:
     """Tells the same before each step of the work, and hands on what it returns."""
     while True:
@@ -69,7 +77,7 @@ def saying(told: S, work: Steps[T]) -> Generator[S, None, T]:
             return result
 
 
-def finished(work: Steps[T]) -> T:
+def finished(work: Generator[Any, None, T]) -> T:
     """Does the work at once, and returns its result."""
     while True:
         try:
@@ -294,17 +302,18 @@ def cells_of(
     motion: Motion,
     size: float,
     rooms: Sequence[str] = (),
-) -> Iterator[str | Cells]:
-    """Yields what is being done, and last the cells where the body can move; only those of
-    `rooms`, if any are named. Raises AngenError."""
-    yield "looking for the floor"
+) -> Generator[MapProgress, None, Cells]:
+    """The cells where the body can move; only those of `rooms`, if any are named. Yields what is
+    being done. Raises AngenError."""
+    yield MapProgress(0.0, "looking for the floor")
     parts = []
     marked = volumes(home)
     for number, (floor, members) in enumerate(storeys_of(home, sensors, marked)):
         grid = _grid(home, floor, members, marked, size)
-        labels = yield from saying("looking for rooms", labels_of(home, grid, members, marked))
-        found = _storey_cells(home, grid, labels, motion, number)
-        parts.append((yield from saying("looking where there is room to move", found)))
+        doing = MapProgress(0.0, "looking for rooms")
+        labels = yield from saying(doing, labels_of(home, grid, members, marked))
+        doing = MapProgress(0.0, "looking where there is room to move")
+        parts.append((yield from saying(doing, _storey_cells(home, grid, labels, motion, number))))
     every = _joined(parts, size)
     known = every.rooms
     whole = every.of(rooms) if rooms else every
@@ -320,7 +329,7 @@ def cells_of(
             "no free floor was found under the sensors: rooms need a floor, and sensors that hang "
             "inside them; or take smaller cells"
         )
-    yield whole
+    return whole
 
 
 def storeys_of(

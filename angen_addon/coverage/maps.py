@@ -6,7 +6,6 @@ command line and the tests.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -41,7 +40,7 @@ from ..scene.sensors import (
     read_pose,
 )
 from ..scene.surfaces import Warmth, kelvin
-from .floor import cells_of
+from .floor import MapProgress, cells_of
 
 # A motion detector as the coverage map needs it: its rays cast once through the empty room.
 
@@ -119,9 +118,8 @@ def _warm_view(
     origins = pose.origin + directions * parameters.range_min
     reach = np.full(len(directions), SIGHT)
     ranges = _cast(home, uid, origins, directions, reach)
-    seen = warmth.see(
-        home.depsgraph, uid, BUNDLE, origins / home.metres, directions, reach / home.metres
-    )[0]
+    rays = origins / home.metres, directions, reach / home.metres
+    seen = warmth.see(home.depsgraph, uid, BUNDLE, rays)[0]
     ambient = STEFAN_BOLTZMANN * seen.ambient**4
     warm = STEFAN_BOLTZMANN * BODY.emissivity * (kelvin(BODY.celsius) ** 4 - seen.ambient**4)
     return WarmView(
@@ -152,14 +150,6 @@ SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0
 AT_ONCE = 4000
 
 
-@dataclass(frozen=True)
-class MapProgress:
-    """How far a map is: its share, and what is being done."""
-
-    share: float
-    text: str
-
-
 class Enough(Exception):
     """Thrown into a generator of stages to end it: it returns its best result so far, or raises
     this without one."""
@@ -183,13 +173,7 @@ def cover(
     chosen = detectors(chosen)
     check_names(list(chosen))
     home = EvaluatedHome(depsgraph)
-    cells = None
-    for told in cells_of(home, sensors, motion, size, rooms):
-        if isinstance(told, str):
-            yield MapProgress(0.0, told)
-        else:
-            cells = told
-    assert cells is not None
+    cells = yield from cells_of(home, sensors, motion, size, rooms)
     views = {}
     for sensor in chosen:
         views[sensor.name] = view_of(home, sensor)

@@ -244,13 +244,7 @@ def propose(
     check_cell(size)
     _check(wish)
     home = EvaluatedHome(depsgraph)
-    cells = None
-    for told in cells_of(home, sensors, motion, size, wish.rooms):
-        if isinstance(told, str):
-            yield MapProgress(0.0, told)
-        else:
-            cells = told
-    assert cells is not None
+    cells = yield from cells_of(home, sensors, motion, size, wish.rooms)
     looking = candidates(home, cells, wish.mounting, wish.height, wish.spacing)
     found = yield from saying(MapProgress(0.05, "looking for walls and ceilings"), looking)
     if not found:

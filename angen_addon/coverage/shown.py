@@ -15,8 +15,8 @@ from ...sensor_logic.coverage.detectors import DETECTOR, PirParameters
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import LEVELS, VIRIDIS, levels, linear
 from ...sensor_logic.error import AngenError
-from ...sensor_logic.model import Pose
 from ...sensor_logic.parameters import specs
+from ..runtime.sensor_runner import matrix_of
 from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, decimal, read_parameters, unit_scale
 from .proposal import Proposal
@@ -130,7 +130,7 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
         ghost = bpy.data.objects.new(name, None)
         ghost.empty_display_type = "CONE"
         ghost.empty_display_size = SHOWN_M / unit_scale(scene)
-        ghost.matrix_world = matrix_of(candidate.pose, unit_scale(scene))
+        ghost.matrix_world = Matrix(matrix_of(candidate.pose, unit_scale(scene)).tolist())
         ghost.show_name = True
         ghost[COVERAGE_MARK] = PROPOSAL
         ghost.angen_sensor.room = candidate.room
@@ -153,12 +153,6 @@ def discard(scene: Any) -> int:
         bpy.data.objects.remove(ghost)
     remove_own_collection(scene)
     return len(found)
-
-
-def matrix_of(pose: Pose, metres: float) -> Matrix:
-    matrix = Matrix([[*row, 0.0] for row in pose.axes.tolist()] + [[0.0, 0.0, 0.0, 1.0]])
-    matrix.translation = (pose.origin / metres).tolist()
-    return matrix
 
 
 def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:

@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
+import bpy
+
+from ...sensor_logic.wording import plural
 from . import building, sensors
 from .examined import Check, Examined, Finding
 
@@ -44,6 +48,24 @@ def examine(scene: Any, view_layer: Any, depsgraph: Any) -> list[Finding]:
     """The findings of all checks of an evaluated scene."""
     home = Examined(scene, view_layer, depsgraph)
     return [Finding(name, *found) for name, check in CHECKS.items() for found in check(home)]
+
+
+def findings() -> list[Finding]:
+    """The findings in the scene of the present context."""
+    context = bpy.context
+    return examine(context.scene, context.view_layer, context.evaluated_depsgraph_get())
+
+
+def as_text(found: list[Finding], as_json: bool) -> str:
+    """Two lines for each finding, what is wrong and the way to mend it; or a JSON list."""
+    if as_json:
+        entries = [finding._asdict() for finding in found]
+        return json.dumps(entries, indent=1, ensure_ascii=False) + "\n"
+    return "".join(f"{one.check}: {one.text}\n    {one.mend}\n" for one in found)
+
+
+def count(found: list[Finding]) -> str:
+    return f"{plural(len(found), 'thing')} to mend" if found else "nothing to mend was found"
 
 
 __all__ = ["CHECKS", "Examined", "Finding", "examine"]

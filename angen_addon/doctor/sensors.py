@@ -362,7 +362,7 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
 def none_lit(home: Examined) -> Iterator[Found]:
     """Reports light sensors in a scene without any light."""
     sensors = home.requiring(LIGHT)
-    lit = any(lamp.data.energy > 0 or _is_switched(lamp.data) for lamp in _lamps(home))
+    lit = any(lamp.data.energy > 0 or is_animated(lamp.data, "energy") for lamp in _lamps(home))
     if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
         return
     yield (
@@ -397,10 +397,6 @@ def _peak(lamp: Any) -> float:
     """Its greatest power among its setting and its keys."""
     keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
     return float(max([lamp.energy, *keyed]))
-
-
-def _is_switched(lamp: Any) -> bool:
-    return is_animated(lamp, "energy")
 
 
 def _world_shines(world: Any) -> bool:

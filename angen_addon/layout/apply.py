@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,9 +69,11 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
     doing = [plan for plan in plans if plan.changes]
     changed = [plan.entry.name for plan in doing if plan.sensor is not None]
     with _Rollback() as rollback:
+        # The last of all: callbacks run in reverse.
+        rollback.callback(view_layer.update)
         _make_changes(plans, rollback)
         _check_done(doing)
-        rollback.keep()
+        rollback.pop_all()
     removed = [sensor.name for sensor in left_out]
     cleared = [sensor.name for sensor in left_out if not _delete(sensor)]
     view_layer.update()
@@ -79,32 +81,15 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
     return Applied(added, changed, unchanged, removed, cleared, former_text(former))
 
 
-class _Rollback:
-    """Sets properties, and restores them where an error ends the `with` block."""
-
-    def __init__(self) -> None:
-        self._restore: list[Callable[[], object]] = []
-
-    def __enter__(self) -> _Rollback:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for restore in reversed(self._restore):
-            restore()
-        if self._restore:
-            bpy.context.view_layer.update()
-
-    def keep(self) -> None:
-        self._restore = []
-
-    def later(self, restore: Callable[[], object]) -> None:
-        self._restore.append(restore)
+class _Rollback(ExitStack):
+    """Sets properties; at the end of the `with` block restores them, and calls what else undoes a
+    change, unless `pop_all` has kept the changes."""
 
     def set(self, owner: Any, name: str, value: Any) -> None:
         before = getattr(owner, name)
         if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
             before = before.copy()
-        self.later(lambda: setattr(owner, name, before))
+        self.callback(setattr, owner, name, before)
         setattr(owner, name, value)
 
 
@@ -139,8 +124,8 @@ def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
     if mesh is None:
         obj.empty_display_size = EMPTY_SIZE_M / metres
     else:
-        rollback.later(lambda: bpy.data.meshes.remove(mesh))
-    rollback.later(lambda: bpy.data.objects.remove(obj))
+        rollback.callback(bpy.data.meshes.remove, mesh)
+    rollback.callback(bpy.data.objects.remove, obj)
     if obj.name != plan.entry.name:
         raise plan.entry.error(f"Blender calls it '{obj.name}': give it another name", "name")
     if "collection" not in plan.moves:
@@ -199,7 +184,7 @@ def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
     target = scene.collection if name is None else bpy.data.collections.get(name)
     if target is None:
         made = target = bpy.data.collections.new(name)
-        rollback.later(lambda: bpy.data.collections.remove(made))
+        rollback.callback(bpy.data.collections.remove, made)
         scene.collection.children.link(made)
     before = list(obj.users_collection)
     for collection in before:
@@ -211,7 +196,7 @@ def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
         for collection in before:
             collection.objects.link(obj)
 
-    rollback.later(restore)
+    rollback.callback(restore)
 
 
 def _set_parent(obj: Any, name: str | None, rollback: _Rollback) -> None:

@@ -4,20 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...sensor_logic.contact.world import PadForces
-from ...sensor_logic.model import Answers, Array, LightSample
+from ...sensor_logic.model import Answers, LightSample
 from ..scene.changes import LightChanges
 from ..scene.contact.bodies import Pad
 from ..scene.contact.tracker import ContactTracker
 from ..scene.instances import Uid
-from ..scene.light.cycles import CyclesLight, Steps
+from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring
-from ..scene.rays.caster import RayCaster
+from ..scene.rays.caster import RayCaster, Rays
 from ..scene.rays.frames import Film
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
@@ -33,13 +32,7 @@ def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
     return caster
 
 
-NOWHERE = np.zeros(0)
 NOT_MEASURED = (None, LightSample())
-
-
-def _key(request: LightRequest) -> Any:
-    """All that a sensor asks, to be compared."""
-    return repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()
 
 
 class Probes:
@@ -158,16 +151,7 @@ class Probes:
         if self._film is not None and len(self._film):
             self.caster.show(depsgraph, self._film.develop())
 
-    def met(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        count: int,
-    ) -> Answers:
+    def met(self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
         """What the rays met that were cast just now at `count` updates: `RayHits`, which nobody may
         write to."""
         if self._named != self._solids.listing:
@@ -176,7 +160,7 @@ class Probes:
         if self._exact is self.caster:
             return self._exact.seen
         last = np.full(count, len(self._exact.frames) - 1)
-        return self._exact.see_at(sensor, bundle, origins, directions, length, last)
+        return self._exact.see_at(sensor, bundle, rays, last)
 
     def measure(
         self,
@@ -194,7 +178,7 @@ class Probes:
         """
         how = scene.angen_luminous_efficacy, scene.angen_light_reference
         state = self._lighting.look(view_layer, depsgraph, self.edits, how)
-        keys = {r.name: (state.light, _key(r)) for r in asked}
+        keys = {r.name: (state.light, request_key(r)) for r in asked}
         due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != keys[r.name]]
         if due:
             efficacy, self._light.reference = how

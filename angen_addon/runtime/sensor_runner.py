@@ -54,36 +54,22 @@ from .trace import CAST, Question, RaysMet, Read, Swept, Trace
 # The answers to models' queries: a new quantity is a function here and an entry in `ANSWERS`.
 
 
-def ranges(
-    asked: Question,
-    bundle: int,
-    origins: Array,
-    directions: Array,
-    length: Array,
-    which: Index | None = None,
-) -> Answers:
+def ranges(asked: Question, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
     """How far rays get."""
     frames = asked.frames if which is None else asked.frames[which]
-    rays = asked.read.rays_in_units(origins, directions, length)
-    cast = asked.probes.caster.cast_at
-    found = cast(asked.sensor.uid, asked.bundle(bundle), *rays, frames)
+    cast, in_units = asked.probes.caster.cast_at, asked.read.rays_in_units(*rays)
+    found = cast(asked.sensor.uid, asked.bundle(bundle), in_units, frames)
     return Answers([asked.read.in_metres(one) for one in found.table], found.rows)
 
 
 def surfaces(
-    name: str,
-    asked: Question,
-    bundle: int,
-    origins: Array,
-    directions: Array,
-    length: Array,
-    which: Index | None = None,
+    name: str, asked: Question, bundle: int, *rays: Array, which: Index | None = None
 ) -> Answers:
     """What the probe called `name` knows of the surfaces that rays meet."""
     frames = asked.frames if which is None else asked.frames[which]
     known = asked.sensor.uid, asked.bundle(bundle)
-    rays = asked.read.rays_in_units(origins, directions, length)
-    found: Answers = getattr(asked.probes, name).see(asked.depsgraph, *known, *rays, frames)
+    in_units = asked.read.rays_in_units(*rays)
+    found: Answers = getattr(asked.probes, name).see(asked.depsgraph, *known, in_units, frames)
     return found
 
 

@@ -17,6 +17,7 @@ from ...sensor_logic.clock import Clock
 from ...sensor_logic.kind import RAYS, REFLECTANCE, WARMTH
 from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, LightSample, Pose, Updates
 from ..scene.light.probe import LightRequest
+from ..scene.rays.caster import Rays
 from ..scene.rays.sweep import SolidsAtStep, SweptRays
 from ..scene.sensors import Sensor
 from .probes import Probes
@@ -51,9 +52,7 @@ class Read:
         same = self.metres == other.metres and self.parameters == other.parameters
         return same and self.beside is other.beside is None and self.pose.same(other.pose)
 
-    def rays_in_units(
-        self, origins: Array, directions: Array, length: Array
-    ) -> tuple[Array, Array, Array]:
+    def rays_in_units(self, origins: Array, directions: Array, length: Array) -> Rays:
         """Rays with origins (n, 3) and lengths (n,) in m, in Blender units."""
         return origins / self.metres, directions, length / self.metres
 
@@ -229,7 +228,7 @@ class Trace:
             if self.keeps:
                 probes, count = question.probes, len(answers.rows)
                 in_units = read.rays_in_units(origins, directions, length)
-                met = probes.met(question.depsgraph, *known, *in_units, count)
+                met = probes.met(question.depsgraph, *known, in_units, count)
                 self._met, self._names = met[-1], probes.names
         if self.keeps:
             sensed.asked.append(_Asked(need, _bundle(asked), which, answers, met))

@@ -17,7 +17,7 @@ from ...sensor_logic.wording import ZERO_CELSIUS
 from .animation import all_animated, is_animated
 from .instances import Uid
 from .light.materials import Surfaces
-from .rays.caster import NOTHING, RayCaster, RayHits
+from .rays.caster import NOTHING, RayCaster, RayHits, Rays
 from .rays.solids import Solid, Solids
 
 
@@ -33,9 +33,7 @@ class MetSurfaces(ABC):
         depsgraph: Any,
         sensor: Uid,
         bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
+        rays: Rays,
         frames: Index | None = None,
     ) -> Answers:
         """Casts a sensor's rays at each of the kept frames `frames` (k,), or at the last one, and
@@ -44,7 +42,7 @@ class MetSurfaces(ABC):
         self._follow(depsgraph)
         if frames is None:
             frames = np.array([len(self._rays.frames) - 1])
-        found = self._rays.see_at(sensor, bundle, origins, directions, length, frames)
+        found = self._rays.see_at(sensor, bundle, rays, frames)
         return Answers([self._found(depsgraph, seen) for seen in found.table], found.rows)
 
     def ranges(self, sensor: Uid, bundle: int) -> Array:

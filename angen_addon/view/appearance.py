@@ -9,8 +9,7 @@ from typing import Any
 
 from ..authoring.housing import Housing, Stand, looking_out
 from ..explain.facts import Explanation
-from ..explain.plain import explain_plainly
-from ..explain.replay import Replay
+from ..explain.replay import Replay, explain_plainly
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from .overlay.figures import Figure, beams, plain_figure
 

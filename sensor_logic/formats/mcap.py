@@ -81,21 +81,8 @@ class Cdr:
         return self.number("i", seconds).number("I", rest * 1000).text(frame_id)
 
 
-def bool_message(value: bool) -> bytes:
-    return bytes(Cdr().number("?", value).data)
-
-
-def float_message(value: float) -> bytes:
-    return bytes(Cdr().number("f", value).data)
-
-
 def string_message(value: str) -> bytes:
     return bytes(Cdr().text(value).data)
-
-
-def illuminance_message(epoch_us: int, frame_id: str, lux: float) -> bytes:
-    """A sensor_msgs/Illuminance; its variance of zero means unknown."""
-    return bytes(Cdr().header(epoch_us, frame_id).number("d", lux, 0.0).data)
 
 
 def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> bytes:
@@ -261,8 +248,11 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
     if isinstance(value, str):
         return string_message(value)
     write: dict[str, Callable[[], bytes]] = {
-        "std_msgs/msg/Bool": lambda: bool_message(bool(value)),
-        "sensor_msgs/msg/Illuminance": lambda: illuminance_message(time, frame, value),
+        "std_msgs/msg/Bool": lambda: bytes(Cdr().number("?", bool(value)).data),
+        # Its variance of zero means unknown.
+        "sensor_msgs/msg/Illuminance": lambda: bytes(
+            Cdr().header(time, frame).number("d", value, 0.0).data
+        ),
         RANGE: lambda: range_message(
             time,
             frame,
@@ -272,7 +262,7 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
             _range_max(change.channel, greatest),
         ),
         "geometry_msgs/msg/WrenchStamped": lambda: force_message(time, frame, value),
-        NUMBER: lambda: float_message(value),
+        NUMBER: lambda: bytes(Cdr().number("f", value).data),
     }
     return write[schema]()
 

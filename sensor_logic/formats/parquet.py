@@ -42,9 +42,8 @@ def sample_columns(log: Log) -> Columns:
     """The columns of all updates, ordered by sensor name and time."""
     assert log.samples is not None
     tracks = [log.samples.tracks[name] for name in sorted(log.samples.tracks)]
-    types = {
-        f.name: f.type for kind in KINDS.values() for f in kind.samples if _is_used(f.name, tracks)
-    }
+    used = {name for track in tracks for name in track.columns}
+    types = {f.name: f.type for kind in KINDS.values() for f in kind.samples if f.name in used}
     columns: Columns = {
         "time_s": (float, []),
         "frame": (float, []),
@@ -64,10 +63,6 @@ def sample_columns(log: Log) -> Columns:
         for name, of in types.items():
             columns[name][1].extend(_plain(of, track.columns.get(name), count))
     return columns
-
-
-def _is_used(name: str, tracks: list[Any]) -> bool:
-    return any(name in track.columns for track in tracks)
 
 
 def _plain(of: type, column: Any, count: int) -> list[Any]:

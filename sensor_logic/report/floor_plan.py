@@ -79,7 +79,7 @@ def _axes(frame: Frame) -> list[str]:
     parts = []
     low, high = frame.view
     for axis, ends in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
-        for tick in _within(ends):
+        for tick in [t for t in ticks(*ends, 10) if ends[0] <= t <= ends[1]]:
             at = frame.px(np.where(np.arange(2) == axis, tick, low))
             x, y = coordinate(float(at[0])), coordinate(float(at[1]))
             label = shown_number(tick)
@@ -99,10 +99,6 @@ def _axes(frame: Frame) -> list[str]:
     right = coordinate(frame.left + frame.width)
     parts.append(f'<text class="small quiet end" x="{right}" y="{y}">x and y in m</text>')
     return parts
-
-
-def _within(ends: tuple[float, float]) -> list[float]:
-    return [t for t in ticks(*ends, 10) if ends[0] <= t <= ends[1]]
 
 
 def _scale_bar(frame: Frame) -> str:

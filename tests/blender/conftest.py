@@ -277,9 +277,9 @@ class Spy:
     def __init__(self, caster: Any) -> None:
         self._caster = caster
 
-    def cast_at(self, sensor: Any, bundle: int, *rays_and_frames: Any) -> Any:
-        self.origins, self.directions = (np.array(part) for part in rays_and_frames[:2])
-        answers = self._caster.cast_at(sensor, bundle, *rays_and_frames)
+    def cast_at(self, sensor: Any, bundle: int, rays: Any, frames: Any) -> Any:
+        self.origins, self.directions = (np.array(part) for part in rays[:2])
+        answers = self._caster.cast_at(sensor, bundle, rays, frames)
         self.ranges = answers[0]
         return answers
 

@@ -249,7 +249,7 @@ def probe(world):
             origins = np.tile(np.array(place, float), (len(directions), 1))
             length = np.full(len(directions), SIGHT)
             rays = origins, directions, length
-            return self.probes.warmth.see(depsgraph, sensor, bundle, *rays)[0]
+            return self.probes.warmth.see(depsgraph, sensor, bundle, rays)[0]
 
     return Probe()
 

@@ -136,7 +136,7 @@ def test_instances_and_faces_of_large_meshes_are_told_apart(world):
     columns = np.array([3, 100, 211, 368])
     origins = np.array([(x + 0.01 * c + 0.004, 1.0, 0.0) for x in (-5, 5) for c in columns])
     ways, length = np.tile((0.0, 0.0, -1.0), (8, 1)), np.full(8, 9.0)
-    seen = caster.see_at(0, 0, origins, ways, length, np.array([0]))[0]
+    seen = caster.see_at(0, 0, (origins, ways, length), np.array([0]))[0]
     ranges, met = seen.ranges, seen.met
     assert ranges == pytest.approx([1.5] * 8, abs=1e-6)
     names = [caster.solids.name_of(number) for number in met]

@@ -4,15 +4,17 @@ values in TOML."""
 
 import json
 import re
+import runpy
+from pathlib import Path
 
 import pytest
 from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.kinds import KINDS
 from angen_sensors.sensor_logic.layout.entries import KEYS, read_layout
-from angen_sensors.sensor_logic.layout.schema import FILE, SHAPES, schema_text
 from angen_sensors.sensor_logic.lines import line_of, read_toml
 from angen_sensors.sensor_logic.parameters import specs
 
+ROOT = Path(__file__).resolve().parents[2]
 SOUND = """[
  {"name": "PIR hall.001", "kind": "PIR", "location": [0, 1, 2],
   "preset": "HC_SR501",
@@ -101,10 +103,12 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
 
 
 def test_the_schema_is_that_of_the_parameters():
-    assert FILE.read_text(encoding="utf-8") == schema_text(), "run: python scripts/layout_schema.py"
-    assert SHAPES.keys() == KEYS.keys()
-    told = json.loads(schema_text())["definitions"]["sensor"]["allOf"]
-    for of_kind, kind in zip(told, KINDS.values(), strict=True):
+    made = runpy.run_path(str(ROOT / "scripts" / "layout_schema.py"))
+    text = made["schema_text"]()
+    assert made["FILE"].read_text(encoding="utf-8") == text, "run: python scripts/layout_schema.py"
+    told = json.loads(text)["definitions"]["sensor"]
+    assert told["properties"].keys() == KEYS.keys()
+    for of_kind, kind in zip(told["allOf"], KINDS.values(), strict=True):
         parameters = of_kind["then"]["properties"]["parameters"]["properties"]
         assert parameters.keys() == specs(kind.parameters).keys()
 

@@ -16,7 +16,6 @@ import pytest
 from angen_sensors.sensor_logic.formats.log import SensorFacts, slug
 from angen_sensors.sensor_logic.formats.reading import read_log
 from angen_sensors.sensor_logic.formats.source import make_log
-from angen_sensors.sensor_logic.layout.schema import schema
 from angen_sensors.sensor_logic.log import Event
 from log_of_a_year import ABOUT, ACTIVITIES, AWKWARD, ROWS, START, YEAR, year
 
@@ -292,6 +291,8 @@ def test_pandas_reads_every_sample_of_a_recording(reader, written) -> None:
 
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "layouts.md"
+FILE = DOCS.parents[1] / "sensor_logic" / "layout" / "layout.schema.json"
+SCHEMA = json.loads(FILE.read_text(encoding="utf-8"))
 
 
 def sensor(**values):
@@ -317,10 +318,10 @@ def sensor(**values):
 )
 def test_what_is_wrong_is_found(reader, wrong) -> None:
     validator = reader("jsonschema").Draft7Validator
-    validator.check_schema(schema())
-    assert not validator(schema()).is_valid(wrong)
+    validator.check_schema(SCHEMA)
+    assert not validator(SCHEMA).is_valid(wrong)
 
 
 def test_the_example_of_the_docs_is_valid(reader) -> None:
     (example,) = re.findall(r"```json\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
-    reader("jsonschema").Draft7Validator(schema()).validate(json.loads(example))
+    reader("jsonschema").Draft7Validator(SCHEMA).validate(json.loads(example))

@@ -200,7 +200,8 @@ class ContactBodies:
         for original in rigid_bodies(scene):
             body = self._body((original.session_uid,), original)
             body.rigid = True
-            body.objects = frozenset(_family(original))
+            family = (original, *original.children_recursive)
+            body.objects = frozenset(obj.session_uid for obj in family)
             body.middle, body.half = _bounds(depsgraph, original)
         for pad in pads:
             body = self._body(self.pads[pad.uid], pad.original)
@@ -324,12 +325,6 @@ def fields_in(depsgraph: Any) -> list[Any]:
         for obj in objects
         if obj.field is not None and obj.field.type in FIELDS and is_placed(obj, depsgraph)
     ]
-
-
-def _family(original: Any) -> Iterator[int]:
-    yield original.session_uid
-    for child in original.children_recursive:
-        yield child.session_uid
 
 
 def _chain_keys(solid: Solid) -> Iterator[Key]:

@@ -204,7 +204,7 @@ def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
     """The convex hull, which need not be where the mesh is: the engine shrinks it by its margin,
     scales that, and adds the margin again, scaled by the least scale, or unscaled for a `part` of a
     compound. A margin that the user set is added outside."""
-    shape = convex_hull(_vertices(evaluated))
+    shape = convex_hull(np.unique(_triangles(evaluated).reshape(-1, 3), axis=0))
     if shape is None:
         return None
     by_scale = np.diag([*scale, 1.0])
@@ -261,10 +261,6 @@ def _swept(shape: Shape, radius: float) -> Shape:
         lo=shape.lo - more,
         hi=shape.hi + more,
     )
-
-
-def _vertices(evaluated: Any) -> Array:
-    return np.unique(_triangles(evaluated).reshape(-1, 3), axis=0)
 
 
 def _triangles(evaluated: Any) -> Array:

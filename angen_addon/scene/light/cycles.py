@@ -264,7 +264,7 @@ class _Asked:
 
     @cached_property
     def pixels(self) -> Hashable:
-        bits = tuple((pixel, _bits(seen.request)) for pixel, seen in self.together.items())
+        bits = tuple((pixel, request_key(seen.request)) for pixel, seen in self.together.items())
         return self.method.__name__, bits
 
 
@@ -341,7 +341,7 @@ class CyclesLight:
 
     def _shared_out(self, method: Any, requests: Sequence[Any]) -> list[dict[int, Seen]]:
         """The requests of each picture, by their first pixels."""
-        key = method.__name__, *map(_bits, requests)
+        key = method.__name__, *map(request_key, requests)
         if key not in self._together:
             while len(self._together) >= PICTURES:
                 self._together.pop(next(iter(self._together)))
@@ -540,5 +540,6 @@ def _corrected(light: Array, few: Array, many: Array) -> Array:
     return light + np.nan_to_num(more, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def _bits(request: Any) -> tuple[Hashable, ...]:
+def request_key(request: Any) -> tuple[Hashable, ...]:
+    """All that a sensor asks, to be compared."""
     return repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()

@@ -28,6 +28,8 @@ from .solids import Solids, inverted
 # Bundles of rays, and what each met when it was last cast.
 
 Index = NDArray[np.intp]
+# Origins (n, 3), unit directions (n, 3) and how far they reach (n,).
+Rays = tuple[Array, Array, Array]
 
 
 @dataclass
@@ -172,38 +174,23 @@ class RayCaster:
     ) -> tuple[Array, NDArray[np.int64]]:
         """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING."""
         last = np.array([len(self.frames) - 1])
-        seen: RayHits = self.see_at(sensor, bundle, origins, directions, length, last)[0]
+        rays = origins, directions, length
+        seen: RayHits = self.see_at(sensor, bundle, rays, last)[0]
         return seen.ranges, seen.met
 
-    def cast_at(
-        self,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        frames: Index,
-    ) -> Answers:
+    def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
         """The ranges (n,) at each of some frames (k,), in order of time, which nobody may write
         to."""
-        found = self.see_at(sensor, bundle, origins, directions, length, frames)
+        found = self.see_at(sensor, bundle, rays, frames)
         for seen in found.table:
             seen.ranges.flags.writeable = False
         return Answers([seen.ranges for seen in found.table], found.rows)
 
-    def see_at(
-        self,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        frames: Index,
-    ) -> Answers:
+    def see_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
         """What the rays meet at each of some frames (k,), in order of time: `RayHits`, which nobody
         may write to."""
         own = self._own_solids(sensor)
-        known = self._meet_still(sensor, bundle, RayBundle(origins, directions, length), own)
+        known = self._meet_still(sensor, bundle, RayBundle(*rays), own)
         if known.state != own.state or known.seen is None:
             known.state, known.hits, known.seen = own.state, {}, known.still
             known.versions = np.full(len(own.moving), AWAY)

@@ -10,6 +10,7 @@ from mathutils import Vector
 
 from ....sensor_logic.model import Answers, Array, Index
 from ..instances import Uid
+from .caster import Rays
 from .frames import Frames
 from .solids import Solids
 
@@ -49,16 +50,8 @@ class SceneRayCaster:
         rays = zip(origins, directions, length.tolist(), strict=True)
         return np.array([self._cast_one(sensor, o, d, limit) for o, d, limit in rays])
 
-    def cast_at(
-        self,
-        sensor: Uid,
-        bundle: int,
-        origins: Array,
-        directions: Array,
-        length: Array,
-        frames: Index,
-    ) -> Answers:
-        ranges = self.cast(sensor, bundle, origins, directions, length)
+    def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
+        ranges = self.cast(sensor, bundle, *rays)
         return Answers(ranges[None], np.zeros(len(frames), np.intp))
 
     def _cast_one(self, sensor: Uid, origin: Array, direction: Array, limit: float) -> float:

@@ -48,10 +48,6 @@ def is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
     return data is None or seen.data.as_pointer() != data.as_pointer()
 
 
-def owners_of(owner: Any) -> frozenset[Uid]:
-    return frozenset(obj.session_uid for obj in chain(owner))
-
-
 # Matrices of many objects at once, and the bounds that their shapes have in the world.
 
 # A box is padded by this many units, and by the rounding of single precision at its distance, so
@@ -425,7 +421,7 @@ class Solids:
             solid.geometry = geometry
             solid.name = name_of(original, owner, made_by_nodes)
             solid.original, solid.owner = original, owner
-            solid.owners = owners_of(owner)
+            solid.owners = frozenset(obj.session_uid for obj in chain(owner))
             if instance.is_instance:
                 solid.owners |= paths.owners(instance)
             self._by_key[key] = solid

@@ -6,7 +6,3 @@ kinds make with the help of `figures`, and colours them by the sensors' readings
 on the screen, and `labels` names and readings, where there is room. `hover` knows what the mouse is
 over. Only `draw` and `labels` know the GPU.
 """
-
-from ...registering import of_modules
-
-register, unregister = of_modules(__name__, "settings", "hover", "draw", "refresh")

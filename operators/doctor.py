@@ -7,6 +7,7 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Operator
 
+from ..angen_addon.authoring.presets import select_only
 from ..angen_addon.doctor import count, findings
 from ..angen_addon.runtime import state
 from .polls import can_look, cancelled, is_idle
@@ -47,11 +48,7 @@ class ANGEN_OT_doctor_select(Operator):
         objects = [shown[name] for name in names if name in shown]
         if not objects:
             return cancelled(self, "it is not in this view layer: examine the home again")
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        for obj in objects:
-            obj.select_set(True)
-        context.view_layer.objects.active = objects[0]
+        select_only(context, *objects)
         return {"FINISHED"}
 
 

@@ -14,9 +14,7 @@ from ..angen_addon.output.output_files import write
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder, file_names
 from ..sensor_logic.log import events_csv, samples_csv
-from .export_options import ExportOptions, finished
-from .polls import cancelled
-from .recording import is_still_fresh
+from .export_options import ExportOptions
 
 
 class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
@@ -27,17 +25,12 @@ class ANGEN_OT_export_events(ExportOptions, Operator, ExportHelper):
     filename_ext = ".csv"
     filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
 
-    def execute(self, context: Context) -> set[str]:
-        if not is_still_fresh(self, context):
-            return {"CANCELLED"}
+    def export(self, context: Context) -> str:
         path = Path(bpy.path.abspath(self.filepath))
-        try:
-            _, recording, start = self.chosen(context)
-            check_folder(path.parent, "Export")
-            write({path: self.shown(events_csv(recording, start))})
-        except AngenError as error:
-            return cancelled(self, error)
-        return finished(self, str(path))
+        _, recording, start = self.chosen(context)
+        check_folder(path.parent, "Export")
+        write({path: self.shown(events_csv(recording, start))})
+        return str(path)
 
 
 class ANGEN_OT_export_samples(ExportOptions, Operator):
@@ -58,22 +51,17 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context: Context) -> set[str]:
-        if not is_still_fresh(self, context):
-            return {"CANCELLED"}
-        try:
-            _, recording, start = self.chosen(context)
-            if not self.directory:
-                raise AngenError("Choose a folder for the samples")
-            folder = self._folder(Path(bpy.path.abspath(self.directory)))
-            texts = {
-                folder / name: map(self.shown, samples_csv(recording.tracks[sensor], start))
-                for sensor, name in file_names(recording.tracks).items()
-            }
-            write(texts, folder)
-        except AngenError as error:
-            return cancelled(self, error)
-        return finished(self, f"{len(texts)} files in {folder}")
+    def export(self, context: Context) -> str:
+        _, recording, start = self.chosen(context)
+        if not self.directory:
+            raise AngenError("Choose a folder for the samples")
+        folder = self._folder(Path(bpy.path.abspath(self.directory)))
+        texts = {
+            folder / name: map(self.shown, samples_csv(recording.tracks[sensor], start))
+            for sensor, name in file_names(recording.tracks).items()
+        }
+        write(texts, folder)
+        return f"{len(texts)} files in {folder}"
 
     def _folder(self, chosen: Path) -> Path:
         """The folder for the files: the chosen one, or a new one in it."""

@@ -11,11 +11,8 @@ from bpy.types import Context, Event, Operator
 
 from ..angen_addon.output.output_files import Exports, Outputs
 from ..angen_addon.output.run_log import log_of_run
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.formats import FORMATS
-from .export_options import ExportOptions, finished
-from .polls import cancelled
-from .recording import is_still_fresh
+from .export_options import ExportOptions
 
 ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"]
 
@@ -34,26 +31,18 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context: Context) -> set[str]:
-        if not is_still_fresh(self, context):
-            return {"CANCELLED"}
-        try:
-            sensors, recording, start = self.chosen(context)
-            path = self._path()
-            exports = Exports([self.format], [path])
-            log = log_of_run(recording, context.scene, sensors, start)
-            with Outputs() as outputs:
-                for text in exports.add_to(outputs, log):
-                    self.report({"WARNING"}, text)
-                outputs.commit()
-        except AngenError as error:
-            return cancelled(self, error)
-        return finished(self, str(path))
-
-    def _path(self) -> Path:
-        """The chosen path, with the format's usual extension where it has none."""
+    def export(self, context: Context) -> str:
+        sensors, recording, start = self.chosen(context)
         path = Path(bpy.path.abspath(self.filepath))
-        return path if path.suffix else path.with_suffix(FORMATS[self.format].extension)
+        if not path.suffix:
+            path = path.with_suffix(FORMATS[self.format].extension)
+        exports = Exports([self.format], [path])
+        log = log_of_run(recording, context.scene, sensors, start)
+        with Outputs() as outputs:
+            for text in exports.add_to(outputs, log):
+                self.report({"WARNING"}, text)
+            outputs.commit()
+        return str(path)
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_export_format,))

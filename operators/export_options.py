@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Any
 
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context
@@ -14,11 +13,12 @@ from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..sensor_logic.error import AngenError, InputError, explained
 from ..sensor_logic.log import for_spreadsheets, parse_start
 from ..sensor_logic.recording.tracks import Recording
-from .recording import has_fresh_recording
+from .polls import cancelled
+from .recording import has_fresh_recording, is_still_fresh
 
 
 class ExportOptions:
-    """Mix-in of operators that export a fresh recording."""
+    """Mix-in of operators that export a fresh recording, which `export` does."""
 
     selected_only: BoolProperty(
         name="Selected Sensors",
@@ -35,6 +35,20 @@ class ExportOptions:
     )
 
     poll = classmethod(has_fresh_recording)
+
+    def export(self, context: Context) -> str:
+        """Writes files; returns which. Raises AngenError."""
+        raise NotImplementedError
+
+    def execute(self, context: Context) -> set[str]:
+        if not is_still_fresh(self, context):
+            return {"CANCELLED"}
+        try:
+            written = self.export(context)
+        except AngenError as error:
+            return cancelled(self, error)
+        self.report({"INFO"}, f"Written: {written}"[:200])  # type: ignore[attr-defined]
+        return {"FINISHED"}
 
     def chosen(self, context: Context) -> tuple[list[Sensor], Recording, datetime | None]:
         """The chosen sensors, their recording, and the date and time of t = 0. Raises
@@ -57,9 +71,3 @@ class ExportOptions:
     def _start(self) -> datetime | None:
         with explained("Start", InputError):
             return parse_start(self.start)
-
-
-def finished(operator: Any, text: str) -> set[str]:
-    """Reports the written files, cut to the length of a line."""
-    operator.report({"INFO"}, f"Written: {text}"[:200])
-    return {"FINISHED"}

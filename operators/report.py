@@ -12,11 +12,8 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.output.output_files import write
 from ..angen_addon.output.report import check_name, report_text
-from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder
-from .export_options import ExportOptions, finished
-from .polls import cancelled
-from .recording import is_still_fresh
+from .export_options import ExportOptions
 
 
 class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
@@ -32,18 +29,13 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
     check_extension = None
     filter_glob: StringProperty(default="*.html;*.svg", options={"HIDDEN"})
 
-    def execute(self, context: Context) -> set[str]:
-        if not is_still_fresh(self, context):
-            return {"CANCELLED"}
+    def export(self, context: Context) -> str:
         path = Path(bpy.path.abspath(self.filepath))
-        try:
-            check_name(path, "Export")
-            check_folder(path.parent, "Export")
-            sensors, recording, start = self.chosen(context)
-            write({path: report_text(path, context.scene, sensors, recording, start)})
-        except AngenError as error:
-            return cancelled(self, error)
-        return finished(self, str(path))
+        check_name(path, "Export")
+        check_folder(path.parent, "Export")
+        sensors, recording, start = self.chosen(context)
+        write({path: report_text(path, context.scene, sensors, recording, start)})
+        return str(path)
 
 
 class ANGEN_MT_export(bpy.types.Menu):

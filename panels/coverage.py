@@ -6,8 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Context, Panel
 
-from ..angen_addon.coverage import shown as ghosts
-from ..angen_addon.coverage import shown as kept
+from ..angen_addon.coverage import shown
 from ..operators.propose import pattern_of
 from ..sensor_logic.wording import plural
 from .lines import ClosedSidebar, draw_property
@@ -32,7 +31,7 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
         row.operator("angen.coverage", icon="MESH_GRID")
         row.operator("angen.export_coverage", text="", icon="EXPORT")
         row.operator("angen.coverage_clear", text="", icon="TRASH")
-        found = kept.summary(context.scene)
+        found = shown.summary(context.scene)
         if found is not None:
             self._rooms(found)
 
@@ -41,9 +40,10 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
         count = found["sensors"]
         box.label(text=f"{found['motion']}, {plural(count, 'detector')}")
         rooms = found["rooms"]
-        shown = rooms if len(rooms) <= ROOMS_SHOWN else [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
+        if len(rooms) > ROOMS_SHOWN:
+            rooms = [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
         lines = [("Room", "Covered", "Dead m²")]
-        lines += [(name, f"{100 * share:.0f} %", f"{dead:.1f}") for name, _, share, dead in shown]
+        lines += [(name, f"{100 * share:.0f} %", f"{dead:.1f}") for name, _, share, dead in rooms]
         for name, covered, dead in lines:
             row = box.split(factor=0.45)
             row.label(text=name)
@@ -71,7 +71,7 @@ class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
         layout.label(text=text, icon="INFO")
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("angen.place_propose", icon="PIVOT_CURSOR")
-        if ghosts.proposed(context.scene):
+        if shown.proposed(context.scene):
             row = layout.row(align=True)
             row.operator("angen.place_accept", icon="CHECKMARK")
             row.operator("angen.place_discard", icon="X")

@@ -34,6 +34,15 @@ class ClosedSidebar(Sidebar):
     bl_options = {"DEFAULT_CLOSED"}
 
 
+class PhysicsTab:
+    """Mix-in of panels under that of the sensor, in the Physics tab of the Properties editor."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "physics"
+    bl_parent_id = "ANGEN_PT_physics"
+
+
 def has_name_column() -> bool:
     """Whether the present region has room for a column of names beside the fields."""
     region = bpy.context.region

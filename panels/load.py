@@ -14,7 +14,7 @@ from ..angen_addon.advice.sensing import may_be_simulated
 from ..angen_addon.scene.bearers import bearer, candidates, has_mass
 from ..angen_addon.scene.instances import is_sensor
 from ..sensor_logic.wording import named
-from .lines import Sidebar, draw_lines, draw_property, has_name_column
+from .lines import PhysicsTab, Sidebar, draw_lines, draw_property, has_name_column
 
 NAMES_SHOWN = 3
 
@@ -33,25 +33,22 @@ class _Weight:
             self.layout.label(text=f"{context.object.angen_load.mass:g} kg")  # type: ignore[attr-defined]
 
     def draw(self, context: Context) -> None:
-        draw_weight(self.layout, context)  # type: ignore[attr-defined]
-
-
-def draw_weight(layout: Any, context: Context) -> None:
-    """Draws mass and tolerance of the active object, what they mean, and warnings of mistakes."""
-    obj = context.object
-    column = layout.column()
-    column.use_property_split = has_name_column()
-    scene = context.scene
-    draw_property(column, scene, obj.angen_load, "mass", "Mass", "kg")
-    held = column.column()
-    held.active = has_mass(obj)
-    draw_property(held, scene, obj.angen_load, "tolerance", "Tolerance", "m")
-    if may_be_simulated(obj):
-        _draw_simulated(layout, obj)
-    elif has_mass(obj):
-        _draw_weighed(layout, obj, context.view_layer)
-    else:
-        _draw_without(layout, obj, context.view_layer)
+        """Draws mass and tolerance of the active object, what they mean, and warnings of
+        mistakes."""
+        layout, obj = self.layout, context.object  # type: ignore[attr-defined]
+        column = layout.column()
+        column.use_property_split = has_name_column()
+        scene = context.scene
+        draw_property(column, scene, obj.angen_load, "mass", "Mass", "kg")
+        held = column.column()
+        held.active = has_mass(obj)
+        draw_property(held, scene, obj.angen_load, "tolerance", "Tolerance", "m")
+        if may_be_simulated(obj):
+            _draw_simulated(layout, obj)
+        elif has_mass(obj):
+            _draw_weighed(layout, obj, context.view_layer)
+        else:
+            _draw_without(layout, obj, context.view_layer)
 
 
 def _draw_simulated(layout: Any, obj: Any) -> None:
@@ -113,11 +110,8 @@ def _names(objects: Iterable[Any]) -> str:
     return named(sorted(obj.name for obj in objects), NAMES_SHOWN)
 
 
-class ANGEN_PT_physics_weight(_Weight, Panel):
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "physics"
-    bl_parent_id = "ANGEN_PT_physics"
+class ANGEN_PT_physics_weight(_Weight, PhysicsTab, Panel):
+    pass
 
 
 class ANGEN_PT_sidebar_weight(_Weight, Sidebar, Panel):

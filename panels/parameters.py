@@ -15,9 +15,8 @@ from ..angen_addon.scene.sensors import Sensor, check
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import Spec, is_chosen, specs
-from . import origin
 from .lines import draw_lines, draw_property, has_name_column
-from .readings import shown
+from .readings import ReadingText, shown
 
 
 def sensor_of(obj: Any) -> Sensor | None:
@@ -36,7 +35,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     layout.label(text=seen.text, icon=seen.icon)
     enabled = sensor.settings.enabled
     if enabled:
-        origin.draw(layout, seen)
+        _draw_origin(layout, seen)
         _draw_problem(layout, context.scene, sensor)
     appearance = appearance_of(sensor.kind)
     if enabled:
@@ -56,6 +55,21 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
         header.label(text=title)
         if body is not None:
             _draw_parameters(_column(body, enabled), scene, sensor, names)
+
+
+def _draw_origin(layout: Any, seen: ReadingText) -> None:
+    """Draws where the reading of a sensor that is switched on comes from, and the value of baked
+    keys."""
+    if seen.origin:
+        row = layout.row()
+        row.active = False
+        row.label(text=seen.origin, icon="BLANK1")
+    if seen.old:
+        draw_lines(layout, seen.old, "TIME")
+    if seen.keys:
+        text = f"Baked keys say '{seen.keys}': drivers read them. Unbake removes them"
+        box = draw_lines(layout, text, "KEYFRAME_HLT")
+        box.operator("angen.unbake_keyframes", icon="KEYFRAME").selected = True
 
 
 def _column(layout: Any, enabled: bool) -> Any:

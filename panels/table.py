@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import bpy
@@ -107,35 +108,27 @@ def arranged(
     objects: list[Any], scene: Any, settings: Any, show: int
 ) -> tuple[list[int], list[int]]:
     """For each object of a list its flag, `show` or 0, and its row in the table."""
-    by, words = settings.sort, settings.search
-    flags, keys = [0] * len(objects), []
-    for number, obj in enumerate(objects):
-        sensor = sensor_of(obj)
-        if sensor is None:
-            continue
-        seen = shown(sensor, scene) if words or by == "STATE" else None
-        if matches(sensor, seen, words):
-            flags[number] = show
-            keys.append((sort_key(sensor, seen, by), number))
-    keys.sort(reverse=settings.reverse)
-    order = [number for _, number in keys]
-    kept = set(order)
-    order += [number for number in range(len(objects)) if number not in kept]
+    found = _found(map(sensor_of, objects), scene, settings)
+    kept = set(found)
+    flags = [show if number in kept else 0 for number in range(len(objects))]
+    others = [number for number in range(len(objects)) if number not in kept]
     places = [0] * len(objects)
-    for place, number in enumerate(order):
+    for place, number in enumerate([*found, *others]):
         places[number] = place
     return flags, places
 
 
-def _arranged_instanced(sensors: list[Sensor], scene: Any, settings: Any) -> list[Sensor]:
-    """The sensors that match the search, sorted as the table."""
+def _found(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> list[int]:
+    """The numbers of the sensors that match the search, in the order of the table."""
     by, words = settings.sort, settings.search
     keys = []
     for number, sensor in enumerate(sensors):
+        if sensor is None:
+            continue
         seen = shown(sensor, scene) if words or by == "STATE" else None
         if matches(sensor, seen, words):
             keys.append((sort_key(sensor, seen, by), number))
-    return [sensors[number] for _, number in sorted(keys, reverse=settings.reverse)]
+    return [number for _, number in sorted(keys, reverse=settings.reverse)]
 
 
 def _is_wide(context: Context) -> bool:
@@ -164,7 +157,8 @@ class ANGEN_PT_table(Sidebar, Panel):
         )
         instanced = [s for s in sensors if s.holders]
         if instanced:
-            draw_rows(layout, context, _arranged_instanced(instanced, context.scene, settings))
+            found = _found(instanced, context.scene, settings)
+            draw_rows(layout, context, [instanced[number] for number in found])
         if len(instanced) == len(sensors):
             return
         rows = min(max(len(sensors) - len(instanced), ROWS), MOST_ROWS)

@@ -13,7 +13,7 @@ from ..angen_addon.scene.rays.geometry import SURFACE_TYPES, evaluated_materials
 from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.scene.surfaces import ZERO_CELSIUS, collection_parents, inherited_warmth
 from ..operators.warmth import ANGEN_OT_lens_table, ANGEN_OT_warmth_set
-from .lines import draw_lines, draw_property, has_name_column
+from .lines import PhysicsTab, draw_lines, draw_property, has_name_column
 
 
 class ANGEN_MT_warmth(Menu):
@@ -49,10 +49,7 @@ class _Warmth:
         draw_own(self.layout, self.owner(context))  # type: ignore[attr-defined]
 
 
-class ANGEN_PT_physics_warmth(_Warmth, Panel):
-    bl_context = "physics"
-    bl_parent_id = "ANGEN_PT_physics"
-
+class ANGEN_PT_physics_warmth(PhysicsTab, _Warmth, Panel):
     @staticmethod
     def owner(context: Context) -> Any:
         obj = context.object

@@ -25,7 +25,7 @@ from ..angen_addon.scene.sensors import (
     unit_scale,
 )
 from ..residents.days.rows import Day
-from ..sensor_logic.error import AngenError
+from ..sensor_logic.error import AngenError, explained
 from ..sensor_logic.recording.tracks import Recording
 from ..sensor_logic.study_file import COMMON, POSE
 
@@ -101,10 +101,8 @@ def set_parameter(
         raise AngenError(f"'{sensor.name}': {parameter} is animated or driven: clear that")
     if not sensor.object.is_editable:
         raise AngenError(f"'{sensor.name}' is linked: override it in the home, or vary there")
-    try:
+    with explained(f"'{sensor.name}': {parameter}", TypeError, ValueError, raised=AngenError):
         put(group, parameter, value)
-    except (TypeError, ValueError) as error:
-        raise AngenError(f"'{sensor.name}': {parameter}: {error}") from None
 
 
 class Variants(ExitStack):

@@ -12,7 +12,7 @@ import time
 from dataclasses import replace
 
 from ..angen_addon.commands.console import BAD_INPUT, DONE, FAILED, note, tell
-from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path
+from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path, whole
 from ..sensor_logic.error import InputError
 from ..sensor_logic.wording import part_is, plural, shown_duration
 from . import study
@@ -120,16 +120,6 @@ class _Line:
             tell("\r" + " " * 70 + "\r")
 
 
-def _jobs(text: str) -> int:
-    try:
-        found = int(text)
-    except ValueError:
-        found = 0
-    if not 1 <= found <= 4096:
-        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from 1 to 4096")
-    return found
-
-
 def _parser(program: str) -> Parser:
     parser = Parser(prog=f"{program} study", description="Simulates a home many times.")
     verbs = parser.add_subparsers(dest="what", required=True, metavar="run | report")
@@ -138,7 +128,10 @@ def _parser(program: str) -> Parser:
     run.add_argument("--out", type=path, required=True, metavar="DIR", help="where results go")
     where = run.add_mutually_exclusive_group()
     where.add_argument(
-        "--jobs", type=_jobs, metavar="N", help="processes here (default: one for each core)"
+        "--jobs",
+        type=whole(1, 4096),
+        metavar="N",
+        help="processes here (default: one for each core)",
     )
     where.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, such as tcp://HOST:8786"

@@ -25,7 +25,7 @@ import distributed
 
 from ..angen_addon.commands.console import note
 from ..angen_addon.process import standalone
-from ..sensor_logic.error import AngenError, InputError
+from ..sensor_logic.error import AngenError, InputError, explained
 from ..sensor_logic.files import write_files
 from . import settings, tasks
 from .results import DAYS, FACTS, Row, Store, write_tables
@@ -401,7 +401,5 @@ def _shown(key: str, value: Any) -> Any:
 
 
 def _file(path: Path) -> File:
-    try:
+    with explained(f"cannot read {path}", OSError):
         return File(str(path), digest_of_bytes(path.read_bytes()))
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None

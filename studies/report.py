@@ -22,7 +22,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from scipy.stats import t
 
-from ..sensor_logic.error import InputError
+from ..sensor_logic.error import InputError, explained
 from ..sensor_logic.files import write_files
 from ..sensor_logic.report.page import PAGE_STYLE
 from ..sensor_logic.report.svg import BLUE, GREEN, INKS, ORANGE, PURPLE, SKY, YELLOW, safe
@@ -52,22 +52,19 @@ def write(folder: Path) -> Path:
     """Writes report.html into the folder of a study, and its pictures into one within; returns the
     path of the page. Raises InputError."""
     facts = _facts(folder)
-    try:
+    with (
+        explained(f"cannot read {folder / CSV}", OSError),
+        explained(f"{folder / CSV} is not of this study", ValueError),
+    ):
         results = read(folder / CSV, facts["varied"])
-    except OSError as error:
-        raise InputError(f"cannot read {folder / CSV}: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(f"{folder / CSV} is not of this study: {error}") from None
     page, pictures = html(facts, results)
-    try:
+    with explained(f"cannot write in {folder}", OSError):
         (folder / PICTURES).mkdir(exist_ok=True)
         texts = {
             folder / PICTURES / f"{number:02d} {_file_name(picture.about)}.svg": picture.svg + "\n"
             for number, picture in enumerate(pictures, 1)
         }
         write_files({folder / REPORT: page, **texts})
-    except OSError as error:
-        raise InputError(f"cannot write in {folder}: {error.strerror}") from None
     return folder / REPORT
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from ..sensor_logic.choice import ALL_SENSORS, SensorChoice, fitting, not_found
-from ..sensor_logic.error import InputError
+from ..sensor_logic.error import InputError, explained
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import defaults, specs
@@ -53,10 +53,8 @@ class HomeFacts:
 def check(study: Study, homes: Iterable[HomeFacts]) -> None:
     """Raises InputError for what no sensor of one of the homes has, and values out of limits."""
     for home in homes:
-        try:
+        with explained(home.name, InputError):
             study.choice.of(home.kinds)
-        except InputError as error:
-            raise InputError(f"{home.name}: {error}") from None
         if study.frames is not None and study.frames[1] < home.frame_start:
             raise InputError(
                 f"{study.name}: frames end before {home.name} begins, at {home.frame_start}"

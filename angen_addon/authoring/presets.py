@@ -52,6 +52,15 @@ def _same(stored: Any, value: Any) -> bool:
     return bool(stored == value)
 
 
+def select_only(context: Context, *objects: Any) -> None:
+    """Selects these objects and no others; the first becomes the active one."""
+    for other in context.selected_objects:
+        other.select_set(False)
+    for obj in objects:
+        obj.select_set(True)
+    context.view_layer.objects.active = objects[0]
+
+
 def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
     """A new sensor at the origin, in the active collection, selected and active."""
     label = KINDS[kind].label.partition(" (")[0]
@@ -62,8 +71,5 @@ def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "
     if preset is not None:
         apply(sensor, preset)
     context.collection.objects.link(sensor)
-    for selected in context.selected_objects:
-        selected.select_set(False)
-    sensor.select_set(True)
-    context.view_layer.objects.active = sensor
+    select_only(context, sensor)
     return sensor

@@ -167,6 +167,20 @@ def frames(text: str) -> tuple[int, int]:
     return found
 
 
+def whole(least: int, most: int) -> Callable[[str], int]:
+    """A type of arguments: whole numbers from `least` to `most`."""
+
+    def convert(text: str) -> int:
+        wrong = f"'{text}' is no whole number from {least} to {most}"
+        with replaced(wrong, ValueError, raised=argparse.ArgumentTypeError):
+            number = int(text)
+        if not least <= number <= most:
+            raise argparse.ArgumentTypeError(wrong)
+        return number
+
+    return convert
+
+
 def tolerance(text: str) -> float:
     try:
         value = float(text)

@@ -236,7 +236,7 @@ class Actor:
         self._posed_since = now
         self._seat: Place | None = None
         self._seated: BodyPose | None = None
-        self._side = 0
+        self.side = 0
         self.put_down(np.zeros(2), 0.0, 0)
 
     # --- where the person is ------------------------------------------------------------------
@@ -391,7 +391,7 @@ class Actor:
         assert self._seated is not None
         seated, flat = self._seated, lying(self._seated, place.target, place.yaw)
         self.clip(LIE_DOWN, lambda t: lying_down(seated, flat, t / LIE_DOWN))
-        self._side = 0
+        self.side = 0
         self.be(LYING, place.name)
 
     def rest_at(self, place: Place, posture: str) -> None:
@@ -435,11 +435,7 @@ class Actor:
         before = self.pose
         after = lying(self._seated, self._seat.target, self._seat.yaw, side)
         self.clip(TURN_OVER, lambda t: turning_over(before, after, t / TURN_OVER))
-        self._side = side
-
-    @property
-    def side(self) -> int:
-        return self._side
+        self.side = side
 
     # --- hands --------------------------------------------------------------------------------
     def shift(self, size: float = 1.0) -> None:

@@ -170,8 +170,8 @@ class Ground:
             )
         return max(counts, key=lambda side: counts[side])
 
-    def _reached(self, storey: int, start: Array, radius: float) -> set[int]:
-        """The parts that can be come to without going out."""
+    def _reached(self, storey: int, start: Array, radius: float, outside: bool = False) -> set[int]:
+        """The parts that can be come to, all doors opened; without going out, or also `outside`."""
         reached: set[int] = set()
         new = [self.part_at(storey, start, radius)]
         while new:
@@ -181,7 +181,7 @@ class Ground:
                 new += [
                     beyond
                     for door, _, beyond in self.doors_of(storey, part, radius)
-                    if not door.entrance
+                    if outside or not door.entrance
                 ]
         return reached
 
@@ -246,7 +246,7 @@ class Ground:
             for door, side, beyond in self.doors_of(storey, part, radius):
                 if beyond in seen:
                     continue
-                middle = door.line(door.closed, 3)[1]
+                middle = door.middle
                 length = float(np.hypot(*(middle - here)))
                 length += 0.0 if door.name in opened else TROUBLE
                 if beyond == wanted:
@@ -276,12 +276,7 @@ class Ground:
     def nearest(self, storey: int, start: Array, goal: Array, radius: float) -> Array:
         """The point (2,) next to a goal that can be reached from a start, all doors opened."""
         parts, floor = self.parts(storey, radius), self.floor(storey, {})
-        reached, new = set(), [self.part_at(storey, start, radius)]
-        while new:
-            part = new.pop()
-            if part and part not in reached:
-                reached.add(part)
-                new += [beyond for _, _, beyond in self.doors_of(storey, part, radius)]
+        reached = self._reached(storey, start, radius, outside=True)
         cells = np.argwhere(np.isin(parts, sorted(reached)))
         if not len(cells):
             return np.asarray(start)[:2]

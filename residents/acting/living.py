@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,12 +32,6 @@ LEANING = 1.2
 BEFORE = 60.0
 
 
-@dataclass(frozen=True)
-class Begun:
-    activity: str
-    start: float
-
-
 class Living(Going):
     """`activities` are what the names in the segments mean."""
 
@@ -47,7 +41,8 @@ class Living(Going):
         super().__init__(name, build, home, now)
         self.activities = activities
         self.done: list[ActedActivity] = []
-        self._begun: Begun | None = None
+        # The activity that is under way, and since when.
+        self._begun: tuple[str, float] | None = None
         self._out_by: Door | None = None
 
     def begin_at(self, place: Place, posture: str) -> None:
@@ -85,19 +80,18 @@ class Living(Going):
 
     def end(self) -> None:
         """The day is over."""
-        self._end_activity(self.now)
+        self._end_activity()
         self.finish()
 
     def _begin(self, activity: str) -> None:
-        if self._begun is None or self._begun.activity != activity:
-            self._end_activity(self.now)
-            self._begun = Begun(activity, self.now)
+        if self._begun is None or self._begun[0] != activity:
+            self._end_activity()
+            self._begun = activity, self.now
 
-    def _end_activity(self, now: float) -> None:
-        if self._begun is not None and now > self._begun.start:
-            self.done.append(
-                ActedActivity(self._begun.start, now, self.name, self._begun.activity, "")
-            )
+    def _end_activity(self) -> None:
+        if self._begun is not None and self.now > self._begun[1]:
+            activity, start = self._begun
+            self.done.append(ActedActivity(start, self.now, self.name, activity, ""))
 
     def _perform(self, deeds: Deeds, segment: Segment, stream: Stream) -> Taking:
         self.step = deeds.steps[0]
@@ -186,7 +180,7 @@ class Living(Going):
             self._reach(step, self.home.places.places[step.name].target)
 
     def _reach(self, step: ActivityStep, point: Array) -> None:
-        off = float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2])))
+        off = self._off(point)
         if off > 2 * ARM_WAY:
             raise step.error(
                 f"it is {off:.1f} m away from {self.name!r} at {self.last_place!r}; go there before"
@@ -217,7 +211,7 @@ class Living(Going):
         if step.word == "take" and len(self.hands) == 2:
             raise step.error(f"both hands are full: {', '.join(self.hands)}")
         place = self.home.places.places[where]
-        if self._far(place.target, LEANING if self.posture == SITTING else ARM_WAY):
+        if self._off(place.target) > (LEANING if self.posture == SITTING else ARM_WAY):
             yield from self.come_to(step, place)
         if step.word == "take":
             self.take(step.name, place.target)
@@ -235,8 +229,9 @@ class Living(Going):
             where = self.home.things.get(step.name, step.name)
             yield from self._carry(replace(step, word="put", at=where))
 
-    def _far(self, point: Array, reach: float = ARM_WAY) -> bool:
-        return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2]))) > reach
+    def _off(self, point: Array) -> float:
+        """How far a point is from the hips on the floor, m."""
+        return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2])))
 
     def _switch(self, step: ActivityStep) -> Taking:
         lamp = self.home.places.lamps[step.name]
@@ -245,7 +240,7 @@ class Living(Going):
         place = self.home.places.places.get(step.name)
         at = self.now
         if place is not None:
-            if self._far(lamp.at):
+            if self._off(lamp.at) > ARM_WAY:
                 yield from self.come_to(step, place)
             at = self.touch(lamp.at)
         self.home.switch(lamp.object, step.on, at, self.name)

@@ -106,6 +106,11 @@ class Door:
         points[:, 1] = (low[1] + high[1]) / 2.0
         return self.at(points, opening)[:, :2]
 
+    @property
+    def middle(self) -> Array:
+        """(2,): the middle of the shut leaf, on the floor."""
+        return self.line(self.closed, 3)[1]
+
     def side(self, point: Array) -> float:
         """+1 where the leaf opens to (of what slides: one side of it), -1 on the other."""
         first, last = self.line(self.closed, 2)
@@ -117,22 +122,6 @@ class Door:
         turns = along[0] * swing[1] - along[1] * swing[0]
         here = along[0] * off[1] - along[1] * off[0]
         return 1.0 if here * turns >= 0.0 else -1.0
-
-    def crossing(self, points: Array) -> float | None:
-        """How far (m) along a way of corner points (n, 2) it passes through the shut leaf; None
-        where it does not."""
-        first, last = self.line(self.closed, 2)
-        way, edge = np.diff(points, axis=0), last - first
-        with np.errstate(divide="ignore", invalid="ignore"):
-            across = way[:, 0] * edge[1] - way[:, 1] * edge[0]
-            off = first - points[:-1]
-            share = (off[:, 0] * edge[1] - off[:, 1] * edge[0]) / across
-            on = (off[:, 0] * way[:, 1] - off[:, 1] * way[:, 0]) / across
-        met = np.flatnonzero((share >= 0) & (share <= 1) & (on >= 0) & (on <= 1))
-        if not len(met):
-            return None
-        lengths = np.hypot(*way.T)
-        return float(lengths[: met[0]].sum() + share[met[0]] * lengths[met[0]])
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
-from .places import BODY_M, Door, Place, Places
+from .places import BODY_M, Place, Places
 from .ways import Floor, NoWay, entry, parts, way
 
 # m: who stands farther from where there is room for a body does not get there.
@@ -39,23 +39,23 @@ class Unreached:
         return point
 
 
-def unreached(places: Places, radius: float = BODY_M) -> list[Unreached]:
-    """The places that somebody of a half width cannot get to, by name."""
+def unreached(places: Places) -> list[Unreached]:
+    """The places that an adult cannot get to, by name."""
     found = []
     home = places.entrances[0].storey if places.entrances else None
     for number, storey in enumerate(places.storeys):
         here = [place for place in places.places.values() if place.storey == number]
-        start = _start(places, number, here, storey.floor, radius)
+        start = _start(places, number, here, storey.floor)
         if start is None:
             continue
         name, point = start
-        lost = [place for place in here if not _is_reached(storey.floor, point, place, radius)]
+        lost = [place for place in here if not _is_reached(storey.floor, point, place)]
         if home not in (None, number):
             entrance = next(door for door in places.entrances if door.storey == home)
             nowhere = np.empty((0, 2))
             found += [Unreached(place, entrance.name, nowhere, np.inf) for place in here]
         elif lost:
-            ends = _ends(storey.floor, point, lost, radius)
+            ends = _ends(storey.floor, point, lost)
             for place, points in zip(lost, ends, strict=True):
                 short = float(np.linalg.norm(points[-1] - place.at[:2]))
                 found.append(Unreached(place, name, points, short))
@@ -63,17 +63,17 @@ def unreached(places: Places, radius: float = BODY_M) -> list[Unreached]:
 
 
 def _start(
-    places: Places, number: int, here: list[Place], floor: Floor, radius: float
+    places: Places, number: int, here: list[Place], floor: Floor
 ) -> tuple[str, Array] | None:
     """The entrance, or the first of the places that most others can be reached from."""
     for door in places.entrances:
         if door.storey == number:
-            return door.name, _middle(door)
+            return door.name, door.middle
     if not here:
         return None
-    part = parts(floor, radius)
+    part = parts(floor, BODY_M)
     try:
-        numbers = [int(part[entry(floor, radius, place.at)]) for place in here]
+        numbers = [int(part[entry(floor, BODY_M, place.at)]) for place in here]
     except NoWay:
         return here[0].name, here[0].at[:2]
     most = Counter(numbers).most_common(1)[0][0]
@@ -81,35 +81,30 @@ def _start(
     return first.name, first.at[:2]
 
 
-def _middle(door: Door) -> Array:
-    middle: Array = door.line(door.closed, 3)[1]
-    return middle
-
-
-def _is_reached(floor: Floor, start: Array, place: Place, radius: float) -> bool:
+def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
     try:
-        last = floor.middle(entry(floor, radius, place.at))
-        way(floor, start, place.at[:2], radius)
+        last = floor.middle(entry(floor, BODY_M, place.at))
+        way(floor, start, place.at[:2], BODY_M)
     except NoWay:
         return False
     return float(np.linalg.norm(last - place.at[:2])) <= SQUEEZE_M
 
 
-def _ends(floor: Floor, start: Array, lost: list[Place], radius: float) -> list[Array]:
+def _ends(floor: Floor, start: Array, lost: list[Place]) -> list[Array]:
     """The ways (n, 2) towards places, as far as one gets: along the cheapest that goes through what
     stands there, to where it leaves the floor for good that is reached."""
     try:
-        first = entry(floor, radius, start)
+        first = entry(floor, BODY_M, start)
     except NoWay:
         return [start[None] for _ in lost]
-    part = parts(floor, radius)
+    part = parts(floor, BODY_M)
     came = _through(floor, part > 0, first)
     found = []
     for place in lost:
         here = floor.cell(place.at)
         while part[here] != part[first]:
             here = came[here]
-        found.append(way(floor, start, floor.middle(here), radius))
+        found.append(way(floor, start, floor.middle(here), BODY_M))
     return found
 
 

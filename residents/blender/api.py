@@ -22,11 +22,10 @@ from ..acting.places import Place
 from ..body.skeleton import Sort
 from ..days.rows import Day
 from ..routine.routine import time_of_day
-from . import run as living
-from . import settings as adding
 from .marks import LABELS
 from .places import read_places
-from .run import Household, Plan
+from .run import Household, Plan, run_days
+from .settings import add_resident
 
 
 def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
@@ -36,105 +35,9 @@ def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed:
     return Household(bpy.context.scene, sensors, plan, first, seed)
 
 
-def run_days(
-    sensors: Sequence[Sensor],
-    routine: str | Path,
-    start: date | str,
-    days: int = 1,
-    seed: int = 0,
-    diary: str | Path | None = None,
-    progress: Callable[[float], object] | None = None,
-) -> Iterator[Day]:
-    """Simulates days of a routine file from the date `start`, with these sensors.
-
-    Yields each day once it is complete: `date`, `events`, `activities`, `people`, with times in µs
-    since its midnight. `diary`: a file of activities, instead of those that the routine plans.
-    `progress` is called with the share done, 0 to 1; an exception from it ends the run. At the end
-    the home is as before. Raises AngenError.
-    """
-    plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
-    household = household_of(sensors, plan, start, seed)
-
-    def report(number: int, step: Progress) -> None:
-        if progress is not None:
-            progress((number + step.seconds_done / max(step.seconds_total, 1e-9)) / days)
-
-    yield from living.run_days(household, range(days), report)
-
-
-# Residents, their places and a stretch of a day, for scripts.
-
 SORTS = [sort.value for sort in Sort]
-
-
-def add_resident(sort: str, name: str, at: Sequence[float], yaw: float, walking_frame: bool) -> str:
-    """See `Home.add_resident`."""
-    if sort not in SORTS:
-        raise AngenError(f"sort '{sort}' is unknown; there are {', '.join(SORTS)}")
-    point = np.asarray(at, float)
-    if point.shape != (3,) or not np.isfinite(point).all():
-        raise AngenError(f"at={at!r} is not a point: give x, y and z in metres")
-    place = Vector((point / unit_scale(bpy.context.scene)).tolist())
-    has_frame = walking_frame and sort != Sort.CAT.value
-    rig = adding.add_resident(bpy.context, Sort(sort), place, yaw, has_frame)
-    if name:
-        rig.name = name
-    return str(rig.name)
-
-
-def mark(name: str, use: str, settings: dict[str, Any]) -> None:
-    """See `Home.mark`."""
-    obj = bpy.data.objects.get(name)
-    if obj is None or obj.name not in bpy.context.view_layer.objects:
-        raise AngenError(f"the home has no object '{name}'")
-    if use not in LABELS:
-        raise AngenError(f"use '{use}' is unknown; there are {', '.join(LABELS)}")
-    group = obj.angen_place
-    known = [p.identifier for p in group.bl_rna.properties if p.identifier not in NO_SETTINGS]
-    for key in settings:
-        if key not in known:
-            raise AngenError(f"a mark has no '{key}'; there are {', '.join(known)}")
-    bpy.context.view_layer.update()
-    # Guesses what the settings do not say.
-    group.use = use
-    for key, value in settings.items():
-        if key == "switch" and isinstance(value, str):
-            value = bpy.data.objects.get(value)
-        with explained(f"'{name}': {key}", TypeError, ValueError, raised=AngenError):
-            setattr(group, key, value)
-
-
+# Properties of a mark that are no settings of it.
 NO_SETTINGS = ("rna_type", "name", "use")
-
-
-def places() -> dict[str, Place]:
-    """See `Home.places`."""
-    found = read_places(bpy.context.scene, evaluated_depsgraph())
-    if found.problems:
-        raise AngenError(found.problems[0])
-    return dict(found.places)
-
-
-def live(
-    sensors: Sequence[Sensor],
-    routine: str | Path,
-    start: date | str,
-    between: tuple[str, str] | None,
-    seed: int,
-) -> Day:
-    """See `Home.live`."""
-    text = isinstance(routine, str) and "\n" in routine
-    plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
-    household = household_of(sensors, plan, start, seed)
-    span = _seconds(between) if between is not None else None
-    with household.keyed() as keys:
-        run = household.run(0, keys, span)
-        while True:
-            try:
-                next(run)
-            except StopIteration as end:
-                day: Day = end.value
-                return day
 
 
 def _seconds(between: tuple[str, str]) -> tuple[float, float]:
@@ -161,9 +64,22 @@ class Home(home.Home):
         diary: str | Path | None = None,
         progress: Callable[[float], object] | None = None,
     ) -> Iterator[Day]:
-        """Simulates days of residents with a routine, one after the other: see `run_days`."""
+        """Simulates days of a routine file from the date `start`, one after the other.
+
+        Yields each day once it is complete: `date`, `events`, `activities`, `people`, with times in
+        µs since its midnight. `diary`: a file of activities, instead of those that the routine
+        plans. `progress` is called with the share done, 0 to 1; an exception from it ends the run.
+        At the end the home is as before. Raises AngenError.
+        """
         found = self._simulated(sensors)
-        yield from run_days(found, routine, start, days, seed, diary, progress)
+        plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
+        household = household_of(found, plan, start, seed)
+
+        def report(number: int, step: Progress) -> None:
+            if progress is not None:
+                progress((number + step.seconds_done / max(step.seconds_total, 1e-9)) / days)
+
+        yield from run_days(household, range(days), report)
 
     def add_resident(
         self,
@@ -179,7 +95,17 @@ class Home(home.Home):
         adds a number if another object has it. Raises AngenError.
         """
         self.all_sensors()
-        return add_resident(sort, name, at, yaw, walking_frame)
+        if sort not in SORTS:
+            raise AngenError(f"sort '{sort}' is unknown; there are {', '.join(SORTS)}")
+        point = np.asarray(at, float)
+        if point.shape != (3,) or not np.isfinite(point).all():
+            raise AngenError(f"at={at!r} is not a point: give x, y and z in metres")
+        place = Vector((point / unit_scale(bpy.context.scene)).tolist())
+        has_frame = walking_frame and sort != Sort.CAT.value
+        rig = add_resident(bpy.context, Sort(sort), place, yaw, has_frame)
+        if name:
+            rig.name = name
+        return str(rig.name)
 
     def mark(self, object: str, use: str, **settings: Any) -> None:
         """Marks the object of this name with what residents do there: SIT, LIE, DOOR …
@@ -188,7 +114,24 @@ class Home(home.Home):
         guessed. Raises AngenError.
         """
         self.all_sensors()
-        mark(object, use, settings)
+        obj = bpy.data.objects.get(object)
+        if obj is None or obj.name not in bpy.context.view_layer.objects:
+            raise AngenError(f"the home has no object '{object}'")
+        if use not in LABELS:
+            raise AngenError(f"use '{use}' is unknown; there are {', '.join(LABELS)}")
+        group = obj.angen_place
+        known = [p.identifier for p in group.bl_rna.properties if p.identifier not in NO_SETTINGS]
+        for key in settings:
+            if key not in known:
+                raise AngenError(f"a mark has no '{key}'; there are {', '.join(known)}")
+        bpy.context.view_layer.update()
+        # Guesses what the settings do not say.
+        group.use = use
+        for key, value in settings.items():
+            if key == "switch" and isinstance(value, str):
+                value = bpy.data.objects.get(value)
+            with explained(f"'{object}': {key}", TypeError, ValueError, raised=AngenError):
+                setattr(group, key, value)
 
     def places(self) -> dict[str, Place]:
         """The marked places by name: `use`, `room`, `room_guessed`, `at`, `yaw`, `target` …
@@ -196,7 +139,10 @@ class Home(home.Home):
         Doors, and lamps that nobody has to stand at, are not among them. Raises AngenError.
         """
         self.all_sensors()
-        return places()
+        found = read_places(bpy.context.scene, evaluated_depsgraph())
+        if found.problems:
+            raise AngenError(found.problems[0])
+        return dict(found.places)
 
     def live(
         self,
@@ -211,4 +157,10 @@ class Home(home.Home):
         `between`: the stretch that sensors read, as ("19:00", "19:05"). For several days: `days`.
         Raises AngenError.
         """
-        return live(self._simulated(sensors), routine, start, between, seed)
+        found = self._simulated(sensors)
+        text = isinstance(routine, str) and "\n" in routine
+        plan = Plan.of(str(routine), "routine") if text else Plan.read(Path(routine))
+        household = household_of(found, plan, start, seed)
+        span = _seconds(between) if between is not None else None
+        [day] = run_days(household, [0], between=span)
+        return day

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +18,7 @@ from ...angen_addon.runtime.probes import Probes
 from ...angen_addon.runtime.sensor_runner import SensorRunner
 from ...angen_addon.runtime.trace import NotNoted
 from ...angen_addon.scene.bearers import candidates
-from ...angen_addon.scene.sensors import Sensor
+from ...angen_addon.scene.sensors import Sensor, unit_scale
 from ...sensor_logic.log import Event, NewEvents
 from ...sensor_logic.recording.tracks import Recording
 from ..acting.timeline import Acted
@@ -119,20 +119,17 @@ class Causes:
         if obj is None or obj.type != "MESH":
             return ""
         corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
-        corners *= self._scene.unit_settings.scale_length
+        corners *= unit_scale(self._scene)
         return self._acted.borne(corners.min(axis=0), corners.max(axis=0), time)
 
     def _chain(self, name: str) -> list[str]:
         """The object itself and what it hangs on, by their names."""
         if name not in self._owners:
-            self._owners[name] = [owner.name for owner in _chain(_object(name))]
+            obj = _object(name)
+            self._owners[name] = [one.name for one in candidates(obj)] if obj is not None else []
         return self._owners[name]
 
 
 def _object(name: str) -> Any:
     """Instances are told as "thing in what brings it forth"."""
     return bpy.data.objects.get(name) or bpy.data.objects.get(name.rpartition(" in ")[2])
-
-
-def _chain(obj: Any) -> Iterable[Any]:
-    return candidates(obj) if obj is not None else ()

@@ -17,14 +17,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Protocol, TextIO
+from typing import Any, TextIO
 
 import bpy
 import numpy as np
 
 from ...angen_addon.commands.console import DONE, FAILED, SIGNALS, leave_hard, note, tell
 from ...angen_addon.commands.home import open_home, sensors_of
-from ...angen_addon.commands.parser import Verb, add_choice, choice_of, path, typed
+from ...angen_addon.commands.parser import Verb, add_choice, choice_of, path, typed, whole
 from ...angen_addon.output.output_files import Outputs, check_not_read
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.scene.lengths import lengths_of
@@ -37,22 +37,18 @@ from ..acting.timeline import Acted
 from ..days.truth import DAY_S
 from . import reachable
 from .folder import Folder
-from .run import Household, Plan, run_days
+from .run import LARGEST_SEED, Household, Plan, run_days
 
 # How far a run of days is, on standard error.
 
 TERMINAL_S, LOG_S = 0.3, 30.0
 
 
-class FinishedDays(Protocol):
-    def has(self, number: int) -> bool: ...
-
-
 class DayLine:
     """One line that renews itself on a terminal, else one now and then. With --jobs it counts whole
     days alone."""
 
-    def __init__(self, stream: TextIO, quiet: bool, days: int, kept: FinishedDays) -> None:
+    def __init__(self, stream: TextIO, quiet: bool, days: int, kept: Folder) -> None:
         self._stream, self._quiet, self._days, self._kept = stream, quiet, days, kept
         self._begin = time.perf_counter()
         self._shown = self._begin
@@ -256,7 +252,8 @@ def _name_of(number: int) -> str:
         return f"signal {number}"
 
 
-MOST_DAYS = 10_000
+# Of days, and of processes.
+_COUNT = whole(1, 10_000)
 
 
 def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
@@ -270,8 +267,9 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--start", type=typed(parse_date), required=True, metavar="DATE", help="the first day"
     )
-    verb.add_argument("--days", type=_count, default=1, metavar="N", help="how many (default 1)")
-    verb.add_argument("--seed", type=_seed, default=0, metavar="S", help="of chance (default 0)")
+    verb.add_argument("--days", type=_COUNT, default=1, metavar="N", help="how many (default 1)")
+    seed = whole(0, LARGEST_SEED)
+    verb.add_argument("--seed", type=seed, default=0, metavar="S", help="of chance (default 0)")
     verb.add_argument(
         "--out", type=path, required=True, metavar="DIR", help="a new folder, or one to go on with"
     )
@@ -286,7 +284,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     add_choice(verb)
     verb.add_argument(
         "--jobs",
-        type=_count,
+        type=_COUNT,
         default=1,
         metavar="N",
         help="processes at once (default 1), each of which runs whole days",
@@ -300,24 +298,6 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
     # The process is one of those that `--jobs` started.
     verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)
-
-
-def _whole(text: str, least: int, most: int) -> int:
-    try:
-        number = int(text)
-    except ValueError:
-        number = least - 1
-    if not least <= number <= most:
-        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from {least} to {most}")
-    return number
-
-
-def _count(text: str) -> int:
-    return _whole(text, 1, MOST_DAYS)
-
-
-def _seed(text: str) -> int:
-    return _whole(text, 0, 0x7FFFFFFF)
 
 
 def _day(options: argparse.Namespace, _outputs: Outputs) -> int:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from ...angen_addon.scene.animation import action_curves
 from ...angen_addon.scene.light.scene import BEGINS, begins_of
+from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.model import Array, Index
 from ..acting.places import Places
 from ..acting.timeline import Acted, Gesture, Hold, Timeline, swung
@@ -25,6 +26,7 @@ from ..body.pose import BodyPose
 from ..body.poses import palm, upright
 from ..body.solve import Bones, channels, solve
 from ..body.turns import ease, mix, mix_turns, times, turned
+from ..days.rows import FPS
 from .person import body_of
 
 # F-curves of one datablock, written as whole arrays.
@@ -69,7 +71,6 @@ class Curves:
         self.count += len(at)
 
 
-FPS = 10
 # How far a thing is tilted by who drinks from it, rad.
 TILT = 1.45
 # A thing goes from the hand to where it stands in so many seconds.
@@ -129,7 +130,6 @@ class KeyedStretch:
         }
         self._world: dict[str, Matrix] = {}
         self._powers: dict[str, float] = {}
-        self.keyed_frames = 0
 
     def clear(self) -> None:
         for taken in self._taken.values():
@@ -166,10 +166,9 @@ class KeyedStretch:
         at = self._moving_frames(frames, line.moving())
         pose = line.poses(self._seconds_at(at))
         bones = solve(pose)
-        self.keyed_frames += len(at)
         curves = self._curves(rig)
         rig.rotation_mode = "XYZ"
-        metres = _metres()
+        metres = unit_scale(bpy.context.scene)
         for path, index, values in channels(pose, self._rest[person], bones):
             kept = _until_wound(values) if path == "rotation_euler" else LINEAR
             values = values / metres if path == "location" else values
@@ -203,15 +202,15 @@ class KeyedStretch:
 
     # --- leaves and lamps ---------------------------------------------------------------------
     def _show_leaf(self, name: str, swings: Any, frames: Index) -> None:
-        obj, door = _object(name), self._places.doors[name]
+        obj, door = bpy.data.objects[name], self._places.doors[name]
         spans = np.array([(swing.start, swing.end) for swing in swings]).reshape(-1, 2)
         at = self._moving_frames(frames, spans)
         resting = swings[0].before if swings else 0.0
         openings = swung(swings, self._seconds_at(at), resting)
         before = self._world_of(obj)
-        metres = Matrix.Scale(1 / _metres(), 4)
-        back = Matrix.Scale(_metres(), 4)
-        moved = [metres @ Matrix(door.moved(float(one)).tolist()) @ back @ before
+        metres = unit_scale(bpy.context.scene)
+        units, back = Matrix.Scale(1 / metres, 4), Matrix.Scale(metres, 4)
+        moved = [units @ Matrix(door.moved(float(one)).tolist()) @ back @ before
                  for one in openings]  # fmt: skip
         self._write_placed(obj, at, moved)
 
@@ -221,8 +220,7 @@ class KeyedStretch:
         for time, state in changes:
             on[seconds >= time - 1e-6] = state
         at = np.unique([0, *np.flatnonzero(np.diff(on)) + 1])
-        obj = _object(name)
-        for light in {one.data for one in (obj, *obj.children_recursive) if one.type == "LIGHT"}:
+        for light in lights_of(bpy.data.objects[name]):
             if light.name not in self._powers:
                 self._powers[light.name] = _power(light)
             power = self._powers[light.name]
@@ -238,9 +236,9 @@ class KeyedStretch:
         shown: Mapping[str, tuple[Array, BodyPose, Bones]],
     ) -> None:  # fmt: skip
         """In the hand the middle of its box is; where it was put, its underside's middle stands."""
-        obj = _object(name)
+        obj = bpy.data.objects[name]
         before = self._world_of(obj)
-        metres = _metres()
+        metres = unit_scale(bpy.context.scene)
         corners = np.array([before @ Matrix.Translation(c).translation for c in obj.bound_box])
         origin = np.array(before.translation)
         middle = (corners.min(0) + corners.max(0)) / 2
@@ -341,12 +339,9 @@ def _until_wound(yaw: Array) -> Index:
     return np.where(jumps, CONSTANT, LINEAR)
 
 
-def _object(name: str) -> Any:
-    return bpy.data.objects[name]
-
-
-def _metres() -> float:
-    return float(bpy.context.scene.unit_settings.scale_length)
+def lights_of(lamp: Any) -> set[Any]:
+    """The lights that are switched with a lamp: its own, and those of what hangs on it."""
+    return {one.data for one in (lamp, *lamp.children_recursive) if one.type == "LIGHT"}
 
 
 def _power(light: Any) -> float:

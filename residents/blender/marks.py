@@ -10,7 +10,6 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 from bpy.types import Context, Object
-from mathutils import Vector
 
 from ...angen_addon.coverage.floor import finished, free_ways
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
@@ -170,7 +169,7 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
     if leaf.slides:
         way = -edge
         slide = mark.slide or SLIDES * width
-        shut = float(np.array(shutting.translation) * metres @ way) if _moved(shutting) else 0.0
+        shut = float(np.array(shutting.translation) * metres @ way)
         return Door(
             obj.name, mark.use, hinge - way * shut, way, shut, shut + slide, frame, low, high,
             handle, True, mark.entrance, room, number,
@@ -183,10 +182,6 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
         obj.name, mark.use, hinge, UP, shut, opened, back @ frame, low, high, handle, False,
         mark.entrance, room, number,
     )  # fmt: skip
-
-
-def _moved(shutting: Any) -> bool:
-    return bool(shutting.translation.length > 0.0)
 
 
 def _handle(low: Array, high: Array, floor: float) -> Array:
@@ -233,17 +228,6 @@ def as_door(obj: Any) -> tuple[str, bool]:
     return f"Hinge {hinge}{guessed}", False
 
 
-def keyed_angle(leaf: Leaf) -> float:
-    """rad that the keys open it by; 0 without."""
-    return abs(leaf.opening.turn) if leaf.opening is not None and leaf.opening.pivot else 0.0
-
-
-def keyed_slide(leaf: Leaf) -> float:
-    """Units of the scene that the keys slide it by; 0 without."""
-    way = leaf.opening.way if leaf.opening is not None else Vector()
-    return way.length if leaf.slides else 0.0
-
-
 # Guesses the settings of a new mark: which way an object faces, how far a door opens.
 
 # m: what is less uneven has no back; how far room is looked for; beyond its own box.
@@ -260,10 +244,11 @@ def guess(obj: Any, depsgraph: Any) -> None:
             leaf, _ = leaf_of(obj)
         except AngenError:
             return
-        if angle := keyed_angle(leaf):
-            mark.angle = angle
-        if slide := keyed_slide(leaf):
-            mark.slide = slide * unit_scale(depsgraph.scene)
+        keyed = leaf.opening
+        if keyed is not None and keyed.pivot and keyed.turn:
+            mark.angle = abs(keyed.turn)
+        if keyed is not None and leaf.slides and keyed.way.length:
+            mark.slide = keyed.way.length * unit_scale(depsgraph.scene)
     elif mark.use in FACING:
         home = EvaluatedHome(depsgraph)
         try:

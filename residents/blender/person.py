@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.model import Array, Index
 from ..body import surface
 from ..body.cat import cat_parts, cat_weights
@@ -70,7 +71,7 @@ def add_person(
     modifier = body.modifiers.new("Armature", "ARMATURE")
     modifier.object = rig
     modifier.use_deform_preserve_volume = True
-    size = build.scale / bpy.context.scene.unit_settings.scale_length
+    size = build.scale / unit_scale(bpy.context.scene)
     rig.scale = (size, size, size)
     return rig
 
@@ -199,13 +200,13 @@ def _enlarge_head(mesh: bpy.types.Mesh, weight: Array, joint: Array) -> None:
     mesh.update()
 
 
-def _smoothed(mesh: bpy.types.Mesh, table: Array, rounds: int = 3) -> Array:
+def _smoothed(mesh: bpy.types.Mesh, table: Array) -> Array:
     """Weights averaged along the edges: no steps left in the skin."""
     edges = np.empty(len(mesh.edges) * 2, np.intp)
     mesh.edges.foreach_get("vertices", edges)
     a, b = edges.reshape(-1, 2).T
     degree = np.bincount(edges, minlength=len(table))[:, None]
-    for _ in range(rounds):
+    for _ in range(3):
         around = np.zeros_like(table)
         np.add.at(around, a, table[b])
         np.add.at(around, b, table[a])

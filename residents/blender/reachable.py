@@ -21,7 +21,7 @@ from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import Lengths, named, quoted
+from ...sensor_logic.wording import Lengths, named, plural, quoted
 from ..acting.places import Place, Places
 from ..acting.reach import Unreached, unreached
 from .marks import LABELS, NONE, marked
@@ -45,8 +45,7 @@ class Checked:
 
     @property
     def count(self) -> str:
-        all_of = len(self.places.places)
-        places = f"{all_of} place" if all_of == 1 else f"{all_of} places"
+        places = plural(len(self.places.places), "place")
         if not self.lost and not self.places.problems:
             return f"{places} can be reached: all that are marked"
         parts = []
@@ -232,23 +231,18 @@ ABOVE_M, RADIUS_M = 0.05, 0.015
 RED = (0.85, 0.12, 0.1, 1.0)
 
 
-def show(scene: Any, places: Places, lost: list[Unreached]) -> list[Any]:
-    """Draws how far residents get towards each lost place, instead of earlier drawings; returns the
-    objects."""
+def show(scene: Any, places: Places, lost: list[Unreached]) -> None:
+    """Draws how far residents get towards each lost place, instead of earlier drawings."""
     remove(scene)
     drawn = [one for one in lost if len(one.way) > 1]
     if not drawn:
-        return []
+        return
     own = bpy.data.collections.new(COLLECTION)
     own[WAY_MARK] = True
     own.hide_render = True
     scene.collection.children.link(own)
-    found = []
     for one in drawn:
-        obj = _curve(scene, one, places.storeys[one.place.storey].height + ABOVE_M)
-        own.objects.link(obj)
-        found.append(obj)
-    return found
+        own.objects.link(_curve(scene, one, places.storeys[one.place.storey].height + ABOVE_M))
 
 
 def _curve(scene: Any, lost: Unreached, height: float) -> Any:
@@ -277,10 +271,9 @@ def _material() -> Any:
     return found
 
 
-def remove(scene: Any) -> int:
-    """Takes all ways out of the scene; how many there were."""
-    shown = [obj for obj in scene.objects if WAY_MARK in obj]
-    for obj in shown:
+def remove(scene: Any) -> None:
+    """Takes all ways out of the scene."""
+    for obj in [obj for obj in scene.objects if WAY_MARK in obj]:
         curve = obj.data
         bpy.data.objects.remove(obj)
         if curve is not None and not curve.users:
@@ -288,4 +281,3 @@ def remove(scene: Any) -> int:
     for child in list(scene.collection.children):
         if WAY_MARK in child and not child.objects:
             bpy.data.collections.remove(child)
-    return len(shown)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import bpy
 
@@ -46,7 +46,7 @@ from ..routine.routine import DAY, Person, Routine, Segment
 from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
-from .keys import KeyedStretch
+from .keys import KeyedStretch, lights_of
 from .places import read_places
 from .settings import build_of, residents_in
 
@@ -107,12 +107,6 @@ AFTER_S = 1.0
 TILTS_BACK = 24
 
 
-class Keys(Protocol):
-    """What puts the keys of a stretch of a day into the home."""
-
-    def show(self, acted: Acted, first: float, last: float) -> None: ...
-
-
 class DayRun:
     """Day `number` (from 0) of a run, with what was `acted` on it, or the s `between` of it.
     `residents`: the object of each person; `causes`: whether events are to be told with who and
@@ -125,7 +119,7 @@ class DayRun:
         sensors: Sequence[Sensor],
         acted: Acted,
         residents: Mapping[str, Any],
-        keys: Keys,
+        keys: KeyedStretch,
         number: int,
         between: tuple[float, float] | None = None,
         causes: bool = True,
@@ -311,7 +305,7 @@ class Household:
     def run(
         self,
         number: int,
-        keys: Any,
+        keys: KeyedStretch,
         between: tuple[float, float] | None = None,
     ) -> Generator[Progress, None, Day]:
         """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises InputError,
@@ -331,11 +325,8 @@ class Household:
     def keyed(self) -> Iterator[KeyedStretch]:
         """Residents, doors, lamps and things in place of the home's own story, until the end."""
         # What a lamp shines with when it is on, its keys tell.
-        lights = [
-            light
-            for lamp in self.places.lamps.values()
-            for light in _lights(bpy.data.objects[lamp.object])
-        ]
+        lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
+        lights = {light for lamp in lamps for light in lights_of(lamp)}
         with put_aside(self.scene, lights):
             keys = KeyedStretch(self.residents, self.places)
             try:
@@ -369,10 +360,6 @@ def _check_placed(resident: Any) -> None:
             )
 
 
-def _lights(obj: Any) -> list[Any]:
-    return [one.data for one in (obj, *obj.children_recursive) if one.type == "LIGHT"]
-
-
 def resident_of(person: Person) -> Any:
     """The object that acts for a person. Raises InputError."""
     obj = bpy.data.objects.get(person.resident)
@@ -389,11 +376,12 @@ def run_days(
     household: Household,
     numbers: Iterable[int],
     progress: Callable[[int, Progress], object] = lambda number, step: None,
+    between: tuple[float, float] | None = None,
 ) -> Iterator[Day]:
-    """The days of these numbers, counted from 0. Raises AngenError."""
+    """The days of these numbers, counted from 0, or the s `between` of them. Raises AngenError."""
     with household.keyed() as keys:
         for number in numbers:
-            run = household.run(number, keys)
+            run = household.run(number, keys, between=between)
             while True:
                 try:
                     step = next(run)

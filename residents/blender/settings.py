@@ -12,6 +12,8 @@ from bpy.types import Object, PropertyGroup
 from mathutils import Matrix, Vector
 
 from ...angen_addon.advice.warmth import USUAL, warm
+from ...angen_addon.authoring.presets import select_only
+from ...angen_addon.scene.sensors import unit_scale
 from ..body import gait as walker
 from ..body.gait import Stand
 from ..body.moves import standing
@@ -32,20 +34,17 @@ SORT_ITEMS = [
 ]
 
 
-def _metres() -> float:
-    return float(bpy.context.scene.unit_settings.scale_length)
-
-
 def _sort_of(group: Any) -> Sort:
     return Sort(group.sort) if group.sort != NO_RESIDENT else Sort.ADULT
 
 
 def _get_stature(group: Any) -> float:
-    return float(group.id_data.scale[2]) * _metres() * SKELETON_STATURE[_sort_of(group)]
+    size = float(group.id_data.scale[2]) * unit_scale(bpy.context.scene)
+    return size * SKELETON_STATURE[_sort_of(group)]
 
 
 def _set_stature(group: Any, stature: float) -> None:
-    size = stature / SKELETON_STATURE[_sort_of(group)] / _metres()
+    size = stature / SKELETON_STATURE[_sort_of(group)] / unit_scale(bpy.context.scene)
     group.id_data.scale = (size, size, size)
 
 
@@ -146,16 +145,13 @@ def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: b
     if with_frame:
         add_walking_frame(rig)
     stand_up(rig)
-    for obj in context.selected_objects:
-        obj.select_set(False)
-    rig.select_set(True)
-    context.view_layer.objects.active = rig
+    select_only(context, rig)
     return rig
 
 
 def stand_up(rig: Any) -> None:
     """The bones as one stands, in place of the spread arms of rest; the frame before the hips."""
-    metres = bpy.context.scene.unit_settings.scale_length
+    metres = unit_scale(bpy.context.scene)
     place, yaw = rig.location * metres, rig.rotation_euler.z
     build = build_of(rig)
     pose = standing(Stand.at(place.x, place.y, yaw, build), place.z, build)

@@ -17,7 +17,7 @@ from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..days.rows import FPS, frame_at
 from .daylight import Daylight
-from .keys import MOVED, KeyedStretch
+from .keys import MOVED, KeyedStretch, lights_of
 from .person import body_of
 
 # s before and after a stretch that can be scrubbed into.
@@ -105,8 +105,7 @@ def _objects(
 def _lamps(places: Places) -> set[Any]:
     """The lights of the lamps that people switch."""
     lamps = [bpy.data.objects.get(lamp.object) for lamp in places.lamps.values()]
-    parts = {one for lamp in lamps if lamp for one in (lamp, *lamp.children_recursive)}
-    return {one.data for one in parts if one.type == "LIGHT"}
+    return {light for lamp in lamps if lamp for light in lights_of(lamp)}
 
 
 def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:

@@ -36,19 +36,20 @@ _PELVIS = CAT.head["pelvis"]
 
 
 def _posture(
-    build: Build, middle: Array, yaw: Array, balls: Array, soles: Array, pitch: float = 0.0,
-    sink: tuple[float, float] = (0.0, 0.0), bend: tuple[Array, Array, Array] | None = None,
+    build: Build, middle: Array, yaw: Array, balls: Array, soles: Array,
+    bend: tuple[Array, Array, Array], pitch: float = 0.0, sink: tuple[float, float] = (0.0, 0.0),
 ) -> BodyPose:  # fmt: skip
     """A cat over points `middle` (n, 3) on what bears it, its paws at `balls` (n, 4, 3) and turned
-    by `soles` (n, 4, 4). `sink` moves the hips forward and down at rest; pitch lifts the chest."""
-    scale, count = build.scale, len(yaw)
+    by `soles` (n, 4, 4). `bend`: of spine, head and tail. `sink` moves the hips forward and down at
+    rest; pitch lifts the chest."""
+    scale = build.scale
     ahead = about_z(yaw)
     hips = _PELVIS + np.array([sink[0], 0.0, -sink[1]])
     feet = Feet(
         balls + turned(soles, _ABOVE * scale), soles, soles, turned(ahead[:, None], _KNEES)
     )  # fmt: skip
-    spine, look, tail = bend or (np.zeros((count, 3)),) * 3
-    turn = times(ahead, about_y(np.full(count, -pitch)))
+    spine, look, tail = bend
+    turn = times(ahead, about_y(np.full(len(yaw), -pitch)))
     return BodyPose(
         build, yaw, middle + turned(ahead, hips * scale), turn, feet, Arms(), spine, look,
         np.concatenate([middle, yaw[:, None]], 1), tail,
@@ -64,7 +65,6 @@ def _under(middle: Array, yaw: Array, offsets: Array, scale: float) -> Array:
     return middle[:, None] + turned(about_z(yaw)[:, None], offsets * scale)
 
 
-_GROUND = _BALLS.copy()
 _TAIL_DOWN = np.array([[0.0, 0.10, 0.0]])
 
 
@@ -72,23 +72,23 @@ def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
     """The pose on four paws."""
     middle, yaw = _at(*stand.centre, floor, stand.yaw)
     soles = np.broadcast_to(about_z(yaw)[:, None], (1, 4, 4))
-    balls = _under(middle, yaw, _GROUND, build.scale)
+    balls = _under(middle, yaw, _BALLS, build.scale)
     still = np.zeros((1, 3))
-    return _posture(build, middle, yaw, balls, soles, bend=(still, still, _TAIL_DOWN))
+    return _posture(build, middle, yaw, balls, soles, (still, still, _TAIL_DOWN))
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
     """The pose on its haunches at a point, looking along its heading."""
     build, yaw = stand.build, stand.heading[:1]
     middle = np.asarray(seat, float)[None]
-    offsets = _GROUND + np.array([[0.02, 0.0, 0.0]] * 2 + [[0.0, 0.0, 0.0]] * 2)
+    offsets = _BALLS + np.array([[0.02, 0.0, 0.0]] * 2 + [[0.0, 0.0, 0.0]] * 2)
     flat = np.array([-1.265, -1.265, 0.0, 0.0])
     soles = times(about_z(yaw)[:, None], about_y(flat))
     bend = (
         np.array([[0.0, -0.10, 0.0]]), np.array([[0.0, 0.62, 0.0]]), np.array([[0.0, -0.16, 0.45]]),
     )  # fmt: skip
     balls = _under(middle, yaw, offsets, build.scale)
-    return _posture(build, middle, yaw, balls, soles, 0.58, (0.03, BACK_HEIGHT - 0.100), bend)
+    return _posture(build, middle, yaw, balls, soles, bend, 0.58, (0.03, BACK_HEIGHT - 0.100))
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
@@ -96,7 +96,7 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
     build = seated.build
     x, y, z = map(float, bed)
     middle, heading = _at(x, y, z, near_turn(yaw, float(seated.heading[0])))
-    offsets = _GROUND + np.array([[0.06, 0.0, 0.0]] * 2 + [[0.05, 0.0, 0.0]] * 2)
+    offsets = _BALLS + np.array([[0.06, 0.0, 0.0]] * 2 + [[0.05, 0.0, 0.0]] * 2)
     soles = times(about_z(heading)[:, None], about_y(np.array([-1.265, -1.265, -1.3, -1.3])))
     bend = (
         np.array([[0.0, 0.0, 0.45 * side]]),
@@ -105,7 +105,7 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
     )
     balls = _under(middle, heading, offsets, build.scale)
     sink = (0.0, BACK_HEIGHT - 0.075)
-    return _posture(build, middle, heading, balls, soles, 0.0, sink, bend)
+    return _posture(build, middle, heading, balls, soles, bend, sink=sink)
 
 
 def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
@@ -203,7 +203,7 @@ class CatWalk:
         balls, paws_yaw = self._paws(w)
         scale = self.build.scale
         # The joint above a paw goes on with the body while the paw stays.
-        local = turned(about_z(-yaw)[:, None], balls - middle[:, None]) / scale - _GROUND
+        local = turned(about_z(-yaw)[:, None], balls - middle[:, None]) / scale - _BALLS
         soles = times(about_z(paws_yaw), about_y(np.clip(-6.0 * local[..., 0], -0.8, 0.8)))
         ahead = self._place(np.minimum(self._body(w) + 0.12 * scale, self.length))[:, 2] - yaw
         beat = 2 * pi * w / self.stride
@@ -213,7 +213,7 @@ class CatWalk:
         tail = _TAIL_DOWN + busy[:, None] * np.stack(
             [0 * w, -0.22 + 0 * w, 0.10 * np.sin(beat / 2)], -1
         )  # fmt: skip
-        pose = _posture(self.build, middle, yaw, balls, soles, bend=(spine, look, tail))
+        pose = _posture(self.build, middle, yaw, balls, soles, (spine, look, tail))
         bob = 0.006 * scale * busy * (np.cos(2 * beat) - 1)
         return replace(pose, pelvis=pose.pelvis + bob[:, None] * np.array([0.0, 0.0, 1.0]))
 
@@ -229,7 +229,7 @@ class CatWalk:
         air = np.clip((w[:, None] - leaves) / (lands + self.stride - leaves), 0.0, 1.0)
         feet = [
             np.concatenate([at[..., :2], np.full((*at.shape[:2], 1), self.floor)], -1)
-            + turned(about_z(at[..., 2]), _GROUND * self.build.scale)
+            + turned(about_z(at[..., 2]), _BALLS * self.build.scale)
             for at in (here, after)
         ]
         balls = feet[0] + ease(air)[..., None] * (feet[1] - feet[0])
@@ -303,19 +303,16 @@ def cat_parts() -> list[Part]:
 def cat_weights(points: Array, _region: str) -> dict[str, Array]:
     """The weights of bones at points, by their distance: (n,) a bone, with the sum 1."""
     near = {}
-    for cat_bone in CAT.bones:
-        if cat_bone.name == "pelvis":
-            continue
-        start, axis = np.array(cat_bone.head), np.array(cat_bone.tail) - np.array(cat_bone.head)
+    # The pelvis moves the rump too.
+    ends = {bone.name: (np.array(bone.head), np.array(bone.tail)) for bone in CAT.bones[1:]}
+    ends["pelvis"] = CAT.head["pelvis"] - np.array([0.04, 0, 0]), CAT.head["spine"]
+    for name, (start, end) in ends.items():
+        axis = end - start
         along = np.clip((points - start) @ axis / (axis @ axis), 0.0, 1.0)
         away = np.linalg.norm(points - start - along[:, None] * axis, axis=1)
         # A leg moves nothing of the other side.
-        other = {"L": points[:, 1] < -0.002, "R": points[:, 1] > 0.002}.get(cat_bone.name[-1:])
+        other = {"L": points[:, 1] < -0.002, "R": points[:, 1] > 0.002}.get(name[-1:])
         weight = 1.0 / (away + 0.004) ** 4
-        near[cat_bone.name] = weight if other is None else np.where(other, 0.0, weight)
-    start, end = CAT.head["pelvis"] - np.array([0.04, 0, 0]), CAT.head["spine"]
-    along = np.clip((points - start) @ (end - start) / ((end - start) @ (end - start)), 0.0, 1.0)
-    away = np.linalg.norm(points - start - along[:, None] * (end - start), axis=1)
-    near["pelvis"] = 1.0 / (away + 0.004) ** 4
+        near[name] = weight if other is None else np.where(other, 0.0, weight)
     whole = np.sum(list(near.values()), axis=0)
     return {name: weight / whole for name, weight in near.items()}

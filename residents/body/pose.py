@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -144,24 +144,14 @@ class BodyPose(Moments):
 
     def take(self, index: Any) -> Self:
         count = len(self)
-        taken: Self = _each(self, do=lambda _name, a: _held_for(count, a)[index])
-        return taken
 
+        def taken(_name: str, values: Array) -> Array:
+            # Those of a single moment are repeated.
+            held = len(values) == count
+            return (values if held else np.broadcast_to(values, (count, *values.shape[1:])))[index]
 
-def _held_for(count: int, values: Array) -> Array:
-    """(count, …): those of a single moment are repeated."""
-    return values if len(values) == count else np.broadcast_to(values, (count, *values.shape[1:]))
-
-
-def joined(poses: Sequence[BodyPose]) -> BodyPose:
-    """One pose after the other."""
-    counts = [len(pose) for pose in poses]
-
-    def join(_name: str, *arrays: Array) -> Array:
-        return np.concatenate([_held_for(*one) for one in zip(counts, arrays, strict=True)])
-
-    result: BodyPose = _each(*poses, do=join)
-    return result
+        result: Self = _each(self, do=taken)
+        return result
 
 
 def held(values: ArrayLike) -> Array:

@@ -288,12 +288,12 @@ def drinking(pose: BodyPose, side: int, weight: Array) -> BodyPose:
     return replace(pose, look=pose.look + nod)
 
 
-def carrying(pose: BodyPose, side: int, weight: Array, beside: float = 0.0) -> BodyPose:
-    """The forearm held level; beside: how far out, clear of the leg (rad)."""
+def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
+    """The forearm held level."""
     arms = pose.arms
     level = arms.one(
-        side, forward=0.12 + 0.3 * (arms.forward[:, side] - 0.03), away=0.10 + beside,
-        inward=0.30 - 2 * beside, elbow=1.25, grip=0.0,
+        side, forward=0.12 + 0.3 * (arms.forward[:, side] - 0.03), away=0.10, inward=0.30,
+        elbow=1.25, grip=0.0,
     )  # fmt: skip
     return replace(pose, arms=arms.mixed(level, weight))
 

@@ -4,7 +4,7 @@ that move them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -298,71 +298,37 @@ def face_details() -> list[Part]:
 
 def person_parts() -> list[Part]:
     """Everything that makes the person, about 5500 triangles."""
-    both = [
-        Part(
-            "shirt",
-            "shirt",
-            shirt(),
-            (-0.16, -0.50, 0.86),
-            (0.17, 0.50, 1.50),
-            0.013,
-            1500,
-            "upper",
-        ),
-        Part(
-            "trousers",
-            "trousers",
-            trousers(),
-            (-0.16, -0.22, 0.09),
-            (0.15, 0.22, 1.05),
-            0.013,
-            1300,
-            "lower",
-        ),
-        Part(
-            "head",
-            "skin",
-            head(),
-            (-0.13, -0.10, 1.37),
-            (0.13, 0.10, 1.73),
-            0.0075,
-            1100,
-            "head",
-        ),
-        Part(
-            "hair",
-            "hair",
-            hair(),
-            (-0.14, -0.11, 1.49),
-            (0.12, 0.11, 1.76),
-            0.0085,
-            450,
-            "head",
-        ),
-    ]
-    return [*both, *_shoes_and_hands(), *face_details()]
+    whole = [
+        Part("shirt", "shirt", shirt(), (-0.16, -0.50, 0.86), (0.17, 0.50, 1.50), 0.013, 1500,
+             "upper"),
+        Part("trousers", "trousers", trousers(), (-0.16, -0.22, 0.09), (0.15, 0.22, 1.05), 0.013,
+             1300, "lower"),
+        Part("head", "skin", head(), (-0.13, -0.10, 1.37), (0.13, 0.10, 1.73), 0.0075, 1100,
+             "head"),
+        Part("hair", "hair", hair(), (-0.14, -0.11, 1.49), (0.12, 0.11, 1.76), 0.0085, 450,
+             "head"),
+    ]  # fmt: skip
+    return [*whole, *_shoes_and_hands(), *face_details()]
 
 
 def _shoes_and_hands() -> list[Part]:
-    both = []
-    for side, sign in (("L", 1), ("R", -1)):
-        shapes = {"shoe": shoe(), "hand": hand()}
-        boxes = {
-            "shoe": ((-0.10, 0.05, -0.01), (0.22, 0.19, 0.19)),
-            "hand": ((-0.06, 0.36, 0.72), (0.10, 0.56, 0.98)),
-        }
-        for name, material, cell, n in (
-            ("shoe", "shoe", 0.010, 260),
-            ("hand", "skin", 0.0055, 360),
-        ):
-            low, high = boxes[name]
-            shape = shapes[name]
-            if sign < 0:
-                shape = sf.mirrored(shape)
-                low, high = (low[0], -high[1], low[2]), (high[0], -low[1], high[2])
-            region = "foot" if name == "shoe" else "hand"
-            both.append(Part(f"{name}.{side}", material, shape, low, high, cell, n, region))
-    return both
+    left = [
+        Part("shoe.L", "shoe", shoe(), (-0.10, 0.05, -0.01), (0.22, 0.19, 0.19), 0.010, 260,
+             "foot"),
+        Part("hand.L", "skin", hand(), (-0.06, 0.36, 0.72), (0.10, 0.56, 0.98), 0.0055, 360,
+             "hand"),
+    ]  # fmt: skip
+    right = [
+        replace(
+            part,
+            name=part.name.replace(".L", ".R"),
+            shape=sf.mirrored(part.shape),
+            low=(part.low[0], -part.high[1], part.low[2]),
+            high=(part.high[0], -part.low[1], part.high[2]),
+        )
+        for part in left
+    ]
+    return [*left, *right]
 
 
 # Which bones move the skin of a person: smooth steps across the joints, in the rest pose.

@@ -140,9 +140,12 @@ def _both(bones: Bones, pose: BodyPose, bone: str) -> Array:
     return np.stack([bones.at[f"{bone}.{side}"] for side in SIDES], 1)
 
 
-def _turn_both(bones: Bones, bone: str, turn: Array) -> None:
-    for k, side in enumerate(SIDES):
-        bones.turn[f"{bone}.{side}"] = turn[:, k]
+def _turn_both(bones: Bones, pose: BodyPose, turns: dict[str, Array]) -> None:
+    """Notes heads and turns (n, 2, 4) of both sides' bones, from the trunk on."""
+    for bone, turn in turns.items():
+        _both(bones, pose, bone)
+        for k, side in enumerate(SIDES):
+            bones.turn[f"{bone}.{side}"] = turn[:, k]
 
 
 def _solve_legs(pose: BodyPose, bones: Bones, leg: Leg, first: int) -> None:
@@ -154,14 +157,8 @@ def _solve_legs(pose: BodyPose, bones: Bones, leg: Leg, first: int) -> None:
     upper, lower, foot, tip = leg.names
     hips = _both(bones, pose, upper)
     thigh, shin, hinge = two_bones(hips, ankle, leg.upper * scale, leg.lower * scale, knee)
-    for bone, turn in (
-        (upper, _limb(skeleton, upper, thigh, hinge)),
-        (lower, _limb(skeleton, lower, shin, hinge)),
-        (foot, sole),
-        (tip, toes),
-    ):
-        _both(bones, pose, bone)
-        _turn_both(bones, bone, turn)
+    turns = _limb(skeleton, upper, thigh, hinge), _limb(skeleton, lower, shin, hinge)
+    _turn_both(bones, pose, {upper: turns[0], lower: turns[1], foot: sole, tip: toes})
 
 
 def _solve_arms(pose: BodyPose, bones: Bones) -> None:
@@ -184,9 +181,8 @@ def _solve_arms(pose: BodyPose, bones: Bones) -> None:
         gripping = mix_turns(upper, _limb(PERSON, "upper_arm", a, axis), arms.grip)
         upper = np.where(drawn, gripping, upper)
         fore = np.where(drawn, mix_turns(fore, _limb(PERSON, "forearm", b, axis), arms.grip), fore)
-    for bone, turn in (("upper_arm", upper), ("forearm", fore), ("hand", fore)):
-        _both(bones, pose, bone)
-        _turn_both(bones, bone, np.broadcast_to(turn, (len(shoulders), 2, 4)))
+    upper, fore = (np.broadcast_to(turn, (len(shoulders), 2, 4)) for turn in (upper, fore))
+    _turn_both(bones, pose, {"upper_arm": upper, "forearm": fore, "hand": fore})
 
 
 # Makes the values of an armature's animated channels from poses.

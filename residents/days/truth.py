@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,7 +84,10 @@ def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iter
     stays = [s for s in acted.where if s.person == person and s.start < DAY_S and s.end > 0.0]
     looks = [_looks(max(s.start, 0.0), min(s.end, DAY_S), moving) for s in stays]
     # Of all at once: each call goes through all gestures of the day.
-    hips = _hips(body, np.concatenate([np.zeros(0), *looks]))
+    every = np.concatenate([np.zeros(0), *looks])
+    hips = np.zeros((0, 3))
+    if len(every):
+        hips = np.broadcast_to(body.poses(every).pelvis, (len(every), 3))
     parts = np.split(hips, np.cumsum([len(times) for times in looks])[:-1])
     for stay, times, where in zip(stays, looks, parts, strict=True):
         first, gone, told = max(stay.start, 0.0), stay.posture == AWAY, -np.inf
@@ -102,12 +105,6 @@ def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iter
 
 def _apart(a: Point | None, b: Point | None) -> float:
     return math.dist(a, b) if a is not None and b is not None else 0.0
-
-
-def _hips(body: Any, times: Array) -> Array:
-    if not len(times):
-        return np.zeros((0, 3))
-    return np.broadcast_to(body.poses(times).pelvis, (len(times), 3))
 
 
 def _looks(first: float, end: float, moving: Array) -> Array:

@@ -8,6 +8,7 @@ import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
+from ...angen_addon.authoring.presets import select_only
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
@@ -45,10 +46,7 @@ class ANGEN_OT_place_point(Operator):
         obj.empty_display_size = SHOWN_M / unit_scale(context.scene)
         obj.matrix_world = context.scene.cursor.matrix
         context.collection.objects.link(obj)
-        for other in context.selected_objects:
-            other.select_set(False)
-        obj.select_set(True)
-        context.view_layer.objects.active = obj
+        select_only(context, obj)
         obj.angen_place.use = self.use
         return {"FINISHED"}
 

@@ -10,7 +10,7 @@ from bpy.types import Context, Panel
 
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.instances import is_sensor
-from ...panels.lines import ClosedSidebar, draw_lines, draw_property, has_name_column
+from ...panels.lines import ClosedSidebar, PhysicsTab, draw_lines, draw_property, has_name_column
 from ...sensor_logic.wording import capital
 from ..acting.places import DOOR, DRAWER, LAMP, MOVED
 from ..blender.marks import BEFORE, FACING, NONE, as_door, marked
@@ -56,7 +56,7 @@ def _draw_moved(layout: Any, column: Any, context: Context) -> None:
         column.prop(mark, "entrance")
 
 
-class _Place:
+class ANGEN_PT_physics_place(PhysicsTab, Panel):
     bl_label = "Resident's Place"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -65,14 +65,7 @@ class _Place:
         return context.object is not None
 
     def draw(self, context: Context) -> None:
-        draw_place(self.layout, context)  # type: ignore[attr-defined]
-
-
-class ANGEN_PT_physics_place(_Place, Panel):
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "physics"
-    bl_parent_id = "ANGEN_PT_physics"
+        draw_place(self.layout, context)
 
 
 class ANGEN_PT_places(ClosedSidebar, Panel):

@@ -8,7 +8,14 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ...panels.lines import Sidebar, draw_lines, draw_property, draw_row, has_name_column
+from ...panels.lines import (
+    PhysicsTab,
+    Sidebar,
+    draw_lines,
+    draw_property,
+    draw_row,
+    has_name_column,
+)
 from ..blender.person import LABELS, body_of
 from ..blender.settings import is_resident
 from ..body.skeleton import Sort
@@ -48,11 +55,8 @@ class _Resident:
         draw_lines(layout, f'In a routine: resident = "{rig.name}"', "INFO")
 
 
-class ANGEN_PT_physics_resident(_Resident, Panel):
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "physics"
-    bl_parent_id = "ANGEN_PT_physics"
+class ANGEN_PT_physics_resident(_Resident, PhysicsTab, Panel):
+    pass
 
 
 class ANGEN_PT_sidebar_resident(_Resident, Sidebar, Panel):

@@ -4,8 +4,9 @@ for two things at once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import date, datetime
+from itertools import product
 from typing import Any
 
 from ...sensor_logic.error import InputError
@@ -54,14 +55,15 @@ def check_bodies(persons: Mapping[str, Person]) -> None:
             )
 
 
-def check(routine: Routine, name: str) -> None:
+def check(routine: Routine) -> None:
     """Raises InputError where a person is to be in two activities at the same time of the same
     day, or where a day's plan takes longer than the day. Entries that only may happen do not count:
     where they do, what comes later waits."""
     for person in routine.persons:
         plans = [plan for plan in routine.plans if plan.person == person]
-        for today, tomorrow in _days_together(plans):
-            entries = sorted(today, key=lambda entry: entry.at)
+        for month, weekday in product(range(1, 13), range(7)):
+            entries = sorted(_certain(plans, weekday, month), key=lambda entry: entry.at)
+            tomorrow = _certain(plans, (weekday + 1) % 7, month)
             after = [(entry, entry.at) for entry in entries]
             after += [(entry, entry.at + DAY) for entry in tomorrow]
             for place, entry in enumerate(entries):
@@ -70,14 +72,8 @@ def check(routine: Routine, name: str) -> None:
                         raise InputError(_twice(person, entry, other, at))
 
 
-def _days_together(plans: list[FixedPoints]) -> Iterator[tuple[list[FixedPoint], list[FixedPoint]]]:
-    """What is certain on each sort of day, and on the one after it."""
-    for month in range(1, 13):
-        for weekday in range(7):
-            yield _certain(plans, weekday, month), _certain(plans, (weekday + 1) % 7, month)
-
-
 def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPoint]:
+    """What is certain on such days."""
     # Plans for some dates only may take turns: those are not compared with others.
     always = [plan for plan in plans if plan.days.first.year == 1 and plan.days.last.year == 9999]
     return [
@@ -114,7 +110,8 @@ def _twice(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
 SCHEMA = 1
 # Spread of log-normal times where the file says nothing: a third of the median, about.
 VARIES = 0.3
-_GROUPS = {"daily": WEEKDAYS, "weekdays": WEEKDAYS[:5], "weekend": WEEKDAYS[5:]}
+_DAYS: dict[str, Sequence[int]] = {day: [number] for number, day in enumerate(WEEKDAYS)}
+_DAYS |= {"daily": range(7), "weekdays": range(5), "weekend": (5, 6)}
 
 
 def read(content: str, name: str) -> Routine:
@@ -139,7 +136,7 @@ def read(content: str, name: str) -> Routine:
         tuple(_absence(table, persons) for table in top.tables("absence")),
     )
     top.finish()
-    check(found, name)
+    check(found)
     return found
 
 
@@ -175,8 +172,8 @@ def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
 
 
 def _days(table: TomlTable) -> Calendar:
-    weekdays = table.take("on", _weekdays, frozenset(range(7)))
-    months = table.take("season", _months, frozenset(range(1, 13)))
+    weekdays = table.take("on", _any_of(_DAYS, "day"), frozenset(range(7)))
+    months = table.take("season", _any_of(SEASONS, "season"), frozenset(range(1, 13)))
     first, last = (
         table.take("from", calendar_date, date.min),
         table.take("to", calendar_date, date.max),
@@ -268,22 +265,17 @@ def _positive(value: Any) -> float:
     return found
 
 
-def _weekdays(value: Any) -> frozenset[int]:
-    days: set[int] = set()
-    for name in [value] if isinstance(value, str) else texts(value):
-        if name not in _GROUPS and name not in WEEKDAYS:
-            raise ValueError(f"{name!r} is no day; {suggestion(name, (*WEEKDAYS, *_GROUPS))}")
-        days |= {WEEKDAYS.index(day) for day in _GROUPS.get(name, (name,))}
-    return frozenset(days)
+def _any_of(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:
+    """Reads a name, or several, of days or months."""
 
+    def read_names(value: Any) -> frozenset[int]:
+        names = [value] if isinstance(value, str) else texts(value)
+        for name in names:
+            if name not in known:
+                raise ValueError(f"{name!r} is no {what}; {suggestion(name, known)}")
+        return frozenset(number for name in names for number in known[name])
 
-def _months(value: Any) -> frozenset[int]:
-    months: set[int] = set()
-    for name in [value] if isinstance(value, str) else texts(value):
-        if name not in SEASONS:
-            raise ValueError(f"{name!r} is no season; {suggestion(name, SEASONS)}")
-        months |= set(SEASONS[name])
-    return frozenset(months)
+    return read_names
 
 
 def _between(value: Any) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands import home
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
-from bl_ext.user_default.angen_sensors.operators import simulate, slices
+from bl_ext.user_default.angen_sensors.operators import simulate
 
 
 class Clock:
@@ -28,11 +28,11 @@ class Clock:
 @pytest.fixture
 def parts(monkeypatch):
     """The clock, and the parts that a run in the window is made of."""
-    clock = Clock(monkeypatch, simulate, slices, home)
+    clock = Clock(monkeypatch, simulate, home)
     return types.SimpleNamespace(
         clock=clock,
         operator=simulate.ANGEN_OT_simulate,
-        slices=slices.Slices,
+        slices=simulate.Slices,
         progress=home,
         Progress=Progress,
     )

@@ -368,21 +368,6 @@ def test_the_side_that_a_leaf_opens_to(turn: float, opens: float) -> None:
     assert leaf.side(leaf.handle_at(-opens)) == -1.0
 
 
-@pytest.mark.parametrize(
-    ("way", "crossed"),
-    [
-        ([(2.5, 0.0), (2.5, 2.0)], 1.0),
-        ([(2.5, -1.0), (2.5, 0.5), (2.5, 2.0)], 2.0),
-        ([(3.5, 0.0), (3.5, 2.0)], None),
-        ([(2.5, 0.0), (2.5, 0.9), (0.0, 0.9)], None),
-        ([(0.0, 1.0), (4.0, 1.0)], None),
-    ],
-)
-def test_which_ways_cross_a_shut_door(way: list, crossed: float | None) -> None:
-    found = door().crossing(np.array(way))
-    assert found == (None if crossed is None else pytest.approx(crossed))
-
-
 # What was done on a day
 
 

@@ -22,7 +22,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.convert import main as convert
-from bl_ext.user_default.angen_sensors.residents.blender import command as jobs
+from bl_ext.user_default.angen_sensors.residents.blender import shared_days as jobs
 from bl_ext.user_default.angen_sensors.residents.blender.api import Home
 from bl_ext.user_default.angen_sensors.residents.days import rows as rows_of
 from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError as error

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shares the days of `angen day --jobs` among several processes.
+
+This process hands each worker one day at a time, by its number, over the worker's standard
+input. The system closes that pipe when this process ends, however it ends, and the worker ends
+with it.
+"""
+
+from __future__ import annotations
+
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from ...angen_addon.commands.console import DONE, SIGNALS, leave_hard, note
+from .folder import Folder
+
+# s
+LOOK_EVERY, PATIENCE_S = 0.2, 2.0
+# The option of the command that makes its process a worker.
+WORKER = "--worker"
+# Runs the command line of this very package in another Python.
+_START = (
+    "import runpy, sys; sys.path.insert(0, sys.argv.pop(1)); "
+    "runpy.run_module('angen_addon', run_name='__main__', alter_sys=True)"
+)
+
+
+def worker_command() -> list[str]:
+    """Return this process's own command, as that of a worker."""
+    if bpy.app.binary_path:
+        # Threads that wait for each other at each frame cost more than they give.
+        return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
+    root = Path(__file__).resolve().parents[2]
+    return [sys.executable, "-c", _START, str(root), *sys.argv[1:], "--quiet", WORKER]
+
+
+def days_of_worker() -> Iterator[int]:
+    """Yield the days that a worker is handed, until the process that started it closes the pipe or
+    ends: then the worker ends at once, also amid a day."""
+    for number in SIGNALS:
+        # Whoever ends a worker by a signal is to be told of as such.
+        signal.signal(number, signal.SIG_DFL)
+    handed: queue.SimpleQueue[int] = queue.SimpleQueue()
+
+    def read() -> None:
+        for text in sys.stdin:
+            handed.put(int(text))
+        leave_hard(DONE)
+
+    threading.Thread(target=read, daemon=True).start()
+    while True:
+        yield handed.get()
+
+
+@dataclass
+class _Worker:
+    process: subprocess.Popen[bytes]
+    day: int | None = None
+
+
+class SharedDays:
+    """The days `left` to be made into a folder by this process and `workers` others, which run
+    within the context."""
+
+    def __init__(self, folder: Folder, left: Sequence[int], workers: int) -> None:
+        self._folder, self._left, self._count = folder, deque(left), workers
+        self._workers: list[_Worker] = []
+        self._looked = 0.0
+
+    def __enter__(self) -> SharedDays:
+        for _ in range(self._count):
+            # In a session of its own: Ctrl-C in a terminal is for this process alone.
+            process = subprocess.Popen(
+                worker_command(),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+            self._workers.append(_Worker(process))
+        # The first day is this process's own.
+        for worker, day in zip(self._workers, list(self._left)[1:], strict=False):
+            self._hand(worker, day)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for worker in self._workers:
+            _close(worker.process)
+        until = time.monotonic() + PATIENCE_S
+        for worker in self._workers:
+            with suppress(subprocess.TimeoutExpired):
+                worker.process.wait(max(until - time.monotonic(), 0.0))
+            worker.process.kill()
+            worker.process.wait()
+
+    def own(self, waiting: Callable[[], object]) -> Iterator[int]:
+        """Yield the days that this process makes, until all are made or a worker has failed.
+        `waiting` is called now and then while there is none, but workers are at theirs."""
+        while True:
+            self.look()
+            if self._left:
+                yield self._left.popleft()
+            elif any(worker.day is not None for worker in self._workers):
+                waiting()
+                time.sleep(LOOK_EVERY)
+            else:
+                return
+
+    def look(self) -> None:
+        """Hand each worker that has made its day the next one, and take back the days of workers
+        that have ended. To be called often."""
+        if time.monotonic() - self._looked < LOOK_EVERY:
+            return
+        self._looked = time.monotonic()
+        for worker in list(self._workers):
+            status = worker.process.poll()
+            if worker.day is not None and self._folder.has(worker.day):
+                worker.day = None
+            if status is not None:
+                self._workers.remove(worker)
+                self._lose(worker, status)
+            elif worker.day is None and self._left:
+                self._hand(worker, self._left[0])
+
+    def _hand(self, worker: _Worker, day: int) -> None:
+        self._left.remove(day)
+        worker.day = day
+        assert worker.process.stdin is not None
+        with suppress(OSError):
+            # Where it has ended, `look` takes the day back.
+            worker.process.stdin.write(b"%d\n" % day)
+            worker.process.stdin.flush()
+
+    def _lose(self, worker: _Worker, status: int) -> None:
+        _close(worker.process)
+        if status > 0:
+            # The worker has printed its error. No new days begin; those under way are finished.
+            self._left.clear()
+            return
+        text = f"a process of --jobs was ended by {_name_of(-status)}"
+        if worker.day is not None:
+            self._left.appendleft(worker.day)
+            text += f"; another one makes {self._folder.date_of(worker.day)}"
+        note(text)
+
+
+def _close(process: subprocess.Popen[bytes]) -> None:
+    assert process.stdin is not None
+    with suppress(OSError):
+        process.stdin.close()
+
+
+def _name_of(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"

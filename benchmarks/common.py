@@ -226,9 +226,13 @@ class Stopwatch:
 
         @wraps(work)
         def measured_steps(*arguments: Any, **named: Any) -> Iterator[Any]:
-            steps, last = work(*arguments, **named), object()
+            steps = work(*arguments, **named)
             # What is done between its steps is not its own.
-            while (step := self._timed(part, partial(next, steps, last))) is not last:
+            while True:
+                try:
+                    step = self._timed(part, partial(next, steps))
+                except StopIteration as end:
+                    return end.value
                 yield step
 
         return measured_steps if isgeneratorfunction(work) else measured

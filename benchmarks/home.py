@@ -47,7 +47,7 @@ RAYS = (80, 160, 320, 640)
 DENSE_RAYS = 2560
 COUNTS = (1, 2, 4, 7, 14, 28, 56)
 # Where the person comes home, of which a glance is taken.
-GLANCE = (48, 167)
+GLANCE = (24, 191)
 LIVE_CASES = (
     ("7 PIRs", (PIR,)),
     ("7 PIRs and 7 switches", (PIR, SWITCH)),

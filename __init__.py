@@ -9,7 +9,7 @@ functions so that the pure parts can be imported without Blender.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,8 +45,7 @@ def open(path: str | Path) -> Home:
     from .angen_addon.api.opening import opened
     from .parts import HOMES, installed
 
-    found: Any = opened(path, next(name for name in HOMES if installed(name)))
-    return found  # type: ignore[no-any-return]
+    return cast("Home", opened(path, next(name for name in HOMES if installed(name))))
 
 
 # What users may want to name beside `open`, and where it is; only homes need Blender's module.

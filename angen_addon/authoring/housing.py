@@ -14,6 +14,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 from mathutils import Matrix, Vector
@@ -172,13 +173,13 @@ def beside_it(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, V
     return -normal, normal.cross(up(normal))
 
 
-def parent_keeping(obj: object, parent: object, world: Matrix) -> bool:
+def parent_keeping(obj: Any, parent: Any, world: Matrix) -> bool:
     """Puts `obj` at `world` and parents it to `parent`, whatever that object's scale or shear.
     Returns False where the parent's matrix has no inverse, and leaves `obj` without a parent."""
-    place, child = parent.matrix_world.copy(), obj  # type: ignore[attr-defined]
+    place = parent.matrix_world.copy()
     followed = abs(place.determinant()) > 1e-12
     if followed:
-        child.parent = parent  # type: ignore[attr-defined]
-        child.matrix_parent_inverse = place.inverted()  # type: ignore[attr-defined]
-    child.matrix_basis = world  # type: ignore[attr-defined]
+        obj.parent = parent
+        obj.matrix_parent_inverse = place.inverted()
+    obj.matrix_basis = world
     return followed

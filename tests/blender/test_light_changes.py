@@ -3,6 +3,7 @@
 the scene changes; and nothing of it is left, whatever ends a run half-way."""
 
 import math
+import random
 
 import bpy
 import pytest
@@ -98,6 +99,185 @@ STEPS = {
 }
 
 
+# A look says whether anything that light depends on has changed since the last one.
+
+LAST = 10
+
+
+class Watch:
+    """Looks for changes at each frame, as a run does; told by handlers, as the extension is."""
+
+    def __init__(self):
+        self.changes, self.state = part("changes").LightChanges(), None
+
+    def at_frame(self, _scene, depsgraph):
+        self.changes.note(depsgraph)
+
+    def at_edit(self, _scene, depsgraph):
+        self.changes.note(depsgraph, edited=True)
+
+    def changed(self):
+        layer, before = bpy.context.view_layer, self.state
+        self.state = self.changes.look(layer, bpy.context.evaluated_depsgraph_get())
+        return self.state != before
+
+    def at(self, frame):
+        bpy.context.scene.frame_set(frame)
+        return self.changed()
+
+    def after(self, edit):
+        edit()
+        bpy.context.view_layer.update()
+        return self.changed()
+
+
+@pytest.fixture
+def watch():
+    found = Watch()
+    bpy.app.handlers.frame_change_post.append(found.at_frame)
+    bpy.app.handlers.depsgraph_update_post.append(found.at_edit)
+    yield found
+    bpy.app.handlers.frame_change_post.remove(found.at_frame)
+    bpy.app.handlers.depsgraph_update_post.remove(found.at_edit)
+
+
+@pytest.mark.parametrize("what", STEPS)
+def test_a_step_is_found_at_its_frame_and_at_no_other(room, watch, what):
+    STEPS[what]()
+    changed = [frame for frame in range(1, LAST + 1) if watch.at(frame)]
+    assert changed == [1, 5]
+
+
+def test_a_driver_is_found_when_its_value_changes(room, watch):
+    source = room.link("source", None)
+    step(source, "location", (0, 0, 0), (2, 0, 0), at=7)
+    driver = objects("point").data.driver_add("energy").driver
+    variable = driver.variables.new()
+    variable.targets[0].id = source
+    variable.targets[0].data_path = "location.x"
+    driver.expression = f"1 + {variable.name}"
+    assert [f for f in range(1, LAST + 1) if watch.at(f)] == [1, 7]
+
+
+def test_a_person_that_stands_still_is_no_change(room, watch):
+    """An armature's mesh is evaluated anew at every frame."""
+    mesh = room.mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], "person")
+    person = room.link("person", mesh, (0, 0, -1))
+    armature = room.link("bones", bpy.data.armatures.new("bones"))
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = armature.data.edit_bones.new("bone")
+    bone.tail = (0, 0, 1)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    person.vertex_groups.new(name="bone").add([0, 1, 2], 1.0, "REPLACE")
+    person.modifiers.new("armature", "ARMATURE").object = armature
+    step(armature, 'pose.bones["bone"].location', (0, 0, 0), (0.5, 0, 0), at=6)
+    assert [f for f in range(1, LAST + 1) if watch.at(f)] == [1, 6]
+
+
+def test_what_is_asked_is_part_of_it(room):
+    changes = part("changes").LightChanges()
+    layer, depsgraph = bpy.context.view_layer, room.update()
+    one = changes.look(layer, depsgraph, asked="one")
+    assert changes.look(layer, depsgraph, asked="one") == one
+    two = changes.look(layer, depsgraph, asked="two")
+    assert two != one
+    changes.forget()
+    assert changes.look(layer, depsgraph, asked="two") not in (one, two)
+
+
+def new_mesh():
+    objects("screen").data = objects("room").data
+
+
+def new_link():
+    tree = bpy.data.materials["paint"].node_tree
+    colour = tree.nodes.new("ShaderNodeRGB")
+    colour.outputs[0].default_value = (0, 1, 0, 1)
+    tree.links.new(colour.outputs[0], shader("paint", "BSDF_DIFFUSE").inputs["Color"])
+
+
+FOUND_EDITS = {
+    "energy": lambda: setattr(objects("point").data, "energy", 3.0),
+    "type": lambda: setattr(objects("point").data, "type", "SPOT"),
+    "place": lambda: setattr(objects("screen"), "location", (1, 0.4, 0)),
+    "eye": lambda: objects("screen").hide_set(True),
+    "removed": lambda: bpy.data.objects.remove(objects("screen")),
+    "another mesh": new_mesh,
+    "vertices": lambda: (
+        setattr(objects("screen").data.vertices[0], "co", (3, 3, 3)),
+        objects("screen").data.update(),
+    ),
+    "nodes": new_link,
+    "another material": lambda: setattr(
+        objects("screen").material_slots[0], "material", bpy.data.materials["paint"]
+    ),
+    "another world": lambda: setattr(bpy.context.scene, "world", None),
+    "sky": lambda: setattr(background().inputs["Strength"], "default_value", 9.0),
+    "ignored": lambda: setattr(objects("screen"), "angen_ignored", True),
+    "seen by shadow rays": lambda: setattr(objects("screen"), "visible_shadow", False),
+    "a new lamp": lambda: lamp(type("W", (), {"link": staticmethod(link)}), "SUN"),
+    "modifier": lambda: objects("screen").modifiers.new("thick", "SOLIDIFY"),
+}
+
+
+def link(name, data, at):
+    obj = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+@pytest.mark.parametrize("what", FOUND_EDITS)
+def test_an_edit_is_found(room, watch, what):
+    assert watch.at(1)
+    assert not watch.at(1)
+    assert watch.after(FOUND_EDITS[what])
+    assert not watch.at(1)
+
+
+def test_a_setting_within_a_node_is_found(room, watch):
+    tree = bpy.data.materials["paint"].node_tree
+    ramp = tree.nodes.new("ShaderNodeValToRGB")
+    tree.links.new(ramp.outputs[0], shader("paint", "BSDF_DIFFUSE").inputs["Color"])
+    assert watch.at(1)
+    assert watch.after(lambda: setattr(ramp.color_ramp, "interpolation", "CONSTANT"))
+
+
+@pytest.mark.parametrize("seed", mostly_slow(range(6), 0, 1))
+def test_no_change_of_the_light_is_ever_missed(room, watch, seed):
+    """Random steps at random frames, and the light itself measured at each frame."""
+    rng = random.Random(seed)
+    ways = rng.sample(sorted(STEPS), 3)
+    for way in ways:
+        STEPS[way]()
+    for owner in (*bpy.data.objects, *bpy.data.lights, *bpy.data.materials, *bpy.data.worlds):
+        for animated in (owner, getattr(owner, "node_tree", None)):
+            if animated is None or animated.animation_data is None or owner.name == "passing":
+                continue
+            paths = [way for way in (animated.animation_data.action,) if way]
+            for curve in {c.data_path: c for p in paths for c in all_curves(animated)}.values():
+                at = rng.randint(2, LAST)
+                for other in curves(animated, curve.data_path):
+                    other.keyframe_points[1].co.x = at
+    asked = request("s", facing((0, 1, 0), (0.3, -1, 0)), samples=8)
+    before, skipped = None, 0
+    for frame in range(1, LAST + 1):
+        changed = watch.at(frame)
+        light = measure(asked)["s"].illuminance_lux
+        assert changed or light == before, f"missed at frame {frame}: {ways}"
+        skipped += not changed
+        before = light
+    assert skipped >= LAST - 4
+
+
+def all_curves(datablock):
+    data = datablock.animation_data
+    if hasattr(data, "action_slot"):
+        bags = [s.channelbag(data.action_slot) for la in data.action.layers for s in la.strips]
+        return [c for bag in bags if bag for c in bag.fcurves]
+    return list(data.action.fcurves)
+
+
 FRAMES = (1, 4, 5, 6, 2, 5)
 
 
@@ -133,17 +313,6 @@ def test_each_change_of_the_scene_is_taken_over(room, kept, what):
     found = [both_at(frame, kept) for frame in FRAMES]
     assert found[0] == found[1] == found[4]
     assert found[2] == found[3] == found[5]
-
-
-def new_mesh():
-    objects("screen").data = objects("room").data
-
-
-def new_link():
-    tree = bpy.data.materials["paint"].node_tree
-    colour = tree.nodes.new("ShaderNodeRGB")
-    colour.outputs[0].default_value = (0, 1, 0, 1)
-    tree.links.new(colour.outputs[0], shader("paint", "BSDF_DIFFUSE").inputs["Color"])
 
 
 EDITS = {

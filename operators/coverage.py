@@ -3,31 +3,29 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
 import bpy
 from bpy.props import StringProperty
-from bpy.types import Context, Event, Operator
+from bpy.types import Context, Operator
 from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.coverage import shown
 from ..angen_addon.coverage.command import picture
-from ..angen_addon.coverage.maps import Enough, MapProgress, cover
+from ..angen_addon.coverage.maps import cover
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
+from ..angen_addon.progress import Doing
 from ..angen_addon.scene.sensors import all_sensors, decimal
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder
 from ..sensor_logic.wording import plural
+from .long_work import LongWork
 from .polls import can_look, cancelled, needs
-
-# s: work between two checks of the window's events.
-SLICE_S = 0.1
 
 
 def has_detector(cls: Any, context: Context) -> bool:
@@ -39,7 +37,7 @@ def has_detector(cls: Any, context: Context) -> bool:
     ) and can_look(cls, context)
 
 
-def begin_map(context: Context) -> Generator[MapProgress | CoverageMap, None, None]:
+def begin_map(context: Context) -> Generator[Doing | CoverageMap, None, None]:
     """The generator of the map with the scene's settings."""
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
@@ -54,99 +52,7 @@ def begin_map(context: Context) -> Generator[MapProgress | CoverageMap, None, No
     )
 
 
-class Staged:
-    """Mix-in of operators that run a generator of stages: at once, or in a window in slices. Esc
-    throws Enough into the generator, which returns what it has, or nothing."""
-
-    # What Esc does once the work has a result.
-    esc = "cancels"
-    _run: Generator[Any, None, None]
-    _timer: Any = None
-
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
-        raise NotImplementedError
-
-    def _finish(self, context: Context, result: Any) -> None:
-        raise NotImplementedError
-
-    def execute(self, context: Context) -> set[str]:
-        try:
-            result = None
-            for result in self._begin(context):  # noqa: B007
-                pass
-            self._finish(context, result)
-        except AngenError as error:
-            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
-            return {"CANCELLED"}
-        return {"FINISHED"}
-
-    def invoke(self, context: Context, event: Event) -> set[str]:
-        if context.window is None:
-            return self.execute(context)
-        try:
-            self._run = self._begin(context)
-        except AngenError as error:
-            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
-            return {"CANCELLED"}
-        manager = context.window_manager
-        manager.progress_begin(0, 100)
-        self._timer = manager.event_timer_add(0.01, window=context.window)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: Context, event: Event) -> set[str]:
-        if event.type not in {"ESC", "TIMER"}:
-            # The scene must not change while the generator reads it.
-            return {"RUNNING_MODAL"}
-        try:
-            result = self._run.throw(Enough) if event.type == "ESC" else self._advance()
-            if isinstance(result, MapProgress):
-                self._show(context, result)
-                return {"RUNNING_MODAL"}
-            self.cancel(context)
-            self._finish(context, result)
-        except Enough:
-            self.cancel(context)
-            self.report({"INFO"}, "Cancelled; nothing has changed")  # type: ignore[attr-defined]
-            return {"CANCELLED"}
-        except AngenError as error:
-            self.cancel(context)
-            self.report({"ERROR"}, str(error))  # type: ignore[attr-defined]
-            return {"CANCELLED"}
-        except BaseException:
-            self.cancel(context)
-            raise
-        return {"FINISHED"}
-
-    def _advance(self) -> Any:
-        """Works for about SLICE_S; returns the last stage, or the result."""
-        until = time.perf_counter() + SLICE_S
-        result = None
-        for result in self._run:  # noqa: B007
-            if time.perf_counter() >= until:
-                break
-        return result
-
-    def _show(self, context: Context, stage: MapProgress) -> None:
-        share = 100.0 * stage.share
-        context.window_manager.progress_update(share)
-        context.workspace.status_text_set(
-            f"{self.bl_label}: {share:.0f} %, {stage.text}. Esc {self.esc}"  # type: ignore[attr-defined]
-        )
-
-    def cancel(self, context: Context) -> None:
-        """Blender also calls this where it ends the operator itself."""
-        if self._timer is None:
-            return
-        self._run.close()  # type: ignore[attr-defined]
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        self._timer = None
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
-
-
-class ANGEN_OT_coverage(Staged, Operator):
+class ANGEN_OT_coverage(LongWork, Operator):
     bl_idname = "angen.coverage"
     bl_label = "Map Coverage"
     bl_description = (

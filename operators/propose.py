@@ -18,7 +18,7 @@ from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.wording import plural
-from .coverage import Staged
+from .long_work import LongWork
 from .polls import can_look, cancelled, has_editable_collection, needs
 
 
@@ -29,7 +29,7 @@ def pattern_of(context: Context) -> Sensor | None:
     return next((s for s in found if s.kind is DETECTOR), None)
 
 
-class ANGEN_OT_place_propose(Staged, Operator):
+class ANGEN_OT_place_propose(LongWork, Operator):
     bl_idname = "angen.place_propose"
     bl_label = "Propose Places"
     bl_description = (

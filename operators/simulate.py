@@ -3,16 +3,15 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 import bpy
 from bpy.props import IntProperty
-from bpy.types import Context, Event, Operator
+from bpy.types import Context, Operator
 
 from ..angen_addon.advice import lacking
-from ..angen_addon.commands.home import TimeLeft
+from ..angen_addon.progress import Doing, Enough
 from ..angen_addon.recording.stored_recording import settings_of, stored_run
 from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
@@ -20,38 +19,18 @@ from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, out
 from ..angen_addon.scene.sensors import all_sensors, simulated
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.recording.tracks import Recording
+from .long_work import LongWork
 from .polls import is_idle, needs
 
 SCENES_OWN = -(2**31)
-# s: a slice is so long that Blender redraws a few times a second, and short enough for Esc.
-LEAST, MOST = 0.25, 0.75
-# A slice lasts this many times as long as Blender's last redraw, which so costs a tenth.
-TIMES = 9.0
 
 
-class Slices:
-    """Chooses the length of slices by the time of Blender's redraws: each step of a run changes the
-    scene, so that each redraw evaluates and draws everything."""
-
-    def __init__(self) -> None:
-        self._ended: float | None = None
-
-    def begin(self) -> float:
-        """Begins a slice; returns its end by `time.perf_counter`."""
-        now = time.perf_counter()
-        away = now - self._ended if self._ended is not None else 0.0
-        return now + min(max(away * TIMES, LEAST), MOST)
-
-    def end(self) -> None:
-        """Ends a slice, once its work is done."""
-        self._ended = time.perf_counter()
-
-
-class ANGEN_OT_simulate(Operator):
+class ANGEN_OT_simulate(LongWork, Operator):
     bl_idname = "angen.simulate"
     bl_label = "Simulate Sensors"
     bl_description = "Record the readings of all sensors over the frames. Esc keeps what is done"
     bl_options = {"REGISTER"}
+    esc = "keeps what is done"
 
     frame_start: IntProperty(
         name="Start",
@@ -64,13 +43,9 @@ class ANGEN_OT_simulate(Operator):
         default=SCENES_OWN,
     )
 
-    _run: Iterator[Progress]
     _scene_uid = 0
     _recording: Recording
     _settings: dict[str, str]
-    _timer: Any = None
-    _slices: Slices
-    _left: TimeLeft
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -78,32 +53,47 @@ class ANGEN_OT_simulate(Operator):
             cls, simulated(all_sensors(context.view_layer)), "Add a sensor first: Shift+A, Sensor"
         )
 
-    def _begin(self, context: Context) -> bool:
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
         scene = context.scene
         first, last = frames_to_run(scene)
         first = first if self.frame_start == SCENES_OWN else self.frame_start
         last = last if self.frame_end == SCENES_OWN else self.frame_end
         if first > last:
-            self.report({"ERROR"}, f"The first frame, {first}, is after the last, {last}")
-            return False
+            raise AngenError(f"The first frame, {first}, is after the last, {last}")
         if last < scene.frame_start:
-            self.report({"ERROR"}, ends_before_time(scene, first, last))
-            return False
+            raise AngenError(ends_before_time(scene, first, last))
         if text := outside_scene(scene, first, last):
             self.report({"INFO"}, text)
         first = max(first, scene.frame_start)
         self._recording = Recording()
         self._scene_uid = scene.session_uid
-        try:
-            sensors = all_sensors(context.view_layer)
-            self._run = simulate(scene, sensors, first, last, self._recording)
-            self._settings = settings_of(scene, sensors)
-        except AngenError as error:
-            self.report({"ERROR"}, str(error))
-            return False
-        return True
+        sensors = all_sensors(context.view_layer)
+        run = simulate(scene, sensors, first, last, self._recording)
+        self._settings = settings_of(scene, sensors)
+        return self._through(run)
 
-    def _end(self, context: Context, early: bool = False) -> None:
+    def _through(self, run: Generator[Progress, None, None]) -> Generator[Any, None, None]:
+        """Simulates; yields Doing, and last whether Esc ended it."""
+        early = False
+        try:
+            for now in run:
+                text = f"frame {now.frame:g}" + (f", {now.doing}" if now.doing else "")
+                # A slow step is shown when it begins.
+                yield Doing(now.share, text, slow=bool(now.doing))
+        except Enough:
+            early = True
+        except AngenError as error:
+            # What was done before is kept.
+            self.report({"ERROR"}, str(error))
+        finally:
+            run.close()
+        yield early
+
+    def _finish(self, context: Context, early: bool = False) -> set[str] | None:
+        self._store(context, early)
+        return None if self._updates() or early else {"CANCELLED"}
+
+    def _store(self, context: Context, early: bool) -> None:
         """Stores the recording, if there is any, and shows it at the playhead."""
         scene = context.scene
         # A script may have changed the scene meanwhile: the recording is not of that one.
@@ -146,80 +136,9 @@ class ANGEN_OT_simulate(Operator):
     def _updates(self) -> int:
         return sum(len(track) for track in self._recording.tracks.values())
 
-    def execute(self, context: Context) -> set[str]:
-        if not self._begin(context):
-            return {"CANCELLED"}
-        try:
-            for _ in self._run:
-                pass
-        except AngenError as error:
-            self.report({"ERROR"}, str(error))
-        self._end(context)
-        return {"FINISHED"} if self._updates() else {"CANCELLED"}
-
-    def invoke(self, context: Context, event: Event) -> set[str]:
-        if context.window is None:
-            return self.execute(context)
-        if not self._begin(context):
-            return {"CANCELLED"}
-        self._slices, self._left = Slices(), TimeLeft()
-        manager = context.window_manager
-        manager.progress_begin(0, 100)
-        state.CACHE.progress = 0.0
-        self._timer = manager.event_timer_add(0.01, window=context.window)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: Context, event: Event) -> set[str]:
-        if event.type == "ESC":
-            self._stop(context, early=True)
-            return {"FINISHED"}
-        if event.type != "TIMER":
-            # The scene is being stepped through: edits now would end up in the recording.
-            return {"RUNNING_MODAL"}
-        try:
-            progress = self._advance()
-        except BaseException as error:
-            self._stop(context)
-            if not isinstance(error, AngenError):
-                raise
-            self.report({"ERROR"}, str(error))
-            return {"FINISHED"}
-        if progress is None:
-            self._stop(context)
-            return {"FINISHED"}
-        share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
-        context.window_manager.progress_update(share)
-        state.CACHE.progress = share / 100
-        left = self._left.text()
-        context.workspace.status_text_set(
-            f"Simulating sensors: frame {progress.frame:g}, {share:.0f} %"
-            f"{', ' if left else ''}{left}{', ' if progress.doing else ''}{progress.doing}"
-            ". Esc keeps what is done"
-        )
-        return {"RUNNING_MODAL"}
-
-    def _advance(self) -> Progress | None:
-        """Simulates for a slice of time; returns None at the end. Raises AngenError."""
-        until = self._slices.begin()
-        for progress in self._run:
-            self._left.note(progress)
-            # A slow step is shown when it begins.
-            if progress.doing or time.perf_counter() >= until:
-                self._slices.end()
-                return progress
-        return None
-
-    def _stop(self, context: Context, early: bool = False) -> None:
-        self._run.close()  # type: ignore[attr-defined]
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
-        self._end(context, early)
-
     def cancel(self, context: Context) -> None:
-        self._stop(context)
+        self._close(context)
+        self._store(context, early=False)
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_simulate,))

@@ -9,7 +9,7 @@ from bpy.types import Context, Panel
 from ..angen_addon.coverage import shown
 from ..operators.propose import pattern_of
 from ..sensor_logic.wording import plural
-from .lines import ClosedSidebar, draw_property
+from .lines import ClosedSidebar, draw_property, draw_working
 
 ROOMS_SHOWN = 12
 
@@ -28,7 +28,8 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
         column.prop(settings, "selected")
         layout.operator_context = "INVOKE_DEFAULT"
         row = layout.row(align=True)
-        row.operator("angen.coverage", icon="MESH_GRID")
+        if not draw_working(row, "angen.coverage"):
+            row.operator("angen.coverage", icon="MESH_GRID")
         row.operator("angen.export_coverage", text="", icon="EXPORT")
         row.operator("angen.coverage_clear", text="", icon="TRASH")
         found = shown.summary(context.scene)
@@ -70,7 +71,8 @@ class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
         text = f"Parameters of {like.name}" if like else "Parameters: the defaults"
         layout.label(text=text, icon="INFO")
         layout.operator_context = "INVOKE_DEFAULT"
-        layout.operator("angen.place_propose", icon="PIVOT_CURSOR")
+        if not draw_working(layout, "angen.place_propose"):
+            layout.operator("angen.place_propose", icon="PIVOT_CURSOR")
         if shown.proposed(context.scene):
             row = layout.row(align=True)
             row.operator("angen.place_accept", icon="CHECKMARK")

@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..angen_addon.runtime import state
 from ..angen_addon.scene.lengths import in_units, with_unit
 from ..angen_addon.scene.sensors import unit_scale
 
@@ -49,6 +50,16 @@ def has_name_column() -> bool:
     scale = bpy.context.preferences.system.ui_scale or 1.0
     # Without a window there is no width.
     return region is None or region.width <= 1 or region.width > NARROW * scale
+
+
+def draw_working(layout: Any, operator: str) -> bool:
+    """Draws how far this operator is, if it is at work; returns whether it is."""
+    working = state.CACHE.working
+    if working is None or working[0] != operator:
+        return False
+    _, share, text = working
+    layout.progress(text=f"{text}. Esc ends", factor=share)
+    return True
 
 
 def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None = None) -> Any:

@@ -10,7 +10,7 @@ from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
 from ..sensor_logic.wording import capital
-from .lines import ClosedSidebar, Sidebar, draw_lines, draw_property
+from .lines import ClosedSidebar, Sidebar, draw_lines, draw_property, draw_working
 
 SHOWN_LACKS = 3
 
@@ -89,7 +89,7 @@ def draw_recording(layout: UILayout, scene: Scene) -> None:
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
     if state.CACHE.running:
-        layout.progress(text="Esc keeps what is done", factor=state.CACHE.progress)
+        draw_working(layout, "angen.simulate")
     elif kept is None:
         layout.label(text=f"Not recorded: {values}", icon="INFO")
     elif kept.stale:

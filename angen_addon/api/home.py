@@ -215,7 +215,7 @@ class Home:
         run = Run()
         for step in simulate(scene, found, max(first, scene.frame_start), last, run):
             if progress is not None:
-                progress(min(step.seconds_done / max(step.seconds_total, 1e-9), 1.0))
+                progress(min(step.share, 1.0))
         CACHE.keep(scene, stored_run(run, scene, evaluated_depsgraph()))
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
 

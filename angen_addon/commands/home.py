@@ -5,10 +5,8 @@ before it and progress during it on standard error."""
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 import time
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import TextIO
@@ -23,6 +21,7 @@ from ..advice import sensing as advice
 from ..advice import warmth
 from ..advice.lacking import lacking
 from ..layout.apply import apply_layout
+from ..progress import TimeLeft
 from ..runtime.simulation import Progress, simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
 from ..scene.lengths import lengths_of
@@ -101,57 +100,6 @@ TERMINAL_INTERVAL_S = 0.2
 LOG_INTERVAL_S = 10.0
 
 
-# An estimate needs this many seconds of the run, and this share of it done.
-SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
-# Two estimates agree if neither is more than this many times the other.
-AGREE = 1.5
-
-
-class TimeLeft:
-    """Estimates how long the rest of a run will take, from the whole run so far and from its latter
-    half, and only once both agree: a run may begin with something slow, such as the first pictures
-    of the light."""
-
-    def __init__(self) -> None:
-        self._start = time.perf_counter()
-        # Seconds since then, and seconds of the scene done; those of the latter half.
-        self._noted: deque[tuple[float, float]] = deque()
-        self._last: Progress | None = None
-        self._sure = False
-
-    def note(self, progress: Progress) -> None:
-        elapsed = time.perf_counter() - self._start
-        self._noted.append((elapsed, progress.seconds_done))
-        self._last = progress
-        while self._noted[0][0] < elapsed / 2:
-            self._noted.popleft()
-
-    def seconds(self) -> float | None:
-        """The estimate in seconds; None as long as the estimates disagree."""
-        if self._last is None or not self._last.seconds_done:
-            return None
-        (since, before), (elapsed, done) = self._noted[0], self._noted[-1]
-        if done <= before:
-            return None
-        rest = self._last.seconds_total - done
-        whole, latter = rest * elapsed / done, rest * (elapsed - since) / (done - before)
-        enough = elapsed >= SURE_AFTER_S and done >= SURE_AFTER * self._last.seconds_total
-        self._sure |= enough and max(whole, latter) <= AGREE * min(whole, latter)
-        return (whole + latter) / 2 if self._sure else None
-
-    def text(self) -> str:
-        """The time left in round numbers, or empty."""
-        seconds = self.seconds()
-        if seconds is None:
-            return ""
-        if seconds < 60:
-            return f"about {5 * math.ceil(seconds / 5)} s left"
-        minutes = round(seconds / 60)
-        if minutes < 60:
-            return f"about {minutes} min left"
-        return f"about {minutes // 60} h {minutes % 60} min left"
-
-
 class ProgressLine:
     """Prints the progress, speed and time left of a run."""
 
@@ -166,7 +114,7 @@ class ProgressLine:
         self._last: Progress | None = None
 
     def show(self, progress: Progress) -> None:
-        self._left.note(progress)
+        self._left.note(progress.share)
         self._last = progress
         now = time.perf_counter()
         interval = TERMINAL_INTERVAL_S if self._terminal else LOG_INTERVAL_S
@@ -179,7 +127,7 @@ class ProgressLine:
         elapsed = now - self._start
         rate = progress.seconds_done / elapsed
         left = self._left.text()
-        share = 100 * progress.seconds_done / max(progress.seconds_total, 1e-9)
+        share = 100 * progress.share
         parts = [f"frame {progress.frame:g}", f"{share:.0f} %"]
         if progress.seconds_done:
             parts.append(f"{rate:.0f} times real time")

@@ -29,10 +29,11 @@ from ..commands.home import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, sensors_of
 from ..commands.parser import Verb, add_names, path
 from ..output.output_files import Outputs, check_outputs
 from ..plan import levels, placed, shapes_at
+from ..progress import Doing
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
 from . import shown as drawn
-from .maps import MapProgress, cover
+from .maps import cover
 from .proposal import MOUNTINGS, Proposal, Wish, propose
 from .settings import motion_of
 
@@ -273,7 +274,7 @@ def _through(run: Iterator[Any], options: argparse.Namespace) -> Any:
         for told in run:
             options.interrupt.check()
             now = time.perf_counter()
-            if isinstance(told, MapProgress) and not options.quiet and now - shown >= interval:
+            if isinstance(told, Doing) and not options.quiet and now - shown >= interval:
                 shown = now
                 text = f"{100 * told.share:.0f} %, {told.text}"
                 start, end = ("\r", "") if terminal else ("", "\n")

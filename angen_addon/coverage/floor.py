@@ -18,6 +18,7 @@ from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..plan import levels, placed
+from ..progress import Doing
 from ..scene.home import EvaluatedHome
 from ..scene.marks import COVERAGE_MARK
 from ..scene.rays.geometry import faces_along
@@ -56,14 +57,6 @@ class Grid:
         xs, ys = np.meshgrid(x, y, indexing="ij")
         level = np.full(xs.size, self.floor + height)
         return np.column_stack([xs.ravel(), ys.ravel(), level])
-
-
-@dataclass(frozen=True)
-class MapProgress:
-    """How far a map is: its share, and what is being done."""
-
-    share: float
-    text: str
 
 
 def saying(told: S, work: Steps[T]) -> Generator[S, None, T]:
@@ -302,17 +295,17 @@ def cells_of(
     motion: Motion,
     size: float,
     rooms: Sequence[str] = (),
-) -> Generator[MapProgress, None, Cells]:
+) -> Generator[Doing, None, Cells]:
     """The cells where the body can move; only those of `rooms`, if any are named. Yields what is
     being done. Raises AngenError."""
-    yield MapProgress(0.0, "looking for the floor")
+    yield Doing(0.0, "looking for the floor")
     parts = []
     marked = volumes(home)
     for number, (floor, members) in enumerate(storeys_of(home, sensors, marked)):
         grid = _grid(home, floor, members, marked, size)
-        doing = MapProgress(0.0, "looking for rooms")
+        doing = Doing(0.0, "looking for rooms")
         labels = yield from saying(doing, labels_of(home, grid, members, marked))
-        doing = MapProgress(0.0, "looking where there is room to move")
+        doing = Doing(0.0, "looking where there is room to move")
         parts.append((yield from saying(doing, _storey_cells(home, grid, labels, motion, number))))
     every = _joined(parts, size)
     known = every.rooms

@@ -28,6 +28,7 @@ from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import DIRECTIONS, Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Pose
+from ..progress import Doing
 from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
 from ..scene.sensors import (
@@ -40,7 +41,7 @@ from ..scene.sensors import (
     read_pose,
 )
 from ..scene.surfaces import Warmth, kelvin
-from .floor import MapProgress, cells_of
+from .floor import cells_of
 
 # A motion detector as the coverage map needs it: its rays cast once through the empty room.
 
@@ -148,13 +149,6 @@ def _cast(home: EvaluatedHome, uid: Uid, origins: Any, directions: Any, reach: A
 SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0
 # Motions looked at between two reports of progress.
 AT_ONCE = 4000
-
-
-class Enough(Exception):
-    """Thrown into a generator of stages to end it: it returns its best result so far, or raises
-    this without one."""
-
-
 # The floor is this share of the work.
 FLOOR_SHARE = 0.3
 
@@ -166,8 +160,8 @@ def cover(
     motion: Motion,
     size: float,
     rooms: Sequence[str] = (),
-) -> Generator[MapProgress | CoverageMap, None, None]:
-    """The map of the `chosen` detectors; all `sensors` tell of rooms. Yields stages, and last the
+) -> Generator[Doing | CoverageMap, None, None]:
+    """The map of the `chosen` detectors; all `sensors` tell of rooms. Yields Doing, and last the
     map. Raises AngenError."""
     check_cell(size)
     chosen = detectors(chosen)
@@ -177,14 +171,14 @@ def cover(
     views = {}
     for sensor in chosen:
         views[sensor.name] = view_of(home, sensor)
-        yield MapProgress(FLOOR_SHARE, sensor.name)
+        yield Doing(FLOOR_SHARE, sensor.name)
     yield from strengths(views, cells, motion)
 
 
 def strengths(
     views: Mapping[str, DetectorView], cells: Cells, motion: Motion
-) -> Iterator[MapProgress | CoverageMap]:
-    """What each view makes of the motions in the cells; stages, and last the map."""
+) -> Iterator[Doing | CoverageMap]:
+    """What each view makes of the motions in the cells; Doing, and last the map."""
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
     for row, (name, view) in enumerate(views.items()):
@@ -192,12 +186,12 @@ def strengths(
             rows = slice(first, first + AT_ONCE)
             found[row, cell[rows], direction[rows]] = view.strengths(motion, start.part(rows))
             share = (row + min(1.0, (first + AT_ONCE) / len(start))) / len(views)
-            yield MapProgress(FLOOR_SHARE + (1.0 - FLOOR_SHARE) * share, name)
+            yield Doing(FLOOR_SHARE + (1.0 - FLOOR_SHARE) * share, name)
     yield CoverageMap(motion, cells, tuple(views), found)
 
 
 def at_once(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
-    """The same map without stages."""
+    """The same map, at once."""
     *_, last = strengths(views, cells, motion)
     assert isinstance(last, CoverageMap)
     return last

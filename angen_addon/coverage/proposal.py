@@ -19,11 +19,12 @@ from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array, Pose
 from ..plan import WALL_M, may_move
+from ..progress import Doing, Enough
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor
 from ..scene.surfaces import Warmth
 from .floor import Steps, cells_of, met_along, saying
-from .maps import Enough, MapProgress, at_most, at_once, check_cell, detectors, view_from, view_of
+from .maps import at_most, at_once, check_cell, detectors, view_from, view_of
 
 # Candidates: where detectors could hang in the rooms of a map, on walls and under ceilings.
 
@@ -238,15 +239,15 @@ class Proposal:
 
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
-) -> Generator[MapProgress | Proposal, None, None]:
-    """Yields stages, and last the proposal. Raises AngenError, and Enough where that is thrown in
+) -> Generator[Doing | Proposal, None, None]:
+    """Yields Doing, and last the proposal. Raises AngenError, and Enough where that is thrown in
     before any candidate was looked at closely."""
     check_cell(size)
     _check(wish)
     home = EvaluatedHome(depsgraph)
     cells = yield from cells_of(home, sensors, motion, size, wish.rooms)
     looking = candidates(home, cells, wish.mounting, wish.height, wish.spacing)
-    found = yield from saying(MapProgress(0.05, "looking for walls and ceilings"), looking)
+    found = yield from saying(Doing(0.05, "looking for walls and ceilings"), looking)
     if not found:
         raise AngenError(
             f"no wall or ceiling was found to hang a detector on {wish.height:g} m above the "
@@ -261,7 +262,7 @@ def propose(
         for sensor in detectors(sensors):
             there = at_once({sensor.name: view_of(home, sensor)}, cells, motion)
             weights[there.count > 0] = 0.0
-            yield MapProgress(0.05, "looking what is covered")
+            yield Doing(0.05, "looking what is covered")
     search = _Search(home, cells, motion, wish, found, weights)
     choice = yield from search.run()
     chosen = tuple(found[i] for i in choice.chosen)
@@ -298,12 +299,12 @@ class _Search:
             self._home, self._warmth, wish.parameters, candidate.pose, wish.rate, NOBODY
         )
 
-    def run(self) -> Generator[MapProgress, None, ChosenPlaces]:
+    def run(self) -> Generator[Doing, None, ChosenPlaces]:
         for i, candidate in enumerate(self._found):
             view = self.view(candidate)
             self._sets[i] = at_most({"": view}, self._cells, self._motion).covered[0]
             share = FIRST_SHARE * (i + 1) / len(self._found)
-            yield MapProgress(0.05 + share, f"candidate {i + 1} of {len(self._found)}")
+            yield Doing(0.05 + share, f"candidate {i + 1} of {len(self._found)}")
         while True:
             choice = self._choose(np.arange(len(self._found)))
             if self._exact[list(choice.chosen)].all():
@@ -322,7 +323,7 @@ class _Search:
         choice = choose(self._sets[rows], wish.count, self._weights, wish.seed)
         return replace(choice, chosen=tuple(int(rows[i]) for i in choice.chosen))
 
-    def _look_closely(self, choice: ChosenPlaces) -> Iterator[MapProgress]:
+    def _look_closely(self, choice: ChosenPlaces) -> Iterator[Doing]:
         """Looks closely at the chosen candidates, and at a few that may be chosen next."""
         worth = np.where(self._exact, -1.0, self._sets @ self._weights)
         next_best = np.argsort(-worth, kind="stable")[:NEXT_BEST].tolist()
@@ -334,7 +335,7 @@ class _Search:
             self._exact[i] = True
             known = np.flatnonzero(self._exact)
             best = float((self._sets[known] @ self._weights).max())
-            yield MapProgress(
+            yield Doing(
                 0.05 + FIRST_SHARE + (0.95 - FIRST_SHARE) * min(1.0, best / choice.bound),
                 f"{len(known)} looked at closely; the best so far covers "
                 f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",

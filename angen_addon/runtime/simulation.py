@@ -7,7 +7,7 @@ many at once, and records what they read. Who follows its progress may stop it o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
@@ -43,6 +43,11 @@ class Progress:
     evaluated: int = 0
     moving: str = ""
 
+    @property
+    def share(self) -> float:
+        """The share of the run that is done, 0 to 1."""
+        return self.seconds_done / max(self.seconds_total, 1e-9)
+
 
 @dataclass(frozen=True)
 class Exchange:
@@ -62,7 +67,7 @@ def simulate(
     exchanges: Sequence[Exchange] = (),
     clock: Clock | None = None,
     follow: Callable[[SensorRunner], object] | None = None,
-) -> Iterator[Progress]:
+) -> Generator[Progress, None, None]:
     """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
 
     `scene` is the scene of the present context; of `sensors`, those that can be sense. Other
@@ -125,7 +130,7 @@ class _Run:
         self._steps = self._evaluated = 0
         self._moving = ""
 
-    def progress(self) -> Iterator[Progress]:
+    def progress(self) -> Generator[Progress, None, None]:
         """Does it."""
         scene = self._scene
         frame_before, subframe_before = scene.frame_current, scene.frame_subframe

@@ -91,18 +91,18 @@ class Watching(Protocol):
 
 class Cache:
     """The last run of each scene, by its session uid; `running` while a run drives the frames, so
-    that handlers keep still, `publishing` while what reads its outputs is evaluated, and `progress`
-    the share of it that is done; `live` is what follows
-    the playhead without a recording; `shown_at` when a frame was last shown, by the clock of
-    `time.monotonic`; `notice` what the user should know of a recording that a file had; `overlay`
-    what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
+    that handlers keep still, `publishing` while what reads its outputs is evaluated; `working` what
+    a long operator shows: its identifier, the share that is done, and in words; `live` is what
+    follows the playhead without a recording; `shown_at` when a frame was last shown, by the clock
+    of `time.monotonic`; `notice` what the user should know of a recording that a file had;
+    `overlay` what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
     `findings` what the doctor found, None before it was asked; `places` what was said of the places
     of residents, in short and line by line, and `arrows` what was last drawn of them.
     """
 
     def __init__(self) -> None:
         self.running = self.publishing = False
-        self.progress = 0.0
+        self.working: tuple[str, float, str] | None = None
         self.live: Any = None
         self.shown_at = 0.0
         self.notice = ""

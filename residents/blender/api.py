@@ -77,7 +77,7 @@ class Home(home.Home):
 
         def report(number: int, step: Progress) -> None:
             if progress is not None:
-                progress((number + step.seconds_done / max(step.seconds_total, 1e-9)) / days)
+                progress((number + step.share) / days)
 
         yield from run_days(household, range(days), report)
 

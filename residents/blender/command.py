@@ -58,7 +58,7 @@ class DayLine:
             return
         self._shown = now
         whole = self._whole()
-        part = step.seconds_done / max(step.seconds_total, 1e-9) if step is not None else 0.0
+        part = step.share if step is not None else 0.0
         moved = _moved(acted, part) if acted is not None else part
         made = whole - self._had + moved
         text = f"day {min(whole + 1, self._days)} of {self._days}"

@@ -80,12 +80,12 @@ def test_while_a_run_drives_the_frames_no_old_reading_is_shown(physics):
     """The readings that stand are of the frame before the run."""
     ops.simulate()
     physics.scene.frame_set(40)
-    cache.running, cache.progress = True, 0.25
+    cache.running, cache.working = True, ("angen.simulate", 0.25, "25 %, about 10 s left")
     try:
         assert drawn("ANGEN_PT_table").labels[1] == "–"
-        assert "Esc keeps what is done" in drawn("ANGEN_PT_simulation").text
+        assert "25 %, about 10 s left. Esc ends" in drawn("ANGEN_PT_simulation").text
     finally:
-        cache.running = False
+        cache.running, cache.working = False, None
     assert drawn("ANGEN_PT_table").labels[1] == "49.1 N"
 
 

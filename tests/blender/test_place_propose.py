@@ -4,22 +4,17 @@ line."""
 
 import csv
 import math
-from contextlib import suppress
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import run_command as run
-from bl_ext.user_default.angen_sensors.angen_addon.coverage import maps, shown
 from bl_ext.user_default.angen_sensors.angen_addon.coverage import proposal as module
-from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import Enough as enough
-from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import MapProgress as stage
+from bl_ext.user_default.angen_sensors.angen_addon.coverage import shown
+from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough as enough
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
-from bl_ext.user_default.angen_sensors.operators import coverage
-from bl_ext.user_default.angen_sensors.operators.coverage import Staged
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
 
 ops = bpy.ops.angen
@@ -144,111 +139,6 @@ def test_polls_say_what_to_do(world: Any) -> None:
         ops.coverage()
     with pytest.raises(RuntimeError, match="no room is known"):
         ops.place_propose()
-
-
-class Window:
-    """Stands for what a modal operator asks of a window: takes down timers and texts."""
-
-    def __init__(self) -> None:
-        self.timers, self.handlers, self.progress = 0, 0, []
-        self.window = self.window_manager = self.workspace = self
-        self.texts: list[Any] = []
-
-    def progress_begin(self, low: float, high: float) -> None:
-        self.progress.append("begin")
-
-    def progress_update(self, share: float) -> None:
-        self.progress.append(share)
-
-    def progress_end(self) -> None:
-        self.progress.append("end")
-
-    def event_timer_add(self, seconds: float, window: Any) -> object:
-        self.timers += 1
-        return object()
-
-    def event_timer_remove(self, timer: object) -> None:
-        self.timers -= 1
-
-    def modal_handler_add(self, operator: Any) -> None:
-        self.handlers += 1
-
-    def status_text_set(self, text: Any) -> None:
-        self.texts.append(text)
-
-
-@pytest.fixture
-def modal() -> Any:
-    """What both operators share, on stages that end by themselves; its results are listed."""
-
-    class Work(Staged):
-        bl_label = "Work"
-
-        def __init__(self) -> None:
-            self.results: list[Any] = []
-            self.told: list[Any] = []
-            self.closed = False
-
-        def _begin(self, context: Any) -> Any:
-            try:
-                for i in range(4):
-                    yield stage(i / 4, f"part {i}")
-                yield "done"
-            finally:
-                self.closed = True
-
-        def _finish(self, context: Any, result: Any) -> None:
-            self.results.append(result)
-
-        def report(self, kind: Any, text: str) -> None:
-            self.told.append(text)
-
-    return Work()
-
-
-def event(kind: str) -> Any:
-    return SimpleNamespace(type=kind, value="PRESS")
-
-
-def test_a_window_shows_progress_to_the_end(modal: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr(coverage, "SLICE_S", 0.0)
-    window = Window()
-    assert modal.invoke(window, event("NONE")) == {"RUNNING_MODAL"}
-    assert modal.modal(window, event("MOUSEMOVE")) == {"RUNNING_MODAL"}
-    for _ in range(4):
-        assert modal.modal(window, event("TIMER")) == {"RUNNING_MODAL"}
-    assert modal.modal(window, event("TIMER")) == {"FINISHED"}
-    assert modal.results == ["done"] and modal.closed
-    assert window.timers == 0 and window.progress[-1] == "end"
-    assert "75 %, part 3. Esc cancels" in window.texts[-2] and window.texts[-1] is None
-
-
-def test_escape_keeps_what_a_search_has(modal: Any, monkeypatch: Any) -> None:
-
-    def search(context: Any) -> Any:
-        with suppress(maps.Enough):
-            while True:
-                yield maps.MapProgress(0.5, "looking")
-        yield "best so far"
-
-    monkeypatch.setattr(modal, "_begin", search)
-    monkeypatch.setattr(coverage, "SLICE_S", 0.0)
-    window = Window()
-    modal.invoke(window, event("NONE"))
-    modal.modal(window, event("TIMER"))
-    assert modal.modal(window, event("ESC")) == {"FINISHED"}
-    assert modal.results == ["best so far"]
-    assert window.timers == 0 and window.texts[-1] is None
-
-
-def test_escape_gives_up_and_leaves_nothing(modal: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr(coverage, "SLICE_S", 0.0)
-    window = Window()
-    modal.invoke(window, event("NONE"))
-    modal.modal(window, event("TIMER"))
-    assert modal.modal(window, event("ESC")) == {"CANCELLED"}
-    assert modal.results == [] and modal.closed
-    assert window.timers == 0 and window.texts[-1] is None
 
 
 # The command line

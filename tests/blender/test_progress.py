@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a run in the window shows while it goes on, and how often Blender has its turn."""
 
+import contextlib
 import io
 import itertools
 import re
@@ -8,9 +9,11 @@ import types
 
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon import progress
 from bl_ext.user_default.angen_sensors.angen_addon.commands import home
+from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
-from bl_ext.user_default.angen_sensors.operators import simulate
+from bl_ext.user_default.angen_sensors.operators import long_work
 
 
 class Clock:
@@ -28,53 +31,135 @@ class Clock:
 @pytest.fixture
 def parts(monkeypatch):
     """The clock, and the parts that a run in the window is made of."""
-    clock = Clock(monkeypatch, simulate, home)
-    return types.SimpleNamespace(
-        clock=clock,
-        operator=simulate.ANGEN_OT_simulate,
-        slices=simulate.Slices,
-        progress=home,
-        Progress=Progress,
-    )
+    clock = Clock(monkeypatch, long_work, progress, home)
+    return types.SimpleNamespace(clock=clock, progress=home, Progress=Progress)
 
 
 class Window:
-    """Stands for what the operator asks of a window: takes down the texts of the status bar."""
+    """Stands for what a modal operator asks of a window: takes down timers and texts."""
 
     def __init__(self):
-        self.window_manager = self.workspace = self
-        self.texts = []
+        self.timers, self.shares = 0, []
+        self.window = self.window_manager = self.workspace = self.screen = self
+        self.areas, self.texts = (), []
+
+    def progress_begin(self, low, high):
+        self.shares.append("begin")
 
     def progress_update(self, share):
+        self.shares.append(share)
+
+    def progress_end(self):
+        self.shares.append("end")
+
+    def event_timer_add(self, seconds, window):
+        self.timers += 1
+        return object()
+
+    def event_timer_remove(self, timer):
+        self.timers -= 1
+
+    def modal_handler_add(self, operator):
         pass
 
     def status_text_set(self, text):
         self.texts.append(text)
 
 
+class Work(long_work.LongWork):
+    """Long work of a test's own; its results and reports are listed."""
+
+    bl_idname, bl_label = "angen.work", "Work"
+
+    def __init__(self, begin):
+        self._begin = lambda context: begin()
+        self.results, self.told = [], []
+
+    def _finish(self, context, result):
+        self.results.append(result)
+
+    def report(self, kind, text):
+        self.told.append(text)
+
+
+def event(kind):
+    return types.SimpleNamespace(type=kind, value="PRESS")
+
+
 def in_window(parts, steps, redraw):
-    """Runs the operator's own `modal` over steps (seconds each takes) of a run; each time that it
-    returns to Blender this redraws for so many seconds. The seconds in all, and the texts."""
-    clock, total = parts.clock, float(len(steps))
+    """Runs steps (seconds each takes) in a window; each time that the work returns to Blender this
+    redraws for so many seconds. The seconds in all, when Blender had its turn, and the texts."""
+    clock = parts.clock
 
     def run():
         for number, seconds in enumerate(steps):
             clock.now += seconds
-            yield parts.Progress(float(number), total, number + 1.0)
+            yield progress.Doing(number / len(steps), f"frame {number + 1}")
+        yield "done"
 
-    window, began = Window(), clock.now
-    ended = []
-    stub = types.SimpleNamespace(
-        _run=run(), _slices=parts.slices(), _left=parts.progress.TimeLeft()
-    )
-    stub._advance = lambda: parts.operator._advance(stub)
-    stub._stop = ended.append
+    window, began, work = Window(), clock.now, Work(run)
+    work.invoke(window, event("NONE"))
     turns = []
-    while not ended:
-        parts.operator.modal(stub, window, types.SimpleNamespace(type="TIMER"))
+    while not work.results:
+        work.modal(window, event("TIMER"))
         turns.append(clock.now)
         clock.now += redraw
     return clock.now - began, turns, window.texts
+
+
+def test_a_window_shows_progress_to_the_end(parts):
+    closed = []
+
+    def run():
+        try:
+            for i in range(4):
+                parts.clock.now += 1.0
+                yield progress.Doing(i / 4, f"part {i}")
+            yield "done"
+        finally:
+            closed.append(True)
+
+    window, work = Window(), Work(run)
+    assert work.invoke(window, event("NONE")) == {"RUNNING_MODAL"}
+    assert work.modal(window, event("MOUSEMOVE")) == {"RUNNING_MODAL"}
+    for _ in range(4):
+        assert work.modal(window, event("TIMER")) == {"RUNNING_MODAL"}
+    assert state.CACHE.working[1] == 0.75
+    assert work.modal(window, event("TIMER")) == {"FINISHED"}
+    assert work.results == ["done"] and closed and state.CACHE.working is None
+    assert window.timers == 0 and window.shares[-1] == "end"
+    assert "75 %" in window.texts[-2] and "part 3. Esc cancels" in window.texts[-2]
+    assert window.texts[-1] is None
+
+
+def test_escape_keeps_what_a_search_has(parts):
+    def search():
+        with contextlib.suppress(progress.Enough):
+            while True:
+                parts.clock.now += 1.0
+                yield progress.Doing(0.5, "looking")
+        yield "best so far"
+
+    window, work = Window(), Work(search)
+    work.invoke(window, event("NONE"))
+    work.modal(window, event("TIMER"))
+    assert work.modal(window, event("ESC")) == {"FINISHED"}
+    assert work.results == ["best so far"]
+    assert window.timers == 0 and window.texts[-1] is None
+
+
+def test_escape_gives_up_and_leaves_nothing(parts):
+    def look():
+        while True:
+            parts.clock.now += 1.0
+            yield progress.Doing(0.5, "looking")
+
+    window, work = Window(), Work(look)
+    work.invoke(window, event("NONE"))
+    work.modal(window, event("TIMER"))
+    assert work.modal(window, event("ESC")) == {"CANCELLED"}
+    assert work.results == [] and work.told == ["Cancelled; nothing has changed"]
+    assert window.timers == 0 and window.texts[-1] is None
 
 
 @pytest.mark.parametrize("redraw", [0.005, 0.05, 0.3])
@@ -91,25 +176,24 @@ def test_no_time_left_is_told_until_it_is_worth_something(parts):
     """As the home: pictures of the light at the start take long, what follows does not."""
     _, _, texts = in_window(parts, [5.0, 5.0, 5.0, *[0.1] * 1000], 0.05)
     told = [text.partition("%")[2] for text in texts if text]
-    assert told[0] == ". Esc keeps what is done"
+    assert told[1] == ", frame 1. Esc cancels"
     lefts = [text for text in told if "left" in text]
     # It takes some 115 s in all; what the start alone says is an hour and more.
-    assert "h" not in "".join(lefts).replace("what", "") and len(lefts) > len(told) / 2
-    first = lefts[0]
-    assert first in {f", about {n} min left. Esc keeps what is done" for n in (1, 2, 3)}
+    assert "h" not in "".join(lefts) and len(lefts) > len(told) / 2
+    assert re.match(", about [123] min left, frame", lefts[0])
     assert lefts[-1].startswith(", about 5 s left")
 
 
 def test_the_time_left_of_a_day_falls_though_most_of_it_is_rest(parts, addon_part, monkeypatch):
     """Movement from 6 to 9 and from 18 to 22 o'clock; 10 s of work an hour of it, none of rest."""
-    progress = addon_part("residents.blender.command")
-    clock = Clock(monkeypatch, progress)
+    days = addon_part("residents.blender.command")
+    clock = Clock(monkeypatch, days)
     hours = 3600.0 * np.array([[6.0, 9.0], [18.0, 22.0]])
     acted = types.SimpleNamespace(spans=lambda first, last: np.clip(hours, first, last))
     stream = io.StringIO()
-    monkeypatch.setattr(progress, "LOG_S", 0.0)
+    monkeypatch.setattr(days, "LOG_S", 0.0)
     kept = types.SimpleNamespace(has=lambda number: False)
-    line = progress.DayLine(stream, False, 1, kept)
+    line = days.DayLine(stream, False, 1, kept)
     real = []
     for hour in range(1, 25):
         clock.now += 10.0 if 6 < hour <= 9 or 18 < hour <= 22 else 0.0

@@ -95,9 +95,9 @@ class Cache:
     a long operator shows: its identifier, the share that is done, and in words; `live` is what
     follows the playhead without a recording; `shown_at` when a frame was last shown, by the clock
     of `time.monotonic`; `notice` what the user should know of a recording that a file had;
-    `overlay` what the viewport draws of the sensors; `lacks` what the file needs and does not have here;
-    `findings` what the doctor found, None before it was asked; `places` what was said of the places
-    of residents, in short and line by line, and `arrows` what was last drawn of them.
+    `overlay` what the viewport draws of the sensors; `lacks` what the file needs and does not have
+    here; `findings` what the doctor found, None before it was asked; `places` what was said of the
+    places of residents, in short and line by line, and `arrows` what was last drawn of them.
     """
 
     def __init__(self) -> None:

@@ -6,13 +6,14 @@
 VENV ?= .venv$(addprefix -,$(BPY))
 LINT_VENV ?= .venv-lint
 READERS_VENV ?= .venv-readers
+DOCS_VENV ?= .venv-docs
 RUN = $(VENV)/bin/python
 LINT = $(LINT_VENV)/bin/python
 PYTEST = $(RUN) -m pytest -n auto --maxprocesses 4 --dist worksteal
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test test-all golden readers mqtt bench lint zip assets sample clean
+.PHONY: help venv lint-venv demo test test-all golden readers mqtt bench lint docs zip assets sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -48,6 +49,10 @@ lint: lint-venv ## check style and types
 	@$(LINT) -m ruff check --output-format concise .
 	@$(LINT) -m ruff format --check .
 	@sh scripts/check_types.sh $(LINT)
+
+docs: ## build the docs as a site, with search that works offline, in build/site/
+	@BPY= sh scripts/make_venv.sh $(DOCS_VENV) docs
+	@NO_MKDOCS_2_WARNING=1 $(DOCS_VENV)/bin/python -m mkdocs --quiet build --strict
 
 zip: ## build the extension for Blender in dist/ (needs Python 3.11 or later, and fetches nothing)
 	@python=$$(sh scripts/find_python.sh 3.13 3.12 3.11 3.14 2>/dev/null || echo python3); \

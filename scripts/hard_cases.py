@@ -111,6 +111,8 @@ OTHERS = (
 HEAD = """\
 # Hard cases
 
+After this page you know how exact each difficult case is, and the test that shows it.
+
 Written by `python scripts/hard_cases.py`; do not edit. Each is a test that fails above its
 tolerance; *measured* is the worst that was found in {blender}. *Held*: the test passes, and
 there is no figure in it. Far places are those that single precision can tell apart there: Blender

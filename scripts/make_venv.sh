@@ -3,6 +3,7 @@
 # Makes a virtual environment, unless it is there and complete:
 #   scripts/make_venv.sh DIR test     Blender as a Python module, and what the tests need
 #   scripts/make_venv.sh DIR lint     the linters (no Blender)
+#   scripts/make_venv.sh DIR docs     the site of the docs (no Blender)
 #   scripts/make_venv.sh DIR readers  programs of others that read our files (no Blender)
 # PYTHON=COMMAND chooses the interpreter, BPY=4.2 the version of Blender. Where no Python fits any
 # Blender module but a Blender program is on PATH, "test" makes an environment without the module.
@@ -30,7 +31,7 @@ Any one of these helps:
 }
 
 case $purpose,${BPY:-} in
-    lint,*) versions="3.13 3.12 3.11 3.14" ;;
+    lint,* | docs,*) versions="3.13 3.12 3.11 3.14" ;;
     # pyadlml reads CASAS with pandas before 2.2 alone.
     readers,*) versions="3.11 3.12" ;;
     test,4.* | test,5.0*) versions=3.11 ;;
@@ -50,7 +51,7 @@ status=0
 python=$("$here/find_python.sh" $versions) || status=$?
 if [ $status = 0 ]; then
     case $purpose,${BPY:-},$(version "$python") in
-        lint,* | readers,*) ;;
+        lint,* | docs,* | readers,*) ;;
         *,?*,*) bpy=$BPY ;;
         *,3.11) bpy=4.5 ;;
         *,3.13) bpy=5.2 ;;

@@ -17,6 +17,8 @@ PAGE = ROOT / "docs" / "parameters.md"
 HEAD = """\
 # Parameters
 
+After this page you know each parameter of each kind, with its limits and the source of its default.
+
 Written by `python scripts/parameter_tables.py` from `sensor_logic`; do not edit.
 A script reads and writes them as `obj.angen_sensor.<kind>.<name>`, in SI units and radians,
 whatever the scene's unit scale. Panels show and read lengths in the scene's own unit.

@@ -32,7 +32,7 @@ LIBRARIES = (
 
 def main(arguments: list[str], program: str) -> int:
     """Runs a study, or reports one; returns the exit status. Raises SystemExit on bad options."""
-    options = _parser(program).parse_args(arguments)
+    options = make_parser(program).parse_args(arguments)
     try:
         work = {"run": _run, "report": _report}[options.what]
         return work(options)
@@ -120,7 +120,7 @@ class _Line:
             tell("\r" + " " * 70 + "\r")
 
 
-def _parser(program: str) -> Parser:
+def make_parser(program: str) -> Parser:
     parser = Parser(prog=f"{program} study", description="Simulates a home many times.")
     verbs = parser.add_subparsers(dest="what", required=True, metavar="run | report")
     run = verbs.add_parser("run", help="simulate what a study asks for and is not there yet")

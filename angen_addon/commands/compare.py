@@ -18,7 +18,7 @@ from .parser import Parser, path
 
 def main(arguments: list[str], program: str) -> int:
     """Compares two logs; returns the exit status. Raises SystemExit on bad options."""
-    options = _parser(program).parse_args(arguments)
+    options = make_parser(program).parse_args(arguments)
     try:
         one, two = read(options.log), read(options.other)
         for text in dict.fromkeys((*one.notes, *two.notes)):
@@ -61,7 +61,7 @@ def _fail(text: str, status: int) -> int:
     return status
 
 
-def _parser(program: str) -> Parser:
+def make_parser(program: str) -> Parser:
     parser = Parser(
         prog=f"{program} compare",
         description="How alike two logs are: how long and how often their sensors are on.",

@@ -30,7 +30,7 @@ from .parser import Parser, path
 
 def main(arguments: list[str], program: str) -> int:
     """Converts an event log; returns the exit status. Raises SystemExit on bad options."""
-    options = _parser(program).parse_args(arguments)
+    options = make_parser(program).parse_args(arguments)
     target = FORMATS[options.format]
     try:
         faults = Faults(options.faults, options.truth, options.out)
@@ -112,7 +112,7 @@ def _zone(name: str) -> ZoneInfo:
         return ZoneInfo(name)
 
 
-def _parser(program: str) -> Parser:
+def make_parser(program: str) -> Parser:
     parser = Parser(
         prog=f"{program} convert",
         description="Writes an event log in the format of another tool; needs no Blender.",

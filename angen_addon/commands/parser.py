@@ -50,13 +50,13 @@ def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
         # argparse would read a negative first frame as an option.
         place = arguments.index("--frames")
         arguments[place : place + 2] = [f"--frames={arguments[place + 1]}"]
-    parser = _make_parser(program)
+    parser = make_parser(program)
     if arguments and not arguments[0].startswith("-") and arguments[0] not in verbs_here():
         parser.error(wrong_verb(arguments[0]))
     return parser.parse_args(arguments)
 
 
-def _make_parser(program: str) -> argparse.ArgumentParser:
+def make_parser(program: str) -> argparse.ArgumentParser:
     parser = Parser(
         prog=program, description="Simulates the ambient sensors of a home in a blend file."
     )

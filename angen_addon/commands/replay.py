@@ -29,7 +29,7 @@ INTERRUPTED = "interrupted; the sensors are unavailable now"
 
 def main(arguments: list[str], program: str) -> int:
     """Replays an event log; returns the exit status. Raises SystemExit on bad options."""
-    options = _parser(program).parse_args(arguments)
+    options = make_parser(program).parse_args(arguments)
     try:
         work = _forget if options.forget else _replay
         address = address_of(options)
@@ -155,7 +155,7 @@ def _forget(options: argparse.Namespace, address: Address, check: Callable[[], N
     return DONE
 
 
-def _parser(program: str) -> Parser:
+def make_parser(program: str) -> Parser:
     parser = Parser(
         prog=f"{program} replay",
         description="Announces the sensors of an event log to an MQTT broker, such as Home "

@@ -104,6 +104,23 @@ def test_the_page_of_residents_has_a_routine_and_a_diary_that_can_be_read_and_al
     assert [s.activity for s in timetable.read(rows, "d.csv")[1]][1::2] == ["Toilet", "Relaxing"]
 
 
+def test_each_page_begins_with_what_its_reader_can_do_after_it_and_is_in_the_site():
+    nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    pages = [path for path in page.DOCS.rglob("*.md") if path.name != "index.md"]
+    assert len(pages) > 25
+    for path in pages:
+        paragraph = path.read_text(encoding="utf-8").split("\n\n")[1]
+        assert re.match(r"After this page (you|an|each|a change)\b", paragraph), path.name
+        assert f": {path.relative_to(page.DOCS).as_posix()}\n" in nav, path.name
+
+
+def test_the_glossary_is_short_and_in_order():
+    text = (page.DOCS / "glossary.md").read_text(encoding="utf-8")
+    terms = re.findall(r"^\| \*\*(.+?)\*\* \|", text, re.MULTILINE)
+    assert 40 <= len(terms) <= 60
+    assert terms == sorted(set(terms))
+
+
 def test_text_after_a_table_is_not_read_as_a_row_of_it():
     pages = [*page.DOCS.rglob("*.md"), *page.DOCS.parent.glob("*.md")]
     assert len(pages) > 20
@@ -113,7 +130,7 @@ def test_text_after_a_table_is_not_read_as_a_row_of_it():
         assert found is None, f"{path.name}: {found and found.group()}"
 
 
-def test_the_readme_says_what_was_measured():
+def test_the_page_of_accuracy_says_what_was_measured():
     parts = page.known(page.DOCS / "data")
     light = page.results("light")["run"]
     accuracy, layer = parts["rays"]["ray_accuracy"], parts["rays"]["ray_layer"]["rows"]
@@ -141,9 +158,15 @@ def test_the_readme_says_what_was_measured():
         f"it runs at {speed[22]:.0f} times real time on two cores",
     )
     assert ratio[True, "ALL"] > 1000
-    written = " ".join((page.DOCS.parent / "README.md").read_text(encoding="utf-8").split())
+    written = " ".join((page.DOCS / "accuracy.md").read_text(encoding="utf-8").split())
     for claim in claims:
         assert claim in written, claim
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"| {round(speed[14], -1):.0f} times real time, 1.6 times bare Blender |" in readme
+    assert f"| {speed[22]:.0f} times real time on two cores |" in readme
+    both = f"{100 * rms['ILLUMINANCE']:.1f} % (lux), {100 * rms['FOUR_WALL']:.1f} % (four walls)"
+    assert f"| rms error {both} |" in readme
+    assert len(readme.encode()) <= 10_000
 
 
 def _power(value):

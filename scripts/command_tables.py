@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes the tables of options in docs/command_line.md from the parsers of the verbs:
+
+python scripts/command_tables.py      (needs Blender's module)
+"""
+
+import argparse
+import sys
+from importlib import import_module
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from angen_addon.process.standalone import PACKAGE, load_extension  # noqa: E402
+
+PAGE = ROOT / "docs" / "command_line.md"
+MARK = "<!-- Below: written by scripts/command_tables.py -->\n"
+
+
+def page() -> str:
+    """The page with its tables anew."""
+    written = PAGE.read_text(encoding="utf-8")
+    return written[: written.index(MARK) + len(MARK)] + "".join(map(_section, _parsers()))
+
+
+def _parsers() -> list[argparse.ArgumentParser]:
+    """The parsers of all verbs, those on a blend file first."""
+    load_extension()
+    commands = import_module(f"{PACKAGE}.angen_addon.commands.parser")
+    parts = import_module(f"{PACKAGE}.parts")
+    on_files = commands.make_parser("angen")
+    found = _verbs(on_files)
+    for module in parts.WITHOUT_BLENDER.values():
+        parser = parts.part(module).make_parser("angen")
+        found += _verbs(parser) or [parser]
+    return found
+
+
+def _verbs(parser: argparse.ArgumentParser) -> list[argparse.ArgumentParser]:
+    """The parsers of its verbs, if it has some."""
+    choices = [a.choices for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    return [parser for verbs in choices for parser in verbs.values()]
+
+
+def _section(parser: argparse.ArgumentParser) -> str:
+    rows = [_row(a) for a in parser._actions if a.dest not in {"help", "enable_autoexec"}]
+    table = "| option | meaning |\n|---|---|\n" + "".join(rows) if rows else ""
+    return f"\n## {parser.prog}\n\n{table}"
+
+
+def _row(action: argparse.Action) -> str:
+    value = action.metavar or ("" if action.nargs == 0 else action.dest.upper())
+    names = ", ".join(action.option_strings)
+    shown = f"{names} {value}".strip()
+    text = (action.help or "").replace("%%", "%").replace("|", "\\|")
+    return f"| `{shown}` | {text} |\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The tutorials that need Blender alone; tests/readers has those that need other packages too."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from tutorials import ROOT, run_page
+
+import command_tables
+
+
+@pytest.mark.parametrize("name", ["first_sensor", "ci"])
+def test_a_tutorial_runs_as_it_stands(name: str, tmp_path: Path) -> None:
+    run_page(ROOT / "docs" / "tutorials" / f"{name}.md", tmp_path, sys.executable, sys.executable)
+
+
+def test_the_page_of_the_command_line_has_all_verbs_and_options() -> None:
+    written = command_tables.PAGE.read_text(encoding="utf-8")
+    assert written == command_tables.page(), "run: python scripts/command_tables.py"
+    assert written.count("\n## angen ") == 15

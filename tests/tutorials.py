@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs a tutorial of the docs as it stands, in a folder of its own.
+
+Code blocks run in their order: `python` in Blender, consecutive ones as one script; `sh` in a shell
+in which `blender FILE --command angen` and `angen` are Blender's module. A block with a title is a
+file, which is written. A `text` block is what the blocks before it print: `…` stands for anything.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from itertools import groupby
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+ENABLE = "import bpy, addon_utils\naddon_utils.enable('bl_ext.user_default.angen_sensors')\n"
+# Names of the shell in a tutorial, and what each is here; the extension's verbs come first.
+COMMANDS = {
+    "blender": 'file=$1; shift 3; verb=$1; shift; exec "$BPY" -m angen_addon "$verb" "$file" "$@"',
+    "angen": 'exec "$BPY" -m angen_addon "$@"',
+    "python": 'exec "$PYTHON" "$@"',
+    "pip": "exit 0",
+}
+
+
+def run_page(page: Path, folder: Path, bpy_python: str, python: str) -> None:
+    """Runs a page. `bpy_python` has Blender's module, `python` what the tutorial installs."""
+    names = folder / "commands"
+    names.mkdir()
+    for name, line in COMMANDS.items():
+        (names / name).write_text(f"#!/bin/sh\n{line}\n")
+        (names / name).chmod(0o755)
+    (names / "angen_sensors").symlink_to(ROOT)
+    for part in ("docs", "sample_blends", "scripts"):
+        (folder / part).symlink_to(ROOT / part)
+    environment = os.environ | {
+        "PATH": f"{names}:{os.environ['PATH']}",
+        "PYTHONPATH": f"{names}:{ROOT}",
+        "PWD": str(folder),
+        "BPY": bpy_python,
+        "PYTHON": python,
+    }
+
+    def output(command: list[str], script: str) -> str:
+        done = subprocess.run(
+            command, input=script, cwd=folder, env=environment, capture_output=True, text=True
+        )
+        assert done.returncode == 0, f"{page.name}:\n{script}\n{done.stdout}{done.stderr}"
+        return done.stdout
+
+    printed, ran = "", 0
+    blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
+    for (language, title), some in groupby(blocks, key=lambda block: (block[0], block[1])):
+        text = "\n".join(code for *_, code in some)
+        if title:
+            (folder / title).write_text(text, encoding="utf-8")
+        elif language == "python":
+            begin = "" if "import angen_sensors" in text else ENABLE
+            printed, ran = output([bpy_python, "-"], begin + text), ran + 1
+        elif language == "sh":
+            printed, ran = output(["sh", "-e"], text), ran + 1
+        elif language == "text":
+            pattern = ".*?".join(map(re.escape, text.strip().split("…")))
+            assert re.search(pattern, printed, re.DOTALL), (
+                f"{page.name}: {text}\nis not:\n{printed}"
+            )
+    assert ran, f"{page.name} runs nothing"

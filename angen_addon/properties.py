@@ -298,9 +298,9 @@ SCENE = {
     "angen_live": BoolProperty(
         name="Live", description="Without a recording, sensors follow the playhead", default=True
     ),
-    "angen_cleared": IntProperty(
-        name="Cleared recording",
-        description="The recording that was cleared, which undo restores",
+    "angen_recording": IntProperty(
+        name="Recording",
+        description="The mark of the recording that counts: undo brings a former one back",
         options={"HIDDEN"},
     ),
 }

@@ -1,35 +1,90 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulates the sensors over a range of frames, with progress; Esc keeps what is done."""
+"""Simulates the sensors over a range of frames, with progress; Esc keeps what is done.
+
+A recording that is fresh stays whole: frames within it are not simulated again, and a run that
+overlaps or adjoins it takes in all of its frames. Such a run begins at the first of them, since
+what sensors remember (hold times, noise, the last scan) begins anew with each run. In a window the
+operator asks before it replaces what it cannot keep.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
-from bpy.props import IntProperty
-from bpy.types import Context, Operator
+from bpy.props import BoolProperty, IntProperty
+from bpy.types import Context, Event, Operator
 
 from ..angen_addon.advice import lacking
 from ..angen_addon.progress import Doing, Enough
-from ..angen_addon.recording.stored_recording import settings_of, stored_run
+from ..angen_addon.recording.stored_recording import StoredRecording, settings_of, stored_run
 from ..angen_addon.runtime import state
 from ..angen_addon.runtime.simulation import Progress, simulate
 from ..angen_addon.runtime.time_base import ends_before_time, frames_to_run, outside_scene
-from ..angen_addon.scene.sensors import all_sensors, simulated
+from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
 from ..sensor_logic.error import AngenError
+from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.recording.tracks import Recording
+from ..sensor_logic.wording import capital
 from .long_work import LongWork
-from .polls import is_idle, needs
+from .polls import cancelled, is_idle, needs
 
 SCENES_OWN = -(2**31)
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """The frames and sensors to simulate. `is_done`: the recording has their readings. `note`: what
+    the user should know of it; `question`: what will be lost, or empty."""
+
+    first: int
+    last: int
+    sensors: Sequence[Sensor]
+    note: str = ""
+    is_done: bool = False
+    question: str = ""
+
+
+def plan_of(
+    first: int, last: int, sensors: Sequence[Sensor], kept: StoredRecording | None
+) -> RunPlan:
+    """How to simulate `sensors` from frame `first` to `last` where `kept` is recorded."""
+    if kept is None:
+        return RunPlan(first, last, sensors)
+    begin, end = kept.recording.frame_start, kept.recording.frame_end
+    names, recorded = {sensor.name for sensor in sensors}, kept.recording.tracks.keys()
+    is_around = first <= begin and end <= last
+    asked, there = f"frames {first} to {last}", f"frames {begin} to {end}"
+    if kept.stale:
+        is_lost, there = end - begin > last - first, f"{there}, now stale,"
+    else:
+        is_lost = not (is_around and recorded <= names)
+        if is_lost and names <= recorded and begin <= first and last <= end:
+            done = (
+                f"Nothing has changed since {there} were recorded: {asked} are not simulated again"
+            )
+            return RunPlan(first, last, sensors, f"{done}. Clear Recording to do so", is_done=True)
+        if is_lost and names == recorded and first <= end + 1 and begin <= last + 1:
+            first, last = min(first, begin), max(last, end)
+            note = f"To go on from the recording, frames {first} to {last} are simulated"
+            return RunPlan(first, last, sensors, note)
+    if not is_lost:
+        return RunPlan(first, last, sensors)
+    left_out = "" if recorded <= names else ", without light sensors,"
+    question = (
+        f"The recording has {there}.\n{capital(asked)}{left_out} replace it; undo brings it back."
+    )
+    return RunPlan(first, last, sensors, question=question)
 
 
 class ANGEN_OT_simulate(LongWork, Operator):
     bl_idname = "angen.simulate"
     bl_label = "Simulate Sensors"
     bl_description = "Record the readings of all sensors over the frames. Esc keeps what is done"
-    bl_options = {"REGISTER"}
+    # With REGISTER too, Blender would offer to run it again with other frames, without progress.
+    bl_options = {"UNDO"}
     esc = "keeps what is done"
 
     frame_start: IntProperty(
@@ -42,7 +97,18 @@ class ANGEN_OT_simulate(LongWork, Operator):
         description="Last frame (default: that of the preview range, or the scene's)",
         default=SCENES_OWN,
     )
+    without_light: BoolProperty(
+        name="Without Light",
+        description="Leave out light sensors, which take the longest",
+    )
+    replace: BoolProperty(
+        name="Replace",
+        description="Replace a longer recording without a question",
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
 
+    _asks = False
+    _planned: RunPlan
     _scene_uid = 0
     _recording: Recording
     _settings: dict[str, str]
@@ -53,7 +119,47 @@ class ANGEN_OT_simulate(LongWork, Operator):
             cls, simulated(all_sensors(context.view_layer)), "Add a sensor first: Shift+A, Sensor"
         )
 
-    def _begin(self, context: Context) -> Generator[Any, None, None]:
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        try:
+            plan = self._planned = self._plan(context)
+        except AngenError as error:
+            return cancelled(self, error)
+        if plan.is_done:
+            self.report({"INFO"}, plan.note)
+            # No step for undo.
+            return {"CANCELLED"}
+        if context.window is None or not plan.question or self.replace:
+            return LongWork.invoke(self, context, event)
+        self._asks = True
+        manager = context.window_manager
+        found: set[str] = manager.invoke_confirm(
+            self,
+            event,
+            title="Replace the Recording?",
+            message=plan.question,
+            confirm_text="Replace",
+            icon="WARNING",
+        )
+        return found
+
+    def execute(self, context: Context) -> set[str]:
+        if self._asks:
+            # The answer is yes: a run of its own shows progress.
+            keys = "frame_start", "frame_end", "without_light"
+            given = {key: getattr(self, key) for key in keys}
+            bpy.ops.angen.simulate("INVOKE_DEFAULT", replace=True, **given)
+            return {"CANCELLED"}
+        try:
+            self._planned = self._plan(context)
+        except AngenError as error:
+            return cancelled(self, error)
+        if self._planned.is_done:
+            self.report({"INFO"}, self._planned.note)
+            return {"FINISHED"}
+        return LongWork.execute(self, context)
+
+    def _plan(self, context: Context) -> RunPlan:
+        """The frames to simulate, and what becomes of the present recording. Raises AngenError."""
         scene = context.scene
         first, last = frames_to_run(scene)
         first = first if self.frame_start == SCENES_OWN else self.frame_start
@@ -64,12 +170,24 @@ class ANGEN_OT_simulate(LongWork, Operator):
             raise AngenError(ends_before_time(scene, first, last))
         if text := outside_scene(scene, first, last):
             self.report({"INFO"}, text)
-        first = max(first, scene.frame_start)
+        sensors = simulated(all_sensors(context.view_layer))
+        if self.without_light:
+            sensors = [s for s in sensors if not s.kind.requires(LIGHT)]
+            if not sensors:
+                raise AngenError("There are only light sensors: simulate with light")
+        kept = state.CACHE.kept(scene)
+        if kept is not None:
+            kept.verify(scene, context.evaluated_depsgraph_get())
+        return plan_of(max(first, scene.frame_start), last, sensors, kept)
+
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
+        scene, plan = context.scene, self._planned
+        if plan.note:
+            self.report({"INFO"}, plan.note)
         self._recording = Recording()
         self._scene_uid = scene.session_uid
-        sensors = all_sensors(context.view_layer)
-        run = simulate(scene, sensors, first, last, self._recording)
-        self._settings = settings_of(scene, sensors)
+        run = simulate(scene, plan.sensors, plan.first, plan.last, self._recording)
+        self._settings = settings_of(scene, all_sensors(context.view_layer), plan.sensors)
         return self._through(run)
 
     def _through(self, run: Generator[Progress, None, None]) -> Generator[Any, None, None]:
@@ -90,17 +208,16 @@ class ANGEN_OT_simulate(LongWork, Operator):
         yield early
 
     def _finish(self, context: Context, early: bool = False) -> set[str] | None:
-        self._store(context, early)
-        return None if self._updates() or early else {"CANCELLED"}
+        return None if self._store(context, early) else {"CANCELLED"}
 
-    def _store(self, context: Context, early: bool) -> None:
-        """Stores the recording, if there is any, and shows it at the playhead."""
+    def _store(self, context: Context, early: bool) -> bool:
+        """Stores the recording, if there is any, and shows it at the playhead; returns whether."""
         scene = context.scene
         # A script may have changed the scene meanwhile: the recording is not of that one.
         if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
-            return
+            return False
         if (early or not self._has_a_frame()) and self._leaves_as_is(scene):
-            return
+            return False
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
             state.show_recorded(self._recording, all_sensors(context.view_layer), frame)
@@ -110,20 +227,32 @@ class ANGEN_OT_simulate(LongWork, Operator):
         depsgraph = context.evaluated_depsgraph_get()
         stored = stored_run(self._recording, scene, depsgraph)
         stored.note_begin(self._settings)
+        former = state.CACHE.kept(scene)
         state.CACHE.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end
         how = "Stopped, and recorded" if early else "Recorded"
-        self.report({"INFO"}, f"{how} frames {first} to {last}: {self._updates()} updates")
+        text = f"{how} frames {first} to {last}: {self._updates()} updates"
+        if former is not None:
+            begin, end = former.recording.frame_start, former.recording.frame_end
+            if begin < first or last < end:
+                text += f". Undo brings back frames {begin} to {end}"
+        self.report({"INFO"}, text)
+        return True
 
     def _has_a_frame(self) -> bool:
         return self._recording.frame_end >= self._recording.frame_start
 
     def _leaves_as_is(self, scene: Any) -> bool:
         """Whether the earlier recording stays after Esc: no frame is done, or it is fresh and has
-        all of the new frames."""
+        all of the new readings."""
         first, last = self._recording.frame_start, self._recording.frame_end
         earlier = state.CACHE.recording(scene)
-        holds = earlier is not None and earlier.covers(first) and earlier.covers(last)
+        holds = (
+            earlier is not None
+            and earlier.covers(first)
+            and earlier.covers(last)
+            and self._recording.tracks.keys() <= earlier.tracks.keys()
+        )
         if self._has_a_frame() and not holds:
             return False
         stays = "nothing is recorded" if state.CACHE.kept(scene) is None else "what was stays"

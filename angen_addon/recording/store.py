@@ -66,6 +66,7 @@ def restore() -> None:
                 report(f"The recording in this file could not be read: {error}. Simulate again")
             else:
                 kept.stale_then = str(text.get(STALE, ""))
+                kept.mark = max(scene.angen_recording, 0)
                 room -= size_of(kept.recording)
                 state.CACHE.keep(scene, kept)
         bpy.data.texts.remove(text)

@@ -27,7 +27,7 @@ from ..scene.changes import (
     what_is_shown,
 )
 from ..scene.facts import FACTS_VERSION
-from ..scene.sensors import Sensor, all_sensors, simulated
+from ..scene.sensors import Sensor, all_sensors
 
 THIS_BLENDER = tuple(bpy.app.version[:2])
 
@@ -38,8 +38,7 @@ class StoredRecording:
     `unsure`: after undo or load it is unknown whether it is stale, until `verify`. `stored`: its
     text in a file, once encoded. `blender`: the version that the fingerprint belongs to, `made_in`
     the one that ran the simulation. `stale_then`: why it was stale when the file was saved.
-    `facts`: the FACTS_VERSION of its fingerprint. `mark`: a random number that identifies it in all
-    sessions.
+    `facts`: the FACTS_VERSION of its fingerprint. `mark`: a random number that its scene has too.
     """
 
     def __init__(
@@ -247,10 +246,12 @@ class StoredRecording:
         return self._other_view_layer
 
 
-def settings_of(scene: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
-    """Digests of the scene's settings and of its sensors, by key: what a run of them takes for the
-    same from its begin to its end."""
-    light = _see_light(sensor.kind for sensor in simulated(sensors))
+def settings_of(
+    scene: Any, sensors: Sequence[Sensor], recorded: Iterable[Sensor]
+) -> dict[str, str]:
+    """Digests of the scene's settings and of its sensors, by key: what a run of those that are
+    `recorded` takes for the same from its begin to its end."""
+    light = _see_light(sensor.kind for sensor in recorded)
     objects = {part for sensor in sensors for part in (sensor.object, *sensor.holders)}
     found = {key_of(obj): digest_of(obj) for obj in objects}
     return found | {SCENE: own_settings(scene, sensors, light)}

@@ -83,6 +83,12 @@ def _driver_targets() -> Iterator[Any]:
                 yield from variable.targets
 
 
+# So many recordings of a scene are kept, for undo and redo.
+UNDONE = 4
+# In place of a recording's mark.
+CLEARED = -1
+
+
 class Watching(Protocol):
     """What is told of each evaluation; `edited`: not by a change of frame."""
 
@@ -90,9 +96,10 @@ class Watching(Protocol):
 
 
 class Cache:
-    """The last run of each scene, by its session uid; `running` while a run drives the frames, so
-    that handlers keep still, `publishing` while what reads its outputs is evaluated; `working` what
-    a long operator shows: its identifier, the share that is done, and in words; `live` is what
+    """The last runs of each scene, by its session uid and their marks: the scene has the mark of
+    the one that counts, so that undo and redo choose it; `running` while a run drives the frames,
+    so that handlers keep still, `publishing` while what reads its outputs is evaluated; `working`
+    what a long operator shows: its identifier, the share that is done, and in words; `live` is what
     follows the playhead without a recording; `shown_at` when a frame was last shown, by the clock
     of `time.monotonic`; `notice` what the user should know of a recording that a file had;
     `overlay` what the viewport draws of the sensors; `lacks` what the file needs and does not have
@@ -117,7 +124,7 @@ class Cache:
         self._sensors: tuple[Any, list[Sensor]] = (None, [])
         # Whether drivers read outputs, as of which revision.
         self._driven = -1, False
-        self._kept: dict[int, StoredRecording] = {}
+        self._kept: dict[int, dict[int, StoredRecording]] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
 
     @property
@@ -168,18 +175,26 @@ class Cache:
 
     def kept(self, scene: Any) -> StoredRecording | None:
         """The last run, stale or not, unless it was cleared."""
-        kept = self._kept.get(scene.session_uid)
-        return None if kept is None or scene.angen_cleared == kept.mark else kept
+        return self._of_mark(scene.session_uid, scene.angen_recording)
+
+    def _of_mark(self, uid: int, mark: int) -> StoredRecording | None:
+        """The recording of this mark, or the first one: undo of the first run loses nothing."""
+        made = self._kept.get(uid, {})
+        return None if mark == CLEARED else made.get(mark) or next(iter(made.values()), None)
 
     def keep(self, scene: Any, kept: StoredRecording) -> None:
-        self._kept[scene.session_uid] = kept
+        """From now on this is the last run; undo brings the former one back."""
+        made = self._kept.setdefault(scene.session_uid, {})
+        made[kept.mark] = kept
+        while len(made) > UNDONE:
+            made.pop(next(iter(made)))
+        if scene.angen_recording != kept.mark:
+            scene.angen_recording = kept.mark
         self.notice = ""
 
     def clear_recording(self, scene: Any) -> None:
         """Forgets the last run, until undo takes back what is noted in the scene."""
-        kept = self.kept(scene)
-        if kept is not None:
-            scene.angen_cleared = kept.mark
+        scene.angen_recording = CLEARED
         self.notice = ""
 
     def all_kept(self) -> dict[int, StoredRecording]:
@@ -187,18 +202,22 @@ class Cache:
         found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
         return {uid: kept for uid, kept in found.items() if kept is not None}
 
+    def _all(self) -> Iterator[StoredRecording]:
+        return (kept for made in self._kept.values() for kept in made.values())
+
     def note_elsewhere(self, scene: Any, depsgraph: Any) -> None:
         """What other scenes share with this one: Blender does not tell of it once they are shown
         again."""
-        for uid, kept in self._kept.items():
+        for uid, made in self._kept.items():
             if uid != scene.session_uid:
-                kept.note_elsewhere(depsgraph)
+                for kept in made.values():
+                    kept.note_elsewhere(depsgraph)
 
     def settings_changed(self, owner: Any) -> None:
         """A recording made with other settings of `owner`, an object or scene, would be a lie."""
         self._revision += 1
         if not self.running:
-            for kept in self._kept.values():
+            for kept in self._all():
                 kept.check(owner)
             self.outdate_live()
 
@@ -214,7 +233,7 @@ class Cache:
         self._revision += 1
         self._sensors = None, []
         self._watching = weakref.WeakSet()
-        for kept in self._kept.values():
+        for kept in self._all():
             kept.unsure = True
 
     def clear(self) -> None:

@@ -63,7 +63,7 @@ OF_SCENE = ("frame_start", "use_gravity", "gravity")
 # The extension's settings of a scene that change no reading: what it shows, and what it does with
 # results. All others count.
 OF_THE_VIEW = {
-    "angen_cleared", "angen_coverage", "angen_day", "angen_live", "angen_overlay",
+    "angen_coverage", "angen_day", "angen_live", "angen_overlay", "angen_recording",
     "angen_show_places", "angen_site", "angen_timeline",
 }  # fmt: skip
 OF_RENDER = (

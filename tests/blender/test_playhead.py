@@ -266,11 +266,12 @@ def stop(recording, early=True):
     operator, said = ANGEN_OT_simulate, []
     scene = bpy.context.scene
     stub = SimpleNamespace(_recording=recording, _scene_uid=scene.session_uid, _settings={})
+    stub._store = lambda context, early: operator._store(stub, context, early)
     stub.report = lambda _, text: said.append(text)
     stub._updates = lambda: operator._updates(stub)
     stub._has_a_frame = lambda: operator._has_a_frame(stub)
     stub._leaves_as_is = lambda scene: operator._leaves_as_is(stub, scene)
-    operator._end(stub, bpy.context, early)
+    operator._finish(stub, bpy.context, early)
     return said
 
 
@@ -289,7 +290,8 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
     updates = len(recording.tracks["Front door"])
     assert 0 < updates < 72
     assert stop(recording) == [
-        f"Stopped, and recorded frames 1 to {recording.frame_end}: {updates} updates"
+        f"Stopped, and recorded frames 1 to {recording.frame_end}: {updates} updates. "
+        "Undo brings back frames 1 to 72"
     ]
     assert cache().recording(door.scene) is recording
 

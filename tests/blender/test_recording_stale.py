@@ -213,7 +213,7 @@ def test_a_renamed_sensor_is_all_that_is_told(home, tmp_path):
 
 # What only says what is shown and what is done with results.
 OF_THE_VIEW = {
-    "angen_cleared", "angen_coverage", "angen_day", "angen_live", "angen_overlay",
+    "angen_coverage", "angen_day", "angen_live", "angen_overlay", "angen_recording",
     "angen_show_places", "angen_site", "angen_timeline",
 }  # fmt: skip
 
@@ -242,7 +242,7 @@ def test_every_setting_of_the_scene_makes_it_stale_or_is_known_not_to(home):
         assert {"angen_ambient_temperature", "angen_seed", "angen_brand_new"} <= looked_at
         for prop in scene_settings():
             name = prop.identifier
-            if prop.type == "POINTER" or name == "angen_cleared":
+            if prop.type == "POINTER" or name == "angen_recording":
                 assert name in OF_THE_VIEW, name
                 continue
             home.scene.angen_live = True

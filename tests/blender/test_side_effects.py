@@ -38,6 +38,9 @@ def test_a_run_leaves_everything_as_it_was(busy):
 def test_so_does_the_operator(busy):
     before = busy.state()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
+    # The mark of its recording alone, by which undo brings a former one back.
+    assert busy.scene.angen_recording == CACHE.kept(busy.scene).mark
+    busy.scene.angen_recording = 0
     assert busy.state() == before
 
 

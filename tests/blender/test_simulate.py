@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""*Simulate* loses no recording: it keeps what is fresh, asks before it replaces more than it
+brings, and undo brings the former recording back."""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
+from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
+
+ops = bpy.ops.angen
+
+
+@pytest.fixture
+def home(world):
+    """A door that opens before a switch with noise and a detector that holds."""
+    world.door(13)
+    world.switch("Switch", noise_sigma=0.01)
+    world.pir("PIR", hold_time=1.0, noise_sigma=0.01)
+    world.scene.frame_end = 72
+    world.update()
+    return world
+
+
+def simulate(first, last, **given):
+    """Simulates, as a step of undo."""
+    return ops.simulate("EXEC_DEFAULT", True, frame_start=first, frame_end=last, **given)
+
+
+def kept():
+    return CACHE.kept(bpy.context.scene)
+
+
+def frames():
+    found = kept().recording
+    return found.frame_start, found.frame_end
+
+
+def readings():
+    assert kept().stale == ""
+    return dict(kept().recording.tracks)
+
+
+def sensor():
+    return bpy.data.objects["Switch"].angen_sensor
+
+
+@pytest.mark.parametrize(("first", "last"), [(1, 10), (20, 30), (50, 72)])
+def test_frames_within_a_fresh_recording_leave_it_whole(home, first, last, capfd):
+    simulate(1, 72)
+    before = readings()
+    assert simulate(first, last) == {"FINISHED"}
+    assert frames() == (1, 72) and readings() == before
+    told = f"Nothing has changed since frames 1 to 72 were recorded: frames {first} to {last}"
+    assert told in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(("first", "last"), [(20, 60), (31, 60), (1, 60)])
+def test_frames_that_adjoin_a_fresh_recording_read_as_in_one_run(home, first, last):
+    simulate(1, 60)
+    expected = readings()
+    ops.clear_recording()
+    simulate(1, 30)
+    simulate(first, last)
+    assert frames() == (1, 60) and readings() == expected
+
+
+def test_frames_before_a_fresh_recording_take_in_its_frames(home):
+    simulate(40, 60)
+    simulate(20, 45)
+    assert frames() == (20, 60)
+
+
+def test_a_longer_recording_comes_back_by_undo(home, capfd):
+    bpy.ops.ed.undo_push(message="made")
+    simulate(1, 50)
+    sensor().update_rate = 5.0
+    bpy.ops.ed.undo_push(message="rate")
+    simulate(1, 10)
+    assert frames() == (1, 10) and "Undo brings back frames 1 to 50" in capfd.readouterr().out
+    bpy.ops.ed.undo()
+    assert frames() == (1, 50) and "Switch" in kept().stale
+    bpy.ops.ed.undo()
+    assert frames() == (1, 50) and kept().stale == ""
+    bpy.ops.ed.redo()
+    bpy.ops.ed.redo()
+    assert frames() == (1, 10) and kept().stale == ""
+
+
+def test_undo_of_the_first_run_loses_nothing(home):
+    bpy.ops.ed.undo_push(message="made")
+    simulate(1, 20)
+    bpy.ops.ed.undo()
+    assert frames() == (1, 20) and kept().stale == ""
+
+
+def test_undo_after_the_file_was_opened_brings_its_recording_back(home, tmp_path):
+    simulate(1, 20)
+    path = str(tmp_path / "home.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    bpy.ops.ed.undo_push(message="opened")
+    simulate(40, 60)
+    assert frames() == (40, 60)
+    bpy.ops.ed.undo()
+    assert frames() == (1, 20) and kept().stale == ""
+
+
+def test_many_runs_keep_few_recordings(home):
+    for last in range(2, 12):
+        sensor().update_rate = float(last)
+        simulate(1, last)
+    assert len(CACHE._kept[home.scene.session_uid]) == 4 and frames() == (1, 11)
+
+
+class Asked(LongWork):
+    """The operator as it is invoked in a window: takes down what it asks and tells."""
+
+    bl_idname, bl_label = ANGEN_OT_simulate.bl_idname, ANGEN_OT_simulate.bl_label
+    frame_start = frame_end = -(2**31)
+    without_light = replace = False
+
+    def __init__(self, **given):
+        self.__dict__ |= given
+        self.questions, self.told, self.ran = [], [], False
+
+    def report(self, kind, text):
+        self.told.append(text)
+
+    def __getattr__(self, name):
+        found = getattr(ANGEN_OT_simulate, name)
+        return found.__get__(self) if callable(found) else found
+
+    def invoke_confirm(self, operator, event, message, **given):
+        self.questions.append(message)
+        return {"RUNNING_MODAL"}
+
+    def press(self, monkeypatch):
+        """Press the button; returns the question, if there is one."""
+
+        def run(operator, context, event):
+            self.ran = True
+
+        monkeypatch.setattr(LongWork, "invoke", run)
+        context = SimpleNamespace(
+            window=1,
+            window_manager=self,
+            scene=bpy.context.scene,
+            view_layer=bpy.context.view_layer,
+            evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+        )
+        ANGEN_OT_simulate.invoke(self, context, None)
+        return "".join(self.questions)
+
+
+def test_the_window_asks_before_a_longer_recording_is_lost(home, monkeypatch):
+    simulate(1, 50)
+    apart = Asked(frame_start=60, frame_end=70)
+    assert apart.press(monkeypatch) == (
+        "The recording has frames 1 to 50.\nFrames 60 to 70 replace it; undo brings it back."
+    )
+    assert not apart.ran and frames() == (1, 50)
+    sensor().update_rate = 5.0
+    shorter = Asked(frame_start=1, frame_end=10)
+    assert "frames 1 to 50, now stale" in shorter.press(monkeypatch) and not shorter.ran
+
+
+def test_the_window_asks_nothing_where_nothing_is_lost(home, monkeypatch):
+    simulate(1, 50)
+    within = Asked(frame_start=1, frame_end=10)
+    assert not within.press(monkeypatch) and not within.ran
+    assert "not simulated again" in within.told[0]
+    for first, last in ((1, 50), (1, 60), (30, 60)):
+        asked = Asked(frame_start=first, frame_end=last)
+        assert not asked.press(monkeypatch) and asked.ran
+    sensor().update_rate = 5.0
+    as_long = Asked(frame_start=1, frame_end=50)
+    assert not as_long.press(monkeypatch) and as_long.ran

@@ -6,12 +6,12 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty
+from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.runtime import state
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log import event_indices, format_frame, log_indices
+from ..sensor_logic.log import event_rows, format_frame, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
 from .polls import is_idle, needs
 from .recording import has_fresh_recording
@@ -47,11 +47,6 @@ class ANGEN_OT_event_jump(Operator):
             ("PREVIOUS", "Previous", "The last event before the playhead", 1),
         ],
     )
-    values: BoolProperty(
-        name="Also values",
-        description="Also where a measured value changed by its report step",
-    )
-
     poll = classmethod(poll_recorded)
 
     def execute(self, context: Context) -> set[str]:
@@ -60,23 +55,25 @@ class ANGEN_OT_event_jump(Operator):
         recording, track = found
         scene = context.scene
         now = scene.frame_current + scene.frame_subframe
-        indices = log_indices(track) if self.values else event_indices(track)
-        frames = [track.frames[i] for i in indices.tolist()]
+        every = [track.frames[i] for i in event_rows(track).tolist()]
+        frames = [track.frames[i] for i in shown_rows(track, scene.angen_timeline.values).tolist()]
         # Blender stores subframes in single precision.
         later = [f for f in frames if f > now + 1e-4]
         earlier = [f for f in frames if f < now - 1e-4]
         ahead = later[:1] if self.direction == "NEXT" else earlier[-1:]
         if not ahead:
             side = "after" if self.direction == "NEXT" else "before"
-            self.report({"INFO"}, f"'{track.sensor}' has no event {side} this frame")
+            what = "event" if len(frames) == len(every) else "change of state"
+            self.report({"INFO"}, f"'{track.sensor}' has no {what} {side} this frame")
             return {"CANCELLED"}
         substeps = recording.clock.substeps if recording.clock else 1
         step = round(ahead[0] * substeps)
         scene.frame_set(step // substeps, subframe=step % substeps / substeps)
-        number = frames.index(ahead[0]) + 1
+        passed = sum(frame <= ahead[0] for frame in every)
         self.report(
             {"INFO"},
-            f"'{track.sensor}': event {number} of {len(frames)}, frame {format_frame(ahead[0])}",
+            f"'{track.sensor}': {passed} of {len(every)} events passed, "
+            f"frame {format_frame(ahead[0])}",
         )
         return {"FINISHED"}
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty
+import numpy as np
 from bpy.types import Context, Operator
 
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log import event_indices, format_value, log_indices
+from ..sensor_logic.log import format_value, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
 from ..sensor_logic.wording import split
 from .polls import cancelled, needs
@@ -74,11 +74,6 @@ class ANGEN_OT_markers_add(Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    values: BoolProperty(
-        name="Also values",
-        description="Also where a measured value changed by its report step",
-    )
-
     @classmethod
     def poll(cls, context: Context) -> bool:
         return has_fresh_recording(cls, context) and needs(
@@ -90,7 +85,7 @@ class ANGEN_OT_markers_add(Operator):
         recording = state.CACHE.recording(scene)
         assert recording is not None
         sensors = _selected(context)
-        events = list(self._events(recording, sensors))
+        events = list(self._events(recording, sensors, scene.angen_timeline.values))
         if len(events) > MOST_MARKERS:
             return cancelled(
                 self,
@@ -107,14 +102,16 @@ class ANGEN_OT_markers_add(Operator):
         self.report({"INFO"}, f"{len(events)} markers")
         return {"FINISHED"}
 
-    def _events(self, recording: Recording, sensors: list[Sensor]) -> Iterator[tuple[str, int]]:
+    def _events(
+        self, recording: Recording, sensors: list[Sensor], values: bool
+    ) -> Iterator[tuple[str, int]]:
         """Yields the name and whole frame of each new marker."""
         for sensor in sensors:
             track = recording.track_of(sensor.uid)
             if track is None:
                 continue
-            indices = log_indices(track) if self.values else event_indices(track)
-            for index in indices.tolist():
+            # Several fields may change at an update.
+            for index in np.unique(shown_rows(track, values)).tolist():
                 name = prefix(sensor.name) + event_name(track, index)
                 # Blender's limit is 63 bytes, and a name must be found again.
                 short = name.encode()[:63].decode(errors="ignore")

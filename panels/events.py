@@ -59,14 +59,18 @@ def _draw_events(
     layout: Any, scene: Any, recording: Recording, track: Track, row: HistoryRow
 ) -> None:
     frame = scene.frame_current + scene.frame_subframe + 1e-4
-    frames = [track.frames[i] for i in row.events.tolist()]
-    passed = sum(f <= frame for f in frames)
+    events = row.events.tolist()
+    passed = sum(track.frames[i] <= frame for i in events)
     # The name comes last, so that it is cut where it does not fit.
-    text = f"{passed} of {len(frames)} events passed: {track.sensor}"
+    text = f"{passed} of {len(events)} events passed: {track.sensor}"
     layout.label(text=text, icon="PREVIEW_RANGE", translate=False)
     line = layout.row(align=True)
     line.operator("angen.event_jump", text="Previous", icon="PREV_KEYFRAME").direction = "PREVIOUS"
     line.operator("angen.event_jump", text="Next", icon="NEXT_KEYFRAME").direction = "NEXT"
+    if len(row.states) < len(events):
+        if not scene.angen_timeline.values:
+            layout.label(text=f"{len(row.states)} of {len(events)} shown: changes of state")
+        layout.prop(scene.angen_timeline, "values")
     line = layout.row(align=True)
     line.operator("angen.markers_add", icon="MARKER_HLT")
     line.operator("angen.markers_clear", text="", icon="TRASH")

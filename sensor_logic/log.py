@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The event log: a row for each change of a published field. CSV, UTF-8, RFC 4180."""
+"""The event log: a row for each change of a published field. CSV, UTF-8, RFC 4180.
+
+An event is such a row. The rows of a sensor's first update, from which the changes start, are not
+counted as events.
+"""
 
 from __future__ import annotations
 
@@ -344,23 +348,20 @@ Indices = NDArray[np.intp]
 
 def log_indices(track: Track) -> Indices:
     """The updates that have rows in the event log, in order; the first update is one of them."""
-    return _together(event_updates(track, published) for published in track.kind.events)
-
-
-def switch_indices(track: Track) -> Indices:
-    """The updates at which a published state changed: not the first one, no measured values."""
-    return _together(event_updates(track, f)[1:] for f in track.kind.events if f.type is not float)
-
-
-def _together(found: Iterable[list[int]]) -> Indices:
+    found = (event_updates(track, published) for published in track.kind.events)
     return np.array(sorted(set().union(*found)), np.intp)
 
 
-def event_indices(track: Track) -> Indices:
-    """The updates to jump to: where a state changed; of a track whose states never did, where a
-    measured value did by its step."""
-    found = switch_indices(track)
-    if len(found):
-        return found
-    told = log_indices(track)
-    return told[told > 0]
+def event_rows(track: Track, values: bool = True) -> Indices:
+    """The update of each event, in order: an update has as many as fields changed. Without `values`
+    those of states alone, not of measured values."""
+    fields = (f for f in track.kind.events if values or f.type is not float)
+    found = (index for f in fields for index in event_updates(track, f) if index)
+    return np.array(sorted(found), np.intp)
+
+
+def shown_rows(track: Track, values: bool) -> Indices:
+    """The same of the events to jump to and to mark: with `values`, or where no state ever changed,
+    all of them."""
+    found = event_rows(track, values)
+    return found if len(found) else event_rows(track)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kind import Field
-from ..log import track_events
+from ..log import event_rows
 from ..model import Array
 from ..recording.tracks import Recording, Track
 from .sections import Line
@@ -139,8 +139,7 @@ class Figures:
 
 def figures(track: Track) -> Figures:
     """The figures of a sensor's track."""
-    start = track.times[0] if len(track) else 0.0
-    changes = sorted(e.time for e in track_events(track) if e.time > start)
+    changes = [track.times[index] for index in event_rows(track).tolist()]
     name, values = quantity(track)
     valid = ~invalid(track)
     known = values[valid & np.isfinite(values)] if name else np.empty(0)

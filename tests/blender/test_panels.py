@@ -5,6 +5,7 @@ There is no window here: that every icon, property, operator and menu exists in 
 Blender is what the layout below makes sure of.
 """
 
+import csv
 import math
 from types import SimpleNamespace
 
@@ -17,6 +18,7 @@ from bl_ext.user_default.angen_sensors.panels.table import arranged
 from bl_ext.user_default.angen_sensors.sensor_logic import parameters
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
+from bl_ext.user_default.angen_sensors.sensor_logic.report.facts import figures
 from mathutils import Quaternion, Vector
 from panel_layout import PANELS, activate, drawn, pad, pad_under_a_box, panel_of
 
@@ -402,3 +404,39 @@ def test_what_is_shown_is_beside_the_sidebar(addon_part):
     # A sidebar that lies beside the window, not over it, takes nothing.
     view = framed(show, middle, 2.0, regions[0], region("UI", 1100, 250, 800))
     assert view.view_location == middle
+
+
+def test_an_event_is_a_row_of_the_log_everywhere(world, tmp_path):
+    """The panel, a jump and the report count what the CSV has after the first update."""
+    wall = world.box((2, 2, 0.1), at=(0, 0, -1), name="wall")
+    world.key(wall, "location", {1: (0, 0, -3), 40: (0, 0, -1)})
+    sensor = world.sensor("DISTANCE", "ranger", threshold=2.0)
+    bpy.context.view_layer.objects.active = sensor
+    world.update()
+    assert ops.simulate() == {"FINISHED"}
+    path = tmp_path / "events.csv"
+    ops.export_events(filepath=str(path))
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["sensor"] == sensor.name]
+    begin = rows[0]["time_s"]
+    changes = [row for row in rows if row["time_s"] != begin]
+    states = [row for row in changes if row["field"] != "distance_m"]
+    assert 0 < len(states) < len(changes)
+    track = cache.recording(world.scene).track_of(sensor.session_uid)
+    assert figures(track).events == len(changes)
+    world.scene.frame_set(1)
+    panel = drawn("ANGEN_PT_events")
+    assert f"0 of {len(changes)} events passed" in panel.text
+    assert f"{len(states)} of {len(changes)} shown: changes of state" in panel.text
+
+    def visited():
+        world.scene.frame_set(1)
+        while ops.event_jump(direction="NEXT") == {"FINISHED"}:
+            yield float(world.scene.frame_current)
+
+    assert list(visited()) == sorted({float(row["frame"]) for row in states})
+    world.scene.angen_timeline.values = True
+    assert list(visited()) == sorted({float(row["frame"]) for row in changes})
+    panel = drawn("ANGEN_PT_events")
+    assert f"{len(changes)} of {len(changes)} events passed" in panel.text
+    assert "shown" not in panel.text

@@ -58,8 +58,10 @@ def test_events_are_those_of_the_event_log(made, seed):
     assert [track.frames[i] for i in found.tolist()] == sorted(told)
     states = {"moved", "pressed", "partners", "valid"}
     changes = {e.frame for e in log.track_events(track) if e.field in states} - {1.0}
-    switches = events.switch_indices(track)
+    switches = np.unique(events.event_rows(track, values=False))
     assert [track.frames[i] for i in switches.tolist()] == sorted(changes)
+    rows = [event.frame for event in log.track_events(track) if event.frame > 1.0]
+    assert [track.frames[i] for i in events.event_rows(track).tolist()] == sorted(rows)
 
 
 def test_spans_tell_active_invalid_and_off(made):

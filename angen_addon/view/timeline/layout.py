@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....sensor_logic.kinds import KINDS
-from ....sensor_logic.log import Indices, event_indices, log_indices
+from ....sensor_logic.log import Indices, event_rows, log_indices, shown_rows
 from ....sensor_logic.model import Array
 from ....sensor_logic.recording.tracks import Recording, Track
 from ...scene.instances import Uid
@@ -41,8 +41,9 @@ class Spans:
 @dataclass(frozen=True, eq=False)
 class HistoryRow:
     """One sensor: what it is called and its room; `uid`: session uid of its object. `frames`,
-    `values`: its curve, for kinds that measure, and `full`: what is drawn as full height; `log`,
-    `events`: those of the event log (sensor_logic/log.py)."""
+    `values`: its curve, for kinds that measure, and `full`: what is drawn as full height; `log`:
+    the updates in the event log; `events`: that of each event, and `states`: of those that are
+    shown without measured values (sensor_logic/log.py)."""
 
     name: str
     room: str
@@ -54,6 +55,7 @@ class HistoryRow:
     full: float = 1.0
     log: Indices = field(default_factory=lambda: np.empty(0, np.intp))
     events: Indices = field(default_factory=lambda: np.empty(0, np.intp))
+    states: Indices = field(default_factory=lambda: np.empty(0, np.intp))
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,8 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> HistoryR
         np.nan_to_num(np.array(track.value, np.float64)) if curve else nothing,
         _full(track, sensor) if curve else 1.0,
         log_indices(track),
-        event_indices(track),
+        event_rows(track),
+        shown_rows(track, values=False),
     )
 
 

@@ -28,6 +28,11 @@ class AngenTimeline(PropertyGroup):
         description="Write each sensor's name on its row, where it is high enough",
         default=True,
     )
+    values: BoolProperty(
+        name="Also Values",
+        description="Jump to changes of measured values too, and mark them: not only to those of "
+        "states",
+    )
     # Names of the markers that were made for events, a line each: markers keep no data of others
     # (Blender 5.2), and those that the user renames are the user's.
     marked: StringProperty(options={"HIDDEN"})

@@ -10,6 +10,7 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.runtime import state
+from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.log import event_rows, format_frame, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
@@ -26,11 +27,13 @@ def recorded(context: Context) -> tuple[Recording, Track] | None:
 
 def poll_recorded(cls: Any, context: Context) -> bool:
     """Whether the active sensor is recorded; else sets the poll message."""
+    sensor = active_sensor(context)
     return (
         is_idle(cls, context)
-        and needs(cls, active_sensor(context), "Make a sensor the active object: click it")
+        and needs(cls, sensor, "Make a sensor the active object: click it")
         and has_fresh_recording(cls, context)
-        and needs(cls, recorded(context), "This sensor is not recorded: switch it on and simulate")
+        and sensor is not None
+        and needs(cls, recorded(context), why_not_recorded(sensor))
     )
 
 

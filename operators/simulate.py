@@ -82,7 +82,6 @@ def plan_of(
 class ANGEN_OT_simulate(LongWork, Operator):
     bl_idname = "angen.simulate"
     bl_label = "Simulate Sensors"
-    bl_description = "Record the readings of all sensors over the frames. Esc keeps what is done"
     # With REGISTER too, Blender would offer to run it again with other frames, without progress.
     bl_options = {"UNDO"}
     esc = "keeps what is done"
@@ -100,6 +99,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
     without_light: BoolProperty(
         name="Without Light",
         description="Leave out light sensors, which take the longest",
+        options={"SKIP_SAVE"},
     )
     replace: BoolProperty(
         name="Replace",
@@ -112,6 +112,11 @@ class ANGEN_OT_simulate(LongWork, Operator):
     _scene_uid = 0
     _recording: Recording
     _settings: dict[str, str]
+
+    @classmethod
+    def description(cls, context: Context, properties: Any) -> str:
+        what = "all sensors but those of light" if properties.without_light else "all sensors"
+        return f"Record the readings of {what} over the frames. Esc keeps what is done"
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -231,7 +236,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
         state.CACHE.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end
         how = "Stopped, and recorded" if early else "Recorded"
-        text = f"{how} frames {first} to {last}: {self._updates()} updates"
+        left_out = ", without light sensors" if self.without_light else ""
+        text = f"{how} frames {first} to {last}{left_out}: {self._updates()} updates"
         if former is not None:
             begin, end = former.recording.frame_start, former.recording.frame_end
             if begin < first or last < end:

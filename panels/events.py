@@ -12,6 +12,7 @@ from bpy.types import Context, DOPESHEET_HT_header, Panel
 from ..angen_addon.explain.explain import MEMORY
 from ..angen_addon.explain.facts import Explanation
 from ..angen_addon.runtime import state
+from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name
@@ -47,7 +48,7 @@ class ANGEN_PT_events(Sidebar, Panel):
             draw_lines(layout, why_not_fresh(scene), "INFO")
             return
         if track is None or not len(track):
-            draw_lines(layout, "This sensor is not recorded: switch it on and simulate", "INFO")
+            draw_lines(layout, why_not_recorded(sensor), "INFO")
             return
         history = HISTORIES.get(recording, state.CACHE.sensors(context.view_layer))
         row = history.row_of(sensor.uid)

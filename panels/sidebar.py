@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 from bpy.types import Context, Panel, Scene, UILayout
 
 from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
-from ..sensor_logic.wording import capital
+from ..angen_addon.scene.sensors import Sensor, simulated
+from ..sensor_logic.kind import LIGHT
+from ..sensor_logic.wording import capital, plural
 from .lines import ClosedSidebar, Sidebar, draw_lines, draw_property, draw_working
 
 SHOWN_LACKS = 3
@@ -25,8 +29,12 @@ class ANGEN_PT_simulation(Sidebar, Panel):
         for found in background_sets(scene):
             draw_lines(layout, found.text, "ERROR")
         draw_frames(layout, scene)
-        layout.operator("angen.simulate", icon="PLAY")
-        draw_recording(layout, scene)
+        sensors = state.CACHE.sensors(context.view_layer)
+        row = layout.row(align=True)
+        row.operator("angen.simulate", icon="PLAY")
+        if any(s.kind.requires(LIGHT) and s.settings.enabled for s in sensors):
+            row.operator("angen.simulate", text="Without Light").without_light = True
+        draw_recording(layout, scene, sensors)
         row = layout.row(align=True)
         row.operator("angen.export_events", text="Events", icon="EXPORT")
         row.operator("angen.export_samples", text="Samples", icon="EXPORT")
@@ -84,7 +92,7 @@ def draw_lacking(layout: UILayout) -> None:
     row.operator("angen.look_for_lacking", text="", icon="FILE_REFRESH")
 
 
-def draw_recording(layout: UILayout, scene: Scene) -> None:
+def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) -> None:
     """Draws whether there is a recording, and whether it is stale."""
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
@@ -100,6 +108,11 @@ def draw_recording(layout: UILayout, scene: Scene) -> None:
         recording = kept.recording
         text = f"Recorded: frames {recording.frame_start} to {recording.frame_end}"
         layout.label(text=text, icon="CHECKMARK")
+        left_out = [s for s in simulated(sensors) if s.name not in recording.tracks]
+        if left_out and all(s.kind.requires(LIGHT) for s in left_out):
+            layout.label(text="Light sensors are not in it", icon="INFO")
+        elif left_out:
+            layout.label(text=f"{plural(len(left_out), 'sensor')} not in it", icon="INFO")
         if kept.made_in != THIS_BLENDER:
             layout.label(text=f"Made in Blender {version_text(kept.made_in)}", icon="INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):

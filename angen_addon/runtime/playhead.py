@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ...sensor_logic.kind import Field
+from ...sensor_logic.kind import LIGHT, Field
 from ...sensor_logic.model import Reading
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.sensors import Sensor
@@ -19,7 +19,6 @@ from . import state
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"
 NOT_YET = "Nothing was sensed at this frame yet: scrub, play or simulate"
 LIVE_IS_OFF = "Nothing is recorded of this frame, and Live is off: simulate, or switch Live on"
-NOT_RECORDED = "Nothing is recorded of it: switch it on and simulate"
 
 
 class PlayheadReading(NamedTuple):
@@ -39,6 +38,15 @@ class PlayheadReading(NamedTuple):
     problem: str = ""
     old: str = ""
     keys: Reading | None = None
+
+
+def why_not_recorded(sensor: Sensor) -> str:
+    """Why a sensor has no readings in the recording, and what to do."""
+    if not sensor.settings.enabled:
+        return "This sensor is not recorded: switch it on and simulate"
+    if sensor.kind.requires(LIGHT):
+        return "Light is not in this recording: simulate with light"
+    return "This sensor is not in the recording: simulate again"
 
 
 def recorded_here(scene: Any) -> Recording | None:
@@ -108,7 +116,7 @@ class Playhead:
         track = self._tracks.get(sensor.uid)
         index = track.at(self.frame) if track else None
         if track is None or index is None:
-            return PlayheadReading(NOTHING, old=NOT_RECORDED)
+            return PlayheadReading(NOTHING, old=why_not_recorded(sensor))
         fields = {name: column[index] for name, column in track.columns.items()}
         reading = Reading(bool(track.active[index]), track.value[index], fields)
         read_at = track.frames[index]

@@ -9,6 +9,9 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
+from bl_ext.user_default.angen_sensors.panels.readings import shown
+from light_stage import lamp
+from panel_layout import drawn
 
 ops = bpy.ops.angen
 
@@ -178,3 +181,74 @@ def test_the_window_asks_nothing_where_nothing_is_lost(home, monkeypatch):
     sensor().update_rate = 5.0
     as_long = Asked(frame_start=1, frame_end=50)
     assert not as_long.press(monkeypatch) and as_long.ran
+
+
+# Without light
+
+
+@pytest.fixture
+def lit(home):
+    """The same with a lamp, and a light sensor of which few light paths are asked."""
+    home.scene.angen_light_reference = 0
+    lamp(home, "POINT", (0, 0, 3), energy=100.0)
+    light = home.sensor("LIGHT", "Light", method="ILLUMINANCE", samples=16, update_rate=1.0)
+    bpy.context.view_layer.objects.active = light
+    home.update()
+    return home
+
+
+def test_a_run_without_light_says_so_and_claims_nothing_of_it(lit, tmp_path, capfd):
+    assert simulate(1, 20, without_light=True) == {"FINISHED"}
+    assert "frames 1 to 20, without light sensors" in capfd.readouterr().out
+    assert sorted(kept().recording.tracks) == ["PIR", "Switch"]
+    lit.scene.frame_set(10)
+    assert "Light sensors are not in it" in drawn("ANGEN_PT_simulation").text
+    assert drawn("ANGEN_PT_events").text == "Light is not in this recording: simulate with light"
+    sensor = next(s for s in lit.sensors() if s.name == "Light")
+    assert shown(sensor, lit.scene).text == "No reading"
+    with pytest.raises(RuntimeError, match="simulate with light"):
+        ops.event_jump()
+    ops.export_events(filepath=str(tmp_path / "events.csv"))
+    assert "LIGHT" not in (tmp_path / "events.csv").read_text()
+    ops.export_report(filepath=str(tmp_path / "report.html"))
+    assert "not simulated" in (tmp_path / "report.html").read_text()
+    # A lamp makes no recording stale that has no light.
+    bpy.data.lights[0].energy = 50.0
+    lit.update()
+    assert kept().stale == ""
+    assert simulate(1, 20) == {"FINISHED"}
+    assert "Light" in kept().recording.tracks
+    assert "not in it" not in drawn("ANGEN_PT_simulation").text
+
+
+def test_the_button_without_light_is_there_where_light_is_sensed(lit):
+    def buttons():
+        return [text for text, *_ in drawn("ANGEN_PT_simulation").operators]
+
+    assert "Without Light" in buttons()
+    bpy.data.objects["Light"].angen_sensor.enabled = False
+    lit.update()
+    assert "Without Light" not in buttons()
+
+
+def test_fresh_light_is_not_lost_in_silence(lit, monkeypatch):
+    simulate(1, 20)
+    before = readings()
+    assert simulate(1, 20, without_light=True) == {"FINISHED"}
+    assert simulate(5, 10, without_light=True) == {"FINISHED"}
+    assert readings() == before
+    longer = Asked(frame_start=1, frame_end=40, without_light=True)
+    assert longer.press(monkeypatch) == (
+        "The recording has frames 1 to 20.\n"
+        "Frames 1 to 40, without light sensors, replace it; undo brings it back."
+    )
+    simulate(1, 40, without_light=True)
+    assert not Asked(frame_start=1, frame_end=40).press(monkeypatch)
+    assert "frames 1 to 40" in Asked(frame_start=1, frame_end=10).press(monkeypatch)
+
+
+def test_light_alone_cannot_be_left_out(lit):
+    for name in ("Switch", "PIR"):
+        bpy.data.objects[name].angen_sensor.enabled = False
+    with pytest.raises(RuntimeError, match="only light sensors"):
+        simulate(1, 5, without_light=True)

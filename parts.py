@@ -47,6 +47,7 @@ MODULES = (
     "operators.markers",
     "operators.explain",
     "operators.show",
+    "operators.sign_select",
     "operators.instance_override",
     "operators.warmth",
     "residents.operators.resident_add",

@@ -10,6 +10,7 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Menu, Operator
 
 from ..angen_addon.advice.sensing import without_surface
+from ..angen_addon.scene.instances import stands_for
 from ..sensor_logic.kind import FORCES
 from ..sensor_logic.kinds import KINDS, NO_KIND
 from ..sensor_logic.wording import uncapitalized
@@ -55,8 +56,9 @@ class ANGEN_OT_sensor_clear(Operator):
     poll = classmethod(can_change_sensor)
 
     def execute(self, context: Context) -> set[str]:
-        context.object.angen_sensor.kind = NO_KIND
-        self.report({"INFO"}, f"'{context.object.name}' is an ordinary object again")
+        obj = stands_for(context.object)
+        obj.angen_sensor.kind = NO_KIND
+        self.report({"INFO"}, f"'{obj.name}' is an ordinary object again")
         return {"FINISHED"}
 
 

@@ -9,6 +9,7 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.recording import bake
 from ..angen_addon.runtime import state
+from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import all_sensors, simulated
 from ..sensor_logic.wording import plural
 from .polls import cancelled, needs
@@ -58,7 +59,7 @@ class ANGEN_OT_unbake_keyframes(Operator):
         )
 
     def execute(self, context: Context) -> set[str]:
-        scene, active = context.scene, context.view_layer.objects.active
+        scene, active = context.scene, stands_for(context.view_layer.objects.active)
         sensors = [
             sensor
             for sensor in all_sensors(context.view_layer)

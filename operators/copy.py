@@ -9,7 +9,7 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.scene.instances import is_sensor, stands_for
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import specs
@@ -22,8 +22,9 @@ SHOWN = 3
 def suggested_parameters(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
     """Suggestions for the field of a parameter: names with their labels."""
     found = [(RATE, "Update rate")]
-    if is_sensor(context.object):
-        kind = KINDS[context.object.angen_sensor.kind]
+    source = stands_for(context.object)
+    if is_sensor(source):
+        kind = KINDS[source.angen_sensor.kind]
         found += [(name, spec.label) for name, spec in specs(kind.parameters).items()]
     return [pair for pair in found if text.lower() in " ".join(pair).lower()]
 
@@ -48,16 +49,16 @@ class ANGEN_OT_copy_to_selected(Operator):
     def poll(cls, context: Context) -> bool:
         return needs(
             cls,
-            is_sensor(context.object),
+            is_sensor(stands_for(context.object)),
             "Make the sensor to copy from the active object",
         ) and needs(
             cls,
-            any(obj != context.object for obj in context.selected_objects),
+            any(stands_for(o) != stands_for(context.object) for o in context.selected_objects),
             "Select the sensors to copy to, the active one last",
         )
 
     def execute(self, context: Context) -> set[str]:
-        source = context.object
+        source = stands_for(context.object)
         kind = KINDS[source.angen_sensor.kind]
         names = [RATE, *specs(kind.parameters)]
         if self.parameter:
@@ -69,7 +70,7 @@ class ANGEN_OT_copy_to_selected(Operator):
                 )
             names = [self.parameter]
         done, left_out = 0, []
-        for obj in context.selected_objects:
+        for obj in dict.fromkeys(map(stands_for, context.selected_objects)):
             if obj == source:
                 continue
             reason = _why_not(obj, kind)

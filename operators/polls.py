@@ -9,7 +9,7 @@ from typing import Any
 from bpy.types import Context
 
 from ..angen_addon.runtime import state
-from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.scene.instances import is_sensor, stands_for
 
 
 def needs(operator: Any, condition: Any, message: str) -> bool:
@@ -53,14 +53,14 @@ def has_editable_collection(operator: Any, context: Context) -> bool:
 
 
 def has_sensor(operator: Any, context: Context) -> bool:
-    """Whether the active object is a sensor."""
-    return needs(operator, is_sensor(context.object), "Select a sensor")
+    """Whether the active object is a sensor, or its housing."""
+    return needs(operator, is_sensor(stands_for(context.object)), "Select a sensor")
 
 
 def can_change_sensor(operator: Any, context: Context) -> bool:
     """For operators that change the active sensor."""
     return has_sensor(operator, context) and needs(
         operator,
-        context.object.is_editable,
+        stands_for(context.object).is_editable,
         "The sensor is linked: make it local or a library override",
     )

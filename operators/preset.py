@@ -10,7 +10,7 @@ from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import apply, find_preset
-from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.scene.instances import is_sensor, stands_for
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from .polls import can_change_sensor, cancelled
@@ -27,7 +27,7 @@ class ANGEN_OT_preset_apply(Operator):
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
         """The tooltip of a menu item, with the source of its preset."""
-        obj = context.object
+        obj = stands_for(context.object)
         if is_sensor(obj):
             for preset in KINDS[obj.angen_sensor.kind].presets:
                 if preset.identifier == properties.preset:
@@ -37,7 +37,7 @@ class ANGEN_OT_preset_apply(Operator):
     poll = classmethod(can_change_sensor)
 
     def execute(self, context: Context) -> set[str]:
-        obj = context.object
+        obj = stands_for(context.object)
         try:
             preset = find_preset(KINDS[obj.angen_sensor.kind], self.preset)
         except AngenError as error:

@@ -14,6 +14,7 @@ from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..angen_addon.coverage import shown
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
+from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
 from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.error import AngenError
@@ -24,7 +25,7 @@ from .polls import can_look, cancelled, has_editable_collection, needs
 
 def pattern_of(context: Context) -> Sensor | None:
     """The active motion detector, whose parameters new ones get."""
-    active = context.view_layer.objects.active
+    active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
     return next((s for s in found if s.kind is DETECTOR), None)
 

@@ -71,6 +71,18 @@ class ANGEN_OT_sensor_show(Operator):
 def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
     """Selects only this sensor, which must not be hidden, and moves the view to it; with `extend`,
     adds it to the selection. `stay`: does not move the view if the sensor is in it."""
+    select(sensor, context, extend)
+    obj = sensor.handle
+    if extend or context.area is None or context.area.type != "VIEW_3D":
+        return
+    if not (stay and is_in_view(obj, context)):
+        middle, radius = surroundings(sensor, context)
+        frame(context, middle, radius)
+
+
+def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
+    """Makes a sensor, which must not be hidden, the active one, and selects it alone; with
+    `extend` beside what is selected."""
     obj = sensor.handle
     if not extend:
         for selected in context.selected_objects:
@@ -79,11 +91,6 @@ def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = Fa
     context.view_layer.objects.active = obj
     if sensor.holders:
         context.window_manager.angen_instanced = sensor.name
-    if extend or context.area is None or context.area.type != "VIEW_3D":
-        return
-    if not (stay and is_in_view(obj, context)):
-        middle, radius = surroundings(sensor, context)
-        frame(context, middle, radius)
 
 
 def why_hidden(obj: Any, context: Context) -> str:

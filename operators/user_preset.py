@@ -17,6 +17,7 @@ from bpy.props import StringProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.authoring.presets import SAME_KIND_OF_VALUE
+from ..angen_addon.scene.instances import stands_for
 from ..sensor_logic.kind import Kind
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import former_choice, former_text, specs
@@ -73,7 +74,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 
     @property
     def _kind(self) -> Kind:
-        return KINDS[bpy.context.object.angen_sensor.kind]
+        return KINDS[stands_for(bpy.context.object).angen_sensor.kind]
 
     # For Blender's preset system
 
@@ -95,7 +96,9 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
         removed, name = self.remove_name, self.name.strip()
         if not self.as_filename(name):
             return cancelled(self, "Give the preset a name")
-        result = super().execute(context)
+        # What Blender's preset system reads of is the context's object.
+        with context.temp_override(object=stands_for(context.object)):
+            result = super().execute(bpy.context)
         # Blender shows the last saved preset as the menu's name.
         getattr(bpy.types, self.preset_menu).bl_label = "Presets"
         if result == {"FINISHED"}:
@@ -116,7 +119,7 @@ class ANGEN_OT_user_preset_apply(Operator):
     poll = classmethod(can_change_sensor)
 
     def execute(self, context: Context) -> set[str]:
-        obj = context.object
+        obj = stands_for(context.object)
         kind = KINDS[obj.angen_sensor.kind]
         files = {label_of(file): file for file in user_presets(kind)}
         if self.name not in files:

@@ -10,6 +10,7 @@ from bpy.props import EnumProperty
 from bpy.types import Context, Operator
 
 from ..angen_addon.advice.warmth import USUAL, warm
+from ..angen_addon.scene.instances import stands_for
 from ..sensor_logic.kinds.pir.lenses import LENSES, write_table
 from .polls import can_change_sensor, cancelled, needs
 
@@ -70,14 +71,15 @@ class ANGEN_OT_lens_table(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        obj = context.object
+        obj = stands_for(context.object)
         return needs(
             cls, obj is not None and obj.angen_sensor.kind == "PIR", "Select a motion detector"
         ) and can_change_sensor(cls, context)
 
     def execute(self, context: Context) -> set[str]:
-        pir = context.object.angen_sensor.pir
-        text = bpy.data.texts.new(f"Lens of {context.object.name}")
+        obj = stands_for(context.object)
+        pir = obj.angen_sensor.pir
+        text = bpy.data.texts.new(f"Lens of {obj.name}")
         text.write(write_table(LENSES[pir.lens].zones))
         pir.lens_table = text
         self.report(

@@ -32,6 +32,8 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     `layout` must have the full width of the region, which sections need.
     """
     seen = shown(sensor, context.scene)
+    # Buttons in it are about the sensor, also where its housing is the active object.
+    layout.context_pointer_set("object", sensor.object)
     layout.label(text=seen.text, icon=seen.icon)
     enabled = sensor.settings.enabled
     if enabled:

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Physics tab of the Properties editor: the active object as a sensor."""
+"""Physics tab of the Properties editor: the active object, or what it houses, as a sensor."""
 
 from __future__ import annotations
 
 import bpy
 from bpy.types import Context, Panel
 
+from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import room_of
 from .parameters import draw_sensor, sensor_of
 from .presets import draw_presets
@@ -22,24 +23,25 @@ class ANGEN_PT_physics(Panel):
         return context.object is not None
 
     def draw_header(self, context: Context) -> None:
-        if sensor_of(context.object):
-            self.layout.prop(context.object.angen_sensor, "enabled", text="")
+        sensor = sensor_of(stands_for(context.object))
+        if sensor is not None:
+            self.layout.prop(sensor.settings, "enabled", text="")
 
     def draw_header_preset(self, context: Context) -> None:
         draw_presets(self.layout, context)
 
     def draw(self, context: Context) -> None:
-        layout = self.layout
+        layout, obj = self.layout, stands_for(context.object)
+        if obj != context.object:
+            layout.label(text=obj.name, icon="OBJECT_DATA", translate=False)
         column = layout.column()
         column.use_property_split = True
-        column.prop(context.object.angen_sensor, "kind")
-        sensor = sensor_of(context.object)
+        column.prop(obj.angen_sensor, "kind")
+        sensor = sensor_of(obj)
         if sensor is None:
-            layout.prop(context.object, "angen_ignored")
-            if context.object.angen_ignored:
-                column.prop(
-                    context.object.angen_sensor, "room", placeholder=room_of(context.object)
-                )
+            layout.prop(obj, "angen_ignored")
+            if obj.angen_ignored:
+                column.prop(obj.angen_sensor, "room", placeholder=room_of(obj))
         else:
             draw_sensor(layout, context, sensor)
 

@@ -9,6 +9,7 @@ import bpy
 from bpy.types import Context, Menu
 
 from ..angen_addon.authoring.presets import is_applied
+from ..angen_addon.scene.instances import stands_for
 from ..operators.preset import ANGEN_OT_preset_apply
 from ..operators.user_preset import (
     ANGEN_OT_user_preset_apply,
@@ -25,11 +26,11 @@ class ANGEN_MT_presets(Menu):
     bl_description = "Known parts and settings; a tick marks the one that the parameters match"
 
     def draw(self, context: Context) -> None:
-        sensor = sensor_of(context.object)
+        sensor = sensor_of(stands_for(context.object))
         if sensor is None:
             return
         for preset in sensor.kind.presets:
-            applied = is_applied(context.object, preset)
+            applied = is_applied(sensor.object, preset)
             item = self.layout.operator(
                 ANGEN_OT_preset_apply.bl_idname,
                 text=preset.label,
@@ -68,7 +69,7 @@ def draw_choice(layout: Any, sensor: Any) -> None:
 
 def draw_presets(layout: Any, context: Context) -> None:
     """Draws the menu's button if the active object is a sensor."""
-    if sensor_of(context.object) is not None:
+    if sensor_of(stands_for(context.object)) is not None:
         layout.menu(ANGEN_MT_presets.bl_idname, text="", icon="PRESET")
 
 

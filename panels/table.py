@@ -11,6 +11,7 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, 
 from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 
 from ..angen_addon.runtime import state
+from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor
 from ..operators.show import show, why_hidden
 from .instanced import draw_rows
@@ -80,7 +81,7 @@ class ANGEN_UL_sensors(UIList):
         row.active = sensor.settings.enabled
         wide = _is_wide(context)
         # The active row has a button too.
-        active = item == context.view_layer.objects.active
+        active = item == stands_for(context.view_layer.objects.active)
         narrow = NAME_SHARE_ACTIVE if active else NAME_SHARE
         split = row.split(factor=NAME_SHARE_WIDE if wide else narrow, align=True)
         split.label(text=sensor.name, icon=seen.icon, translate=False)
@@ -177,7 +178,7 @@ class ANGEN_PT_table(Sidebar, Panel):
 
 def _active_index(self: PropertyGroup) -> int:
     layer = bpy.context.view_layer
-    active = layer.objects.active if layer else None
+    active = stands_for(layer.objects.active) if layer else None
     return -1 if active is None else layer.objects.find(active.name)
 
 

@@ -134,6 +134,22 @@ def parts_of_instances(holders: Iterable[Any]) -> Iterator[int]:
             left += holder.instance_collection.all_objects
 
 
+def housed_by(obj: Any) -> Any:
+    """The sensor that an object is the housing of, or None: it hangs on a sensor that has no faces
+    of its own, such as an empty."""
+    if obj is None or is_sensor(obj):
+        return None
+    owner = next((above for above in chain(obj.parent) if is_sensor(above)), None)
+    if owner is None or owner.type not in {"EMPTY", "MESH"}:
+        return None
+    return owner if owner.type == "EMPTY" or not owner.data.polygons else None
+
+
+def stands_for(obj: Any) -> Any:
+    """The sensor that an object is the housing of; else the object itself, which may be None."""
+    return housed_by(obj) or obj
+
+
 class Paths:
     """Which sensors within instances own surfaces, during one look at the scene's instances."""
 

@@ -8,14 +8,14 @@ from typing import Any
 from bpy.props import StringProperty
 from bpy.types import WindowManager
 
-from ..scene.instances import SensorFinder, is_holder, is_sensor
+from ..scene.instances import SensorFinder, is_holder, is_sensor, stands_for
 from ..scene.sensors import Sensor, sensor_of
 
 
 def active_sensor(context: Any) -> Sensor | None:
-    """The active object as a sensor; of a collection instance the sensor in it that was shown
-    last, else its first."""
-    obj = context.view_layer.objects.active
+    """The active object, or the one that it houses, as a sensor; of a collection instance the
+    sensor in it that was shown last, else its first."""
+    obj = stands_for(context.view_layer.objects.active)
     if obj is None:
         return None
     if is_sensor(obj):

@@ -56,6 +56,9 @@ class Layout:
         header, body = (self._part("panel", default_closed=default_closed) for _ in range(2))
         return header, body if self.opened else None
 
+    def context_pointer_set(self, name, data):
+        assert name == "object" and data.angen_sensor.kind != "NONE"
+
     def label(self, text="", icon="NONE", **arguments):
         self._check("label", icon, **arguments)
         self.whole.labels.append(text)

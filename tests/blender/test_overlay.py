@@ -396,9 +396,9 @@ CLOSE = [(481.0, 351.0), (502.0, 349.0), (520.0, 349.0), (446.0, 341.0), (451.0,
 @pytest.fixture
 def arranged():
 
-    def run(markers, sizes, wanted=(), covered=(SIDEBAR,)):
-        order = range(len(markers))
-        return arrange(markers, sizes, order, frozenset(wanted), WINDOW, covered, OFF)
+    def run(markers, sizes, wanted=(), covered=(SIDEBAR,), first=()):
+        order, first = range(len(markers)), frozenset(first)
+        return arrange(markers, sizes, order, frozenset(wanted), WINDOW, covered, OFF, first)
 
     return run
 
@@ -444,6 +444,52 @@ def test_what_is_selected_or_hovered_has_its_label_in_any_crowd(arranged):
     assert at_the_edge[0][2] <= 766 and at_the_edge[1][0] >= 0 and at_the_edge[1][1] >= 0
 
 
+def test_what_is_active_has_its_label_where_idle_ones_crowd_it(arranged):
+    """Idle sensors nearer to the eye take all room beside the last; active, it takes theirs."""
+    sizes = [(150.0, 17.0)] * len(CLOSE)
+    hidden = set(range(len(CLOSE))) - set(arranged(CLOSE, sizes))
+    assert hidden
+    for number in hidden:
+        plates = arranged(CLOSE, sizes, first=[number])
+        assert distance(plates[number], CLOSE[number]) <= OFF + 1e-6
+        assert not any(covers(plates[number], p) for n, p in plates.items() if n != number)
+        both = arranged(CLOSE, sizes, wanted=[min(hidden)], first=[number])
+        assert both[min(hidden)] == arranged(CLOSE, sizes, wanted=[min(hidden)])[min(hidden)]
+
+
+def test_a_label_stays_until_an_active_sensor_needs_its_place(labels_of):
+    """As the playhead moves: two sensors so near that only one can have a label."""
+    idle, active = readings.IDLE, readings.ACTIVE
+    shown = [labels_of(*icons) for icons in ((idle, idle), (idle, active), (idle, idle))]
+    assert shown == [{0}, {1}, {1}]
+    assert labels_of(active, active) == {0}, "the nearer one"
+
+
+@pytest.fixture
+def labels_of(addon_part):
+    """The numbers of the sensors that have labels in a small view with two that are in these
+    states."""
+    labels, part = addon_part("angen_addon.view.overlay.labels"), types.SimpleNamespace
+    board = labels.Board()
+    region = part(type="WINDOW", x=0, y=0, width=200, height=30)
+    system, view = part(ui_scale=1.0), part()
+    overlay = part(show_overlays=False, show_text=False)
+    context = part(
+        area=part(regions=[region]),
+        region=region,
+        space_data=part(show_gizmo=False, overlay=overlay),
+        preferences=part(system=system, view=view),
+    )
+
+    def run(*icons):
+        active = frozenset(n for n, icon in enumerate(icons) if icon == readings.ACTIVE)
+        markers, near, widths = [(20.0, 15.0), (180.0, 15.0)], [100.0, 50.0], [100.0] * 2
+        labels._find_places(context, board, markers, near, widths, frozenset(), active)
+        return set(board.rooms)
+
+    return run
+
+
 def test_what_lies_over_a_view_of_a_small_window(addon_part):
     """As Blender 4.3 has it at 1280 × 720, sidebar and toolbar open."""
     part = types.SimpleNamespace
@@ -474,3 +520,131 @@ def test_what_lies_over_a_view_of_a_small_window(addon_part):
     space.show_gizmo = overlay.show_text = False
     found = covered(area, area.regions[-1], space, preferences)
     assert free(713, 119) and free(200, 118)
+
+
+# A click on a sensor selects it
+
+
+@pytest.fixture
+def view(world):
+    """The context of a 3D view of 400 × 300 pixels, 100 a metre, that looks along +Y at the
+    origin."""
+    part, bpy_context = types.SimpleNamespace, bpy.context
+    matrix = Matrix.Translation((0, 0, -5)) @ Matrix.Rotation(-math.pi / 2, 4, "X")
+    lens = Matrix.Diagonal((1 / 2, 1 / 1.5, -0.01, 1.0))
+    areas = bpy_context.window_manager.windows[0].screen.areas
+    return part(
+        scene=world.scene,
+        view_layer=bpy_context.view_layer,
+        mode="OBJECT",
+        region=part(width=400, height=300, as_pointer=lambda: 7),
+        region_data=part(
+            perspective_matrix=lens @ matrix,
+            view_matrix=matrix,
+            is_perspective=False,
+            view_perspective="ORTHO",
+        ),
+        space_data=next(area for area in areas if area.type == "VIEW_3D").spaces.active,
+        window_manager=bpy_context.window_manager,
+        preferences=part(system=part(ui_scale=1.0)),
+        evaluated_depsgraph_get=world.update,
+    )
+
+
+def pixels(place):
+    return 200 + 100 * place[0], 150 + 100 * place[2]
+
+
+@pytest.fixture
+def click(view, addon_part):
+    """Clicks on a place in the world, as Blender calls the operator: what it returns."""
+    run = addon_part("operators.sign_select").ANGEN_OT_sign_select.invoke
+
+    def at(place, shift=False, off=(0, 0), button="LEFTMOUSE"):
+        x, y = pixels(place)
+        mouse = {"mouse_region_x": round(x + off[0]), "mouse_region_y": round(y + off[1])}
+        event = types.SimpleNamespace(type=button, value="CLICK", shift=shift, **mouse)
+        view.selected_objects = bpy.context.selected_objects
+        return run(types.SimpleNamespace(), view, event)
+
+    return at
+
+
+@pytest.fixture
+def signs(field, addon_part):
+    """Draws the sensors' signs, and a label to the right of each, without a GPU."""
+    board = addon_part("angen_addon.view.overlay.labels").Board()
+
+    def draw():
+        for seen in field().seen:
+            x, y = board.markers[seen.uid] = pixels(seen.matrix.translation)
+            board.plates[seen.uid] = x + 8.0, y - 9.0, x + 100.0, y + 9.0
+        cache.overlay.boards[7] = board
+
+    return draw
+
+
+def chosen():
+    selected = sorted(obj.name for obj in bpy.context.selected_objects)
+    return bpy.context.view_layer.objects.active.name, selected
+
+
+def test_a_click_on_a_sign_or_label_selects_the_sensor_and_no_other_click_does(world, click, signs):
+    wall = world.box((4, 0.1, 4), (0, 1, 0), name="wall")
+    wall.select_set(True)
+    bpy.context.view_layer.objects.active = wall
+    for name, x in (("left", -1.0), ("right", 1.0)):
+        world.pir(name).location = (x, 0, 0)
+    signs()
+    assert click((0, 0, 0.5)) == {"PASS_THROUGH"} and chosen() == ("wall", ["wall"])
+    assert click((1, 0, 0), off=(0, 30)) == {"PASS_THROUGH"}
+    assert click((1, 0, 0), off=(5, 5)) == {"FINISHED"} and chosen() == ("right", ["right"])
+    assert click((-1, 0, 0), shift=True, off=(60, 5)) == {"FINISHED"}
+    assert chosen() == ("left", ["left", "right"])
+    click((1, 0, 0), shift=True)
+    assert chosen() == ("right", ["left", "right"]), "the other becomes the active one"
+    click((1, 0, 0), shift=True)
+    assert chosen() == ("right", ["left"])
+    click((-1, 0, 0))
+    assert chosen() == ("left", ["left"])
+    world.scene.angen_overlay.show = False
+    assert click((1, 0, 0)) == {"PASS_THROUGH"} and chosen() == ("left", ["left"])
+    world.scene.angen_overlay.show = True
+    assert click((1, 0, 0), button="RIGHTMOUSE") == {"PASS_THROUGH"}, "it opens a menu"
+    bpy.data.objects["right"].hide_select = True
+    assert click((1, 0, 0)) == {"PASS_THROUGH"}
+
+
+def test_a_housing_stands_for_its_sensor(world, click, addon_part):
+    """A click on it selects the sensor; panels and operators take it for the sensor."""
+    sensor = world.pir("hall")
+    housing = world.box((0.5, 0.5, 0.5), (0, 0, 0), name="housing")
+    lens = world.box((0.2, 0.2, 0.2), (0, -0.4, 0), name="lens")
+    housing.parent, lens.parent = sensor, housing
+    pad = world.sensor("PRESSURE", "pad", world.box((1, 1, 0.1), (1.5, 0, 0), name="pad"))
+    cushion = world.box((0.5, 0.5, 0.5), (0, 0, 0.3), name="cushion")
+    cushion.parent = pad
+    world.update()
+    for place in ((0, 0, 0), (0.2, 0, 0.2)):
+        assert click(place) == {"FINISHED"} and chosen() == ("hall", ["hall"])
+    assert click((1.5, 0, 0.3)) == {"PASS_THROUGH"}, "a pad is its own body"
+    world.box((0.1, 0.1, 0.1), (0.0, -2.0, 0.0), name="before it")
+    world.update()
+    assert click((0, 0, 0)) == {"PASS_THROUGH"}
+    active = addon_part("angen_addon.view.active").active_sensor
+    for obj, expected in ((housing, sensor), (lens, sensor), (cushion, None), (pad, pad)):
+        bpy.context.view_layer.objects.active = obj
+        found = active(bpy.context)
+        assert (found and found.object) == expected
+    bpy.context.view_layer.objects.active = lens
+    assert bpy.ops.angen.preset_apply(preset="EKMC1601111") == {"FINISHED"}
+    assert sensor.angen_sensor.pir.model == "PYROELECTRIC"
+
+
+def test_clicks_go_to_signs_before_what_blender_does_with_them():
+    configuration = bpy.context.window_manager.keyconfigs.addon
+    if configuration is None:
+        pytest.skip("this Blender has no keys in the background")
+    for name in ("Object Mode", "3D View Tool: Tweak"):
+        items = configuration.keymaps[name].keymap_items
+        assert [item.shift for item in items if item.idname == "angen.sign_select"]

@@ -13,6 +13,7 @@ import bpy
 
 from ....panels.readings import ReadingTexts
 from ...runtime import state
+from ...scene.instances import housed_by
 from . import labels, refresh
 from .figures import Figure
 from .picture import DrawnSensors, Primitives, SensorRow, joined, passing, picture
@@ -41,9 +42,11 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
 def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
     """The reading of each sensor that this view shows, and whether it is selected."""
     readings, found = ReadingTexts(scene), []
+    active = bpy.context.view_layer.objects.active
+    housed = housed_by(active) if active is not None and active.select_get() else None
     for seen in drawn.seen:
         if seen.sensor.handle.visible_in_viewport_get(space):
-            selected = seen.selected
+            selected = seen.selected or (housed is not None and seen.sensor.object == housed)
             # Their full text tells the age from the start.
             full = selected or seen.uid == drawn.hovered
             source = None if full else readings.source(seen.sensor)

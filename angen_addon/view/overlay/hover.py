@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which marker the mouse is over: Blender tells nobody but gizmos where the mouse is.
 
-The gizmo here draws nothing and is never hit, so that clicks go where they always do.
+The gizmo here draws nothing and is never hit, so that clicks go where they always do, and to
+operators/sign_select.py.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import bpy
 from bpy.types import Context, Gizmo, GizmoGroup
 
 from ...runtime import state
+from ...scene.sensors import Sensor
+from .labels import nearest, sign_at
 
 # Pixels at an interface scale of 1.
 REACH = 11.0
@@ -37,10 +40,26 @@ class ANGEN_GGT_hover(GizmoGroup):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return bool(context.scene.angen_overlay.show and context.space_data.overlay.show_overlays)
+        return is_drawn(context)
 
     def setup(self, context: Context) -> None:
         self.gizmos.new(ANGEN_GT_hover.bl_idname)
+
+
+def is_drawn(context: Context) -> bool:
+    """Whether the 3D view shows sensors."""
+    return bool(context.scene.angen_overlay.show and context.space_data.overlay.show_overlays)
+
+
+def sensor_at(context: Context, place: Any) -> Sensor | None:
+    """The sensor whose sign or label the region has at a place (pixels)."""
+    drawn = state.CACHE.overlay
+    if drawn is None or context.region is None or not is_drawn(context):
+        return None
+    board = drawn.boards.get(context.region.as_pointer())
+    reach = REACH * context.preferences.system.ui_scale
+    uid = sign_at(board, place, reach) if board is not None else None
+    return next((seen.sensor for seen in drawn.seen if seen.uid == uid), None)
 
 
 def look(context: Context, location: Any) -> None:
@@ -54,13 +73,6 @@ def look(context: Context, location: Any) -> None:
     if found != drawn.hovered:
         drawn.hovered = found
         context.region.tag_redraw()
-
-
-def nearest(markers: dict[int, tuple[float, float]], place: Any, reach: float) -> int | None:
-    """The key of the marker nearest to a place, and within reach."""
-    apart = {uid: (x - place[0]) ** 2 + (y - place[1]) ** 2 for uid, (x, y) in markers.items()}
-    uid = min(apart, key=lambda u: apart[u], default=None)
-    return uid if uid is not None and apart[uid] < reach * reach else None
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_GT_hover, ANGEN_GGT_hover))

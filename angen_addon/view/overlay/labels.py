@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....panels.readings import IDLE, UNKNOWN, ReadingText
+from ....panels.readings import ACTIVE, IDLE, UNKNOWN, ReadingText
 from ....sensor_logic.wording import NOTHING
 from .picture import LOOKS, DrawnSensors, SensorRow, disc
 
@@ -35,26 +35,24 @@ def arrange(
     free: Rect,
     covered: Sequence[Rect],
     off: float,
+    first: frozenset[int] = frozenset(),
 ) -> dict[int, Rect]:
     """Plates of `sizes` beside `markers`, `off` from them, by their number; of those in `order`
     the ones that fit. They lie in `free`, on nothing that is `covered`, on no other plate, and
     near no marker but their own. Those `wanted` come first and are shown wherever there is room.
+    Those `first` come next, and may lie near other markers.
     """
     placed: dict[int, Rect] = {}
     turns = list(order)
-    for number in [n for n in turns if n in wanted] + [n for n in turns if n not in wanted]:
+    for number in sorted(turns, key=lambda n: 0 if n in wanted else 1 if n in first else 2):
         taken = [*covered, *placed.values()]
         plates = _beside(markers[number], sizes[number], off)
         inside = [plate for plate in plates if _holds(free, plate)]
-        fit = (p for p in inside if not any(_meet(p, other) for other in taken))
+        found = [p for p in inside if not any(_meet(p, other) for other in taken)]
         if number in wanted:
-            others: Sequence[Point] = ()
-            least = [p for p in inside if not any(_meet(p, other) for other in covered)]
-        else:
-            others = [m for n, m in enumerate(markers) if n != number]
-            least = []
-        clear = [p for p in fit if not any(_near(p, m, APART * off) for m in others)]
-        found = clear or least
+            found = found or [p for p in inside if not any(_meet(p, one) for one in covered)]
+        elif number not in first:
+            found = [p for p in found if not _crowd(p, markers, number, off)]
         if found:
             placed[number] = min(found, key=lambda p: _crowd(p, markers, number, off))
     return placed
@@ -172,20 +170,39 @@ class Word(NamedTuple):
 
 
 class Board:
-    """What one region shows, kept from frame to frame: `markers`, where each sensor's sign is, by
-    its uid; `rooms`, where there is room for labels, by row; `words`; `batches`, the GPU's copy of
-    signs and plates. `looked` is what was projected last and where it was found; `places` with
-    `widths`, and `picture` are what rooms and batches were made for."""
+    """What one region shows, kept from frame to frame: `markers` and `plates`, where each sensor's
+    sign and label are, by its uid; `rooms`, where there is room for labels, by row; `words`;
+    `batches`, the GPU's copy of signs and plates. `looked` is what was projected last and where it
+    was found; `places` with `widths` and the active ones that came `first`, and `picture` are what
+    rooms and batches were made for."""
 
     def __init__(self) -> None:
         self.looked: tuple[Any, Any] = None, None
         self.places: Any = None
         self.picture: Any = None
         self.markers: dict[int, Point] = {}
+        self.plates: dict[int, Rect] = {}
         self.widths: list[float] = []
+        self.first: frozenset[int] = frozenset()
         self.rooms: dict[int, Rect] = {}
         self.words: list[Word] = []
         self.batches: list[tuple[str, Any]] = []
+
+
+def sign_at(board: Board, place: Point, reach: float) -> int | None:
+    """The uid of the sensor whose sign is nearest to a place and within reach, else whose label is
+    there; None where none is."""
+    found = nearest(board.markers, place, reach)
+    if found is not None:
+        return found
+    return next((uid for uid, plate in board.plates.items() if _near(plate, place, 1.0)), None)
+
+
+def nearest(markers: dict[int, Point], place: Any, reach: float) -> int | None:
+    """The key of the marker nearest to a place, and within reach."""
+    apart = {uid: (x - place[0]) ** 2 + (y - place[1]) ** 2 for uid, (x, y) in markers.items()}
+    uid = min(apart, key=lambda u: apart[u], default=None)
+    return uid if uid is not None and apart[uid] < reach * reach else None
 
 
 def to_screen(
@@ -209,7 +226,8 @@ def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
         _texts(context, row.seen.sensor.name, row.shown, n in wanted) for n, row in enumerate(rows)
     ]
     widths = [_wide(context, words) for words in texts]
-    _find_places(context, board, markers, sizes, widths, wanted)
+    active = frozenset(n for n, row in enumerate(rows) if row.shown.icon == ACTIVE)
+    _find_places(context, board, markers, sizes, widths, wanted, active)
     picture = board.places, board.widths, texts, [row.shown.icon for row in rows]
     if picture != board.picture:
         board.picture = picture
@@ -219,6 +237,7 @@ def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
             for n, plate in plates.items()
             for word in _words(context, plate, texts[n], rows[n].shown)
         ]
+        board.plates = {rows[n].seen.uid: plate for n, plate in plates.items()}
         marked = [markers[n] for n in plates if n in wanted]
         sign = SIGN * context.preferences.system.ui_scale
         board.batches = _batches(list(plates.values()), rows, markers, marked, sign)
@@ -255,29 +274,35 @@ def _find_places(
     near: list[float],
     widths: list[float],
     wanted: frozenset[int],
+    active: frozenset[int],
 ) -> None:
-    """Room for labels; anew only where something moved, or a text is longer than all that its
-    sensor had since: labels stay where they are while numbers change."""
+    """Room for labels; anew only where something moved, a text is longer than all that its sensor
+    had since, or an active sensor has none: labels stay where they are while numbers change."""
     region, scale = context.region, context.preferences.system.ui_scale
     hidden = covered(context.area, region, context.space_data, context.preferences)
     there = [wide > 0.0 for wide in widths]
     places = markers, near, there, wanted, hidden, region.width, region.height
     if places == board.places:
-        if all(wide <= room for wide, room in zip(widths, board.widths, strict=True)):
+        is_served = active == board.first or active <= board.rooms.keys()
+        if is_served and all(w <= room for w, room in zip(widths, board.widths, strict=True)):
             return
         widths = [max(pair) for pair in zip(widths, board.widths, strict=True)]
-    board.places, board.widths = places, widths
+    board.places, board.widths, board.first = places, widths, active
     height = (FONT + 2 * PADDING) * scale
     # The nearest to the eye first; one after the other in the list where that is the same.
     order = [
         n
         for n in sorted(range(len(near)), key=lambda n: -round(near[n], 3))
-        if there[n] and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted)
-    ][:MOST_LABELS]
+        if there[n] and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted | active)
+    ]
+    most = set(sorted(order, key=lambda n: n not in wanted | active)[:MOST_LABELS])
+    order = [n for n in order if n in most]
     window = (0.0, 0.0, float(region.width), float(region.height))
     off = (SIGN + GAP / 2) * scale
     sizes = [(wide, height) for wide in widths]
     board.rooms = arrange(markers, sizes, order, wanted, window, hidden, off)
+    if any(there[n] and n not in board.rooms for n in active):
+        board.rooms = arrange(markers, sizes, order, wanted, window, hidden, off, active)
 
 
 def _plate(room: Rect, marker: Point, wide: float) -> Rect:

@@ -10,7 +10,7 @@ import bpy
 from bpy.types import SpaceDopeSheetEditor
 
 from ...runtime import state
-from ...scene.instances import Uid
+from ...scene.instances import Uid, stands_for
 from ...scene.sensors import Sensor
 from .layout import (
     CHIP,
@@ -63,7 +63,7 @@ _handles: list[tuple[Any, str]] = []
 
 def rows_shown(settings: Any, sensors: list[Sensor], context: Any) -> list[Sensor]:
     """The sensors that have a row."""
-    active = context.view_layer.objects.active
+    active = stands_for(context.view_layer.objects.active)
     if settings.rows == "SELECTED":
         return [s for s in sensors if s.handle == active or s.selected]
     if settings.rows == "ROOM":
@@ -120,7 +120,7 @@ def _shown() -> tuple[History, frozenset[Uid], Any] | None:
     if settings.rows != "ALL":
         uids = frozenset(s.uid for s in rows_shown(settings, sensors, context))
         history = history.only(uids)
-    active = context.view_layer.objects.active
+    active = stands_for(context.view_layer.objects.active)
     chosen = frozenset(s.uid for s in sensors if s.handle == active or s.selected)
     return history, chosen, settings
 

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A click on a sensor's sign, label or housing in a 3D view selects the sensor.
+
+Blender selects what lies behind a sign. The keys here come before its own, where it selects by the
+same click, and leave to it every click that is not on a sensor.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Event, Operator
+from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
+
+from ..angen_addon.scene.instances import housed_by
+from ..angen_addon.scene.sensors import Sensor, sensor_of
+from ..angen_addon.view.overlay.hover import sensor_at
+from .show import select, why_hidden
+
+# Blender's keymaps in which a click selects an object, with button and moment: Select Box and most
+# other tools leave a click to Object Mode, Tweak selects when the button is pressed, and so does
+# the right button, where that selects.
+KEYS = (
+    ("Object Mode", "EMPTY", "LEFTMOUSE", "CLICK"),
+    ("Object Mode", "EMPTY", "RIGHTMOUSE", "PRESS"),
+    ("3D View Tool: Tweak", "VIEW_3D", "LEFTMOUSE", "PRESS"),
+    ("3D View Tool: Tweak (fallback)", "VIEW_3D", "LEFTMOUSE", "PRESS"),
+)
+# Objects that hide a housing from the mouse but not from the eye are looked through, so many.
+MOST_HIDDEN = 20
+
+
+class ANGEN_OT_sign_select(Operator):
+    bl_idname = "angen.sign_select"
+    bl_label = "Select Sensor"
+    bl_description = "Select the sensor whose sign, label or housing is clicked"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        area = context.area
+        return context.mode == "OBJECT" and area is not None and area.type == "VIEW_3D"
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        if not _selects(context, event):
+            return {"PASS_THROUGH"}
+        place = event.mouse_region_x, event.mouse_region_y
+        sensor = sensor_at(context, place) or housed_at(context, place)
+        if sensor is None or why_hidden(sensor.handle, context):
+            return {"PASS_THROUGH"}
+        obj = sensor.handle
+        if event.shift and obj.select_get() and obj == context.view_layer.objects.active:
+            obj.select_set(False)
+            return {"FINISHED"}
+        # Pressed on one of many that are selected: dragging moves all of them.
+        select(sensor, context, extend=event.shift or (_presses(event) and obj.select_get()))
+        if not _presses(event):
+            return {"FINISHED"}
+        self._begin = place
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: Event) -> set[str]:
+        """Moves the sensor if the mouse is dragged before its button is released, as Blender
+        does."""
+        if event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}:
+            x, y = event.mouse_region_x - self._begin[0], event.mouse_region_y - self._begin[1]
+            far = context.preferences.inputs.drag_threshold_mouse
+            if max(abs(x), abs(y)) < far * context.preferences.system.ui_scale:
+                return {"RUNNING_MODAL"}
+            bpy.ops.transform.translate("INVOKE_DEFAULT", release_confirm=True)
+        return {"FINISHED"}
+
+
+def _presses(event: Event) -> bool:
+    return bool(event.value == "PRESS")
+
+
+def _selects(context: Context, event: Event) -> bool:
+    """Whether this button selects; the left one does in the tool Tweak whatever the user chose."""
+    configuration = context.window_manager.keyconfigs.active
+    chosen = getattr(configuration.preferences, "select_mouse", "LEFT")
+    tweaks = event.type == "LEFTMOUSE" and _presses(event)
+    return tweaks or event.type == f"{chosen}MOUSE"
+
+
+def housed_at(context: Context, place: tuple[float, float]) -> Sensor | None:
+    """The sensor whose housing the 3D view shows at a place (pixels), or None."""
+    space, view = context.space_data, context.region_data
+    depsgraph = context.evaluated_depsgraph_get()
+    way = region_2d_to_vector_3d(context.region, view, place)
+    start = region_2d_to_origin_3d(context.region, view, place, clamp=space.clip_end)
+    # Blender draws nothing nearer than this.
+    start = start + way * (space.clip_start if view.is_perspective else 0.0)
+    for _ in range(MOST_HIDDEN):
+        hit, at, _normal, _face, obj, _matrix = context.scene.ray_cast(depsgraph, start, way)
+        if not hit:
+            return None
+        if obj.original.visible_in_viewport_get(space):
+            owner = housed_by(obj.original)
+            return sensor_of(owner) if owner is not None else None
+        start = at + way * space.clip_start
+    return None
+
+
+_keys: list[tuple[Any, Any]] = []
+_register, _unregister = bpy.utils.register_classes_factory((ANGEN_OT_sign_select,))
+
+
+def register() -> None:
+    _register()
+    # None in the background.
+    configuration = bpy.context.window_manager.keyconfigs.addon
+    if configuration is None:
+        return
+    for name, space, button, moment in KEYS:
+        keymap = configuration.keymaps.new(name, space_type=space)
+        for shift in (False, True):
+            idname = ANGEN_OT_sign_select.bl_idname
+            item = keymap.keymap_items.new(idname, button, moment, shift=shift, head=True)
+            _keys.append((keymap, item))
+
+
+def unregister() -> None:
+    while _keys:
+        keymap, item = _keys.pop()
+        keymap.keymap_items.remove(item)
+    _unregister()

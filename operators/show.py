@@ -108,11 +108,13 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
     metres = unit_scale(context.scene)
     matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
     drawn = state.CACHE.overlay.seen if state.CACHE.overlay is not None else ()
-    for seen in drawn:
-        if seen.uid == sensor.uid and seen.rays is not None and seen.rays.bundles:
-            met = seen.rays.bundles.values()
-            ends = [m.origins + m.directions * m.ranges[:, None] for m in met]
-            points = np.vstack([np.vstack(ends) / metres, np.array(matrix.translation)])
+    seen = next((seen for seen in drawn if seen.uid == sensor.uid), None)
+    if seen is not None and seen.rays is not None:
+        lines = [part for figure in seen.figures for part in figure.lines.values()]
+        points = np.concatenate(
+            [np.array([matrix.translation]), *(p.reshape(-1, 3) for p in lines)]
+        )
+        if len(points) > 1:
             lo, hi = points.min(axis=0), points.max(axis=0)
             radius = max(float(np.linalg.norm(hi - lo)) / 2, LEAST_RADIUS / metres)
             return Vector((lo + hi) / 2), radius

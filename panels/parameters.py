@@ -14,7 +14,7 @@ from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.parameters import Spec, is_chosen, specs
+from ..sensor_logic.parameters import is_chosen, label_of, specs
 from .lines import draw_lines, draw_property, has_name_column
 from .readings import ReadingText, shown
 
@@ -90,12 +90,8 @@ def _draw_parameters(column: Any, scene: Any, sensor: Sensor, names: Any) -> Non
         # A parameter with only one choice needs no field.
         if is_chosen(group, spec.used_when) and len(spec.choices) != 1:
             unit = sensor.kind.unit_of(spec, group)
-            draw_property(column, scene, group, name, panel_label(spec), unit)
-
-
-def panel_label(spec: Spec) -> str:
-    """The name of a parameter in panels, which is cut where it is longer than the column."""
-    return spec.short or spec.label
+            label = label_of(spec, group, short=True)
+            draw_property(column, scene, group, name, label, unit)
 
 
 def _draw_problem(layout: Any, scene: Any, sensor: Sensor) -> None:
@@ -105,7 +101,7 @@ def _draw_problem(layout: Any, scene: Any, sensor: Sensor) -> None:
     except AngenError as error:
         problem = str(error).removeprefix(f"'{sensor.name}': ")
         for name, spec in specs(sensor.kind.parameters).items():
-            problem = problem.replace(name, panel_label(spec))
+            problem = problem.replace(name, label_of(spec, sensor.parameters, short=True))
         draw_lines(layout, problem, "ERROR")
         return
     for found in unreachable(sensor, lengths):

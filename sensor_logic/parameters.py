@@ -46,12 +46,14 @@ class FormerChoice:
 class Spec:
     """The facts about a parameter besides its default. `unit`: SI, angles in radians, or READING.
     The default `minimum` of a number is 0; `positive`: it must be above 0. `used_when`: the choices
-    of other parameters with which the model uses it. `short`: the label for narrow places.
+    of other parameters with which the model uses it. `short`: the label for narrow places;
+    `other_labels`: the choices with which it is called otherwise, the label then and its short one.
     `former`: the choices that older files contain."""
 
     label: str
     tip: str
     short: str = ""
+    other_labels: tuple[tuple[UsedWhen, str, str], ...] = ()
     unit: str = ""
     minimum: float = 0.0
     maximum: float = math.inf
@@ -130,6 +132,14 @@ def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
 def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
     """Whether the parameters fulfil the condition `used_when`."""
     return all(getattr(parameters, name) == choice for name, choice in used_when)
+
+
+def label_of(spec: Spec, parameters: Any, short: bool = False) -> str:
+    """What a parameter is called beside the choices that `parameters` make."""
+    for used_when, label, short_label in spec.other_labels:
+        if is_chosen(parameters, used_when):
+            return short_label if short else label
+    return spec.short if short and spec.short else spec.label
 
 
 def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:

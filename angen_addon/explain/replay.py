@@ -14,7 +14,7 @@ import numpy as np
 
 from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import Array, Pose
-from ...sensor_logic.parameters import is_chosen, specs, value_text
+from ...sensor_logic.parameters import is_chosen, label_of, specs, value_text
 from ...sensor_logic.recording.tracks import Recording, Track
 from ...sensor_logic.wording import quoted
 from ..runtime import handlers, state
@@ -273,13 +273,9 @@ def explain_plainly(replay: Replay, index: int) -> Explanation:
         facts.append(("Nearest", _nearest(replay)))
     for name, spec in specs(kind.parameters).items():
         if is_chosen(pending.parameters, spec.used_when):
-            value = getattr(pending.parameters, name)
-            facts.append(
-                (
-                    spec.label,
-                    value_text(value, spec, kind.unit_of(spec, pending.parameters), lengths),
-                )
-            )
+            unit = kind.unit_of(spec, pending.parameters)
+            text = value_text(getattr(pending.parameters, name), spec, unit, lengths)
+            facts.append((label_of(spec, pending.parameters), text))
     word = kind.active_label if track.active[index] else kind.idle_label
     reading = track.reading_at(index).text(track.value[index], lengths)
     return replay.explanation(index, f"{word}: {reading}", facts)

@@ -337,7 +337,7 @@ def test_zones_are_drawn_where_the_rays_in_them_end(world, field, scale):
     """On a wall that leans, and apart from each other: each zone holds the rays cast in it."""
     world.scene.unit_settings.scale_length = scale
     lens = world.pir("lens", update_rate=24.0)
-    lens.angen_sensor.pir.model = "PYROELECTRIC"
+    lens.angen_sensor.pir.model, lens.angen_sensor.pir.range_max = "PYROELECTRIC", 60.0
     lens.location = (0.1 / scale, 0.2 / scale, 0.3 / scale)
     ranger = world.sensor("DISTANCE", "ranger", zones_across=3, zones_up=2, rays=3)
     ranger.rotation_euler.z = 0.2
@@ -368,6 +368,49 @@ def test_zones_are_drawn_where_the_rays_in_them_end(world, field, scale):
     assert len(drawn(of(found, "lens"), "picture", "fills")) == 2 * sum(
         zone.polarity > 0 for zone in zones
     )
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+@pytest.mark.parametrize(("wall", "reach"), [(2.0, 5.0), (10.0, 5.0), (10.0, 60.0)])
+def test_zones_of_a_lens_end_at_walls_and_at_the_detection_distance(
+    world, field, scale, wall, reach
+):
+    """The rays of the lens look 50 m far, since a warm wall there counts."""
+    world.scene.unit_settings.scale_length = scale
+    world.pir("lens", model="PYROELECTRIC", range_max=reach)
+    world.wall(wall / scale, size=1000.0 / scale)
+    seen = of(field(), "lens")
+    ends = drawn(seen, "picture").reshape(-1, 3) * scale
+    away, depth = np.linalg.norm(ends, axis=1), -ends[:, 2]
+    assert away.max() < reach * (1 + 1e-5) and depth.max() < wall
+    beside = np.abs(ends[:, 0] / depth) < 0.5
+    assert beside.any()
+    at_wall = wall / (depth[beside] / away[beside]) < reach
+    assert at_wall.all() if wall < 5.0 else not at_wall.any() or reach > 50.0
+    expected = np.where(at_wall, wall / (depth / away)[beside] - 0.01, reach)
+    assert away[beside] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("kind", ["lens", "ranger"])
+def test_no_zone_is_drawn_through_the_edge_of_a_wall(world, field, kind):
+    """The left half of what they see is behind a wall at 2 m, the right half ends at 4 m."""
+    if kind == "lens":
+        world.pir("lens", model="PYROELECTRIC", range_max=5.0)
+    else:
+        world.sensor("DISTANCE", "ranger", rays=4, horizontal_fov=1.0)
+    near = world.wall(2.0, "near", size=20.0)
+    world.wall(3.4, "far", size=50.0)
+    near.location.x = -10.0 - 0.05
+    seen = of(field(), kind)
+    meanings = ("picture",) if kind == "lens" else ("outline", "limit")
+    ends = np.concatenate([drawn(seen, name) for name in meanings]).reshape(-1, 3)
+    depth = -ends[:, 2]
+    assert depth.max() < 3.4 * 1.02
+    # Seen from the sensor, these corners are before the near wall.
+    behind = ends[:, 0] / depth < (-0.05 / 2.0) - 0.03
+    inside = np.abs(ends[:, 1] / depth) < 4.0
+    assert (behind & inside).sum() > 3
+    assert depth[behind & inside].max() < 2.0
 
 
 def test_a_pads_arrow_is_as_long_as_its_force():

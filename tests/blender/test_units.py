@@ -8,7 +8,6 @@ import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.output.describe import describe
 from bl_ext.user_default.angen_sensors.angen_addon.scene.lengths import with_unit
-from bl_ext.user_default.angen_sensors.panels.parameters import panel_label as label_of
 from bl_ext.user_default.angen_sensors.sensor_logic import kinds, parameters
 from light_stage import facing, lamp
 from panel_layout import drawn
@@ -151,6 +150,9 @@ def test_without_units_the_label_has_those_that_blender_leaves_out(world):
     assert {"Range max (m)", "Hold time (s)", "Horizontal"} <= set(
         drawn("ANGEN_PT_active_sensor").fields
     )
+    bpy.context.object.angen_sensor.pir.model = "PYROELECTRIC"
+    fields = drawn("ANGEN_PT_active_sensor").fields
+    assert fields["Detection (m)"][1] == "range_max" and "Range max (m)" not in fields
 
 
 def test_no_label_is_wider_than_its_column():
@@ -162,7 +164,7 @@ def test_no_label_is_wider_than_its_column():
         for name, spec in parameters.specs(kind.parameters).items():
             of_reading = spec.unit == parameters.READING
             for unit in units if of_reading else (spec.unit,):
-                label = with_unit(label_of(spec), unit)
                 # What is ticked has the wider column of values.
                 room = 100 if isinstance(parameters.defaults(kind.parameters)[name], bool) else 78
-                assert blf.dimensions(0, label)[0] <= room, label
+                for label in (spec.short or spec.label, *(s for *_, s in spec.other_labels)):
+                    assert blf.dimensions(0, with_unit(label, unit))[0] <= room, label

@@ -22,6 +22,7 @@ from ....sensor_logic.kinds.pir.pyroelectric import (
 )
 from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ....sensor_logic.model import Array, Emission, Pose
+from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import waiting
 from ....sensor_logic.wording import Lengths, capital, quoted
 from ...explain.facts import Explanation, Facts, at_frame
@@ -494,7 +495,8 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     if name in _noticed(found):
         return f"{text}: seen, but it changes too little, or too slowly"
     if away[name] > pir.range_max:
-        return f"{text}: beyond the range max of {replay.lengths.typed(pir.range_max)}"
+        label = label_of(specs(replay.sensor.kind.parameters)["range_max"], pir).lower()
+        return f"{text}: beyond the {label} of {replay.lengths.typed(pir.range_max)}"
     if pir.model == "RANGE_SCAN":
         middle = (moving[name].mean(axis=0) - pose.origin) @ pose.axes
         beside = abs(math.atan2(-middle[0], -middle[2]))

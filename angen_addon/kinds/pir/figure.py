@@ -62,10 +62,12 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
-    """The end of each zone of a lens: filled for one element, empty for the other."""
+    """The end of each zone of a lens, at the latest at the detection distance, though its rays look
+    farther: filled for one element, empty for the other."""
     drawn, zones = Figure(), zones_of(seen.parameters)
     directions = zone_edges(zones) @ seen.pose.axes.T
-    ends = corners_of(met, seen.pose.origin, directions, metres)
+    farthest = seen.parameters.range_max
+    ends = corners_of(met, seen.pose.origin, directions, metres, farthest)
     start = seen.pose.origin / metres
     drawn.add("ray", pairs(np.broadcast_to(start, ends[:, 0].shape), ends[:, 0]))
     corners = ends[:, 1:]

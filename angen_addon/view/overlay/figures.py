@@ -24,6 +24,9 @@ CROSS = 0.05
 # Points this near to the way between their neighbours are left out, as on a flat wall: as a share
 # of that way; and as far as ranges are exact, m.
 STRAIGHT, EXACT = 2e-4, 2e-5
+# Of a zone: rays that miss their plane by more than this share of their range met no plane; so
+# many rays are beside an edge.
+FLAT, BESIDE = 0.03, 3
 DASHES = 9
 DASHES_AT = np.linspace(0.0, 1.0, 2 * DASHES)[:, None]
 ROUND = 24
@@ -64,21 +67,32 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
     return starts, ends.reshape(rows, -1, 3) / metres, hit.reshape(rows, -1)
 
 
-def corners_of(met: RaysMet, apex: Array, edges: Array, metres: float) -> Array:
-    """Where pyramids from an apex (3,) in m end, (z, c, 3) in Blender units: unit vectors `edges`
-    (z, c, 3), as far as the plane through what the rays within met, which are as many in each,
-    pyramid after pyramid; at most a tenth farther than the farthest of them, or nearer than the
-    nearest."""
+def corners_of(
+    met: RaysMet, apex: Array, edges: Array, metres: float, farthest: float = math.inf
+) -> Array:
+    """Where pyramids from an apex (3,) in m end, (z, c, 3) in Blender units, at most `farthest` m
+    away: unit vectors `edges` (z, c, 3), as far as the plane that the rays within met, as many in
+    each, pyramid after pyramid. Where they met no plane, each edge ends with the nearest hit of the
+    rays beside it, so that none goes through a wall."""
     count = len(edges)
     ends = (met.origins + met.directions * met.ranges[:, None] - apex).reshape(count, -1, 3)
     ranges = np.maximum(np.linalg.norm(ends, axis=-1), 1e-9)
+    ways = ends / ranges[..., None]
+    hit = ((met.ranges < met.reach).reshape(count, -1) & (ranges < farthest)).any(axis=1)
+    ranges = np.minimum(ranges, farthest)
     # Along any way within the plane n·p = 1 one goes 1 / (n·way).
-    near, ways = 1.0 / ranges, ends / ranges[..., None]
+    near = 1.0 / ranges
     plane = np.linalg.pinv(ways, rcond=1e-6) @ near[..., None]
-    least, most = near.min(axis=1, keepdims=True), near.max(axis=1, keepdims=True)
-    far = 1.0 / np.clip((edges @ plane)[..., 0], 0.9 * least, 1.1 * most)
-    hit = (met.ranges < met.reach).reshape(count, -1).any(axis=1, keepdims=True)
-    found: Array = apex + edges * (far - np.minimum(OFF_SURFACE, far / 2) * hit)[..., None]
+    least, most = ranges.min(axis=1, keepdims=True), ranges.max(axis=1, keepdims=True)
+    far = 1.0 / np.clip((edges @ plane)[..., 0], 0.9 / most, 1.1 / least)
+    bent = np.abs((ways @ plane)[..., 0] * ranges - 1.0).max(axis=1) > FLAT
+    if bent.any():
+        apart = -edges[bent] @ ways[bent].swapaxes(1, 2)
+        beside = np.argsort(apart, axis=-1)[..., :BESIDE]
+        far[bent] = np.take_along_axis(ranges[bent, None], beside, axis=-1).min(axis=-1)
+    far = np.minimum(far, farthest)
+    far -= np.minimum(OFF_SURFACE, far / 2) * hit[:, None]
+    found: Array = apex + edges * far[..., None]
     return found / metres
 
 

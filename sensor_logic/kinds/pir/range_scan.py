@@ -95,8 +95,10 @@ class PirParameters(Parameters):
     range_max: float = parameter(
         4.0,
         "Range max",
-        "A ray that hits nothing within this distance reads it; a pyroelectric detector just "
-        "detects the standard target there. Datasheets: detection distance",
+        "A ray that hits nothing within this distance reads it. Of a pyroelectric detector its "
+        "detection distance: it just detects the standard target there. "
+        "Datasheets: detection distance",
+        other_labels=((PYRO["used_when"], "Detection distance", "Detection"),),
         unit="m",
         positive=True,
         source=THESIS,

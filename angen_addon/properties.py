@@ -295,6 +295,12 @@ SCENE = {
         name: prop.function(update=_settings_changed, **prop.keywords)
         for name, prop in SCENE_SETTINGS.items()
     },
+    "angen_start": StringProperty(
+        name="Start",
+        description="Date and time of the scene's first frame, such as 2026-03-01T08:00: exported "
+        "files and panels then tell the time of day. Empty: only seconds",
+        options=set(),
+    ),
     "angen_live": BoolProperty(
         name="Live", description="Without a recording, sensors follow the playhead", default=True
     ),

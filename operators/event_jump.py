@@ -11,8 +11,9 @@ from bpy.types import Context, Operator
 
 from ..angen_addon.runtime import state
 from ..angen_addon.runtime.playhead import why_not_recorded
+from ..angen_addon.runtime.time_base import moment_text
 from ..angen_addon.view.active import active_sensor
-from ..sensor_logic.log import event_rows, format_frame, shown_rows
+from ..sensor_logic.log import event_rows, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
 from .polls import is_idle, needs
 from .recording import has_fresh_recording
@@ -73,11 +74,8 @@ class ANGEN_OT_event_jump(Operator):
         step = round(ahead[0] * substeps)
         scene.frame_set(step // substeps, subframe=step % substeps / substeps)
         passed = sum(frame <= ahead[0] for frame in every)
-        self.report(
-            {"INFO"},
-            f"'{track.sensor}': {passed} of {len(every)} events passed, "
-            f"frame {format_frame(ahead[0])}",
-        )
+        at = moment_text(scene, ahead[0])
+        self.report({"INFO"}, f"'{track.sensor}': {passed} of {len(every)} events passed, {at}")
         return {"FINISHED"}
 
 

@@ -38,6 +38,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
     bl_label = "Export Samples"
     bl_description = "Write all updates, one CSV file for each sensor, into a new folder"
 
+    drawn = ("folder", *ExportOptions.drawn)
     directory: StringProperty(name="Folder", subtype="DIR_PATH")
     folder: StringProperty(
         name="New Folder",

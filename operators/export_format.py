@@ -22,6 +22,7 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
     bl_label = "Export for Other Tools"
     bl_description = "Write the recorded events as CASAS text, ROS 2 messages, for pyadlml …"
 
+    drawn = ("format", "selected_only")
     filepath: StringProperty(subtype="FILE_PATH")
     format: EnumProperty(name="Format", items=ITEMS)
 
@@ -30,6 +31,9 @@ class ANGEN_OT_export_format(ExportOptions, Operator):
         self.filepath = str(Path(bpy.data.filepath).with_name(f"{stem} events"))
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
+
+    def needing(self) -> str:
+        return str(self.format)
 
     def export(self, context: Context) -> str:
         sensors, recording, start = self.chosen(context)

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from datetime import datetime
+from typing import Any
 
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context
 
 from ..angen_addon.runtime import state
+from ..angen_addon.runtime.time_base import start_of
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..sensor_logic.error import AngenError, InputError, explained
 from ..sensor_logic.log import for_spreadsheets, parse_start
@@ -20,6 +22,9 @@ from .recording import has_fresh_recording, is_still_fresh
 class ExportOptions:
     """Mix-in of operators that export a fresh recording, which `export` does."""
 
+    # Options of the file browser; the scene's Start comes last.
+    drawn: tuple[str, ...] = ("selected_only", "spreadsheet")
+
     selected_only: BoolProperty(
         name="Selected Sensors",
         description="Leave out the readings of sensors that are not selected",
@@ -30,11 +35,21 @@ class ExportOptions:
     )
     start: StringProperty(
         name="Start",
-        description="Date and time of the scene's first frame, such as 2026-03-01T08:00: the file "
-        "then has the time of day too. Empty: only seconds",
+        description="For scripts: date and time of the first frame, in place of the scene's Start",
+        options={"HIDDEN", "SKIP_SAVE"},
     )
 
     poll = classmethod(has_fresh_recording)
+
+    def draw(self, context: Context) -> None:
+        column = self.layout.column()  # type: ignore[attr-defined]
+        for name in self.drawn:
+            column.prop(self, name)
+        draw_start(column, context.scene, self.needing())
+
+    def needing(self) -> str:
+        """What needs a date, such as a format; empty where the files can do without."""
+        return ""
 
     def export(self, context: Context) -> str:
         """Writes files; returns which. Raises AngenError."""
@@ -62,12 +77,32 @@ class ExportOptions:
             if not names:
                 raise AngenError("No recorded sensor is selected: select some, or export all")
             recording = recording.only(names)
-        return sensors, recording, self._start()
+        return sensors, recording, self._start(context)
 
     def shown(self, text: str) -> str:
         """CSV text, made safe for spreadsheets if so chosen."""
         return for_spreadsheets(text) if self.spreadsheet else text
 
-    def _start(self) -> datetime | None:
-        with explained("Start", InputError):
-            return parse_start(self.start)
+    def _start(self, context: Context) -> datetime | None:
+        if not self.start:
+            start = start_of(context.scene)
+        else:
+            with explained("Start", InputError):
+                start = parse_start(self.start)
+        if start is None and (what := self.needing()):
+            raise InputError(
+                f"Start is empty, and {what} writes dates: set Start (here, or in the panel "
+                "Simulation) to the date and time of the first frame, such as 2026-03-01T08:00"
+            )
+        return start
+
+
+def draw_start(layout: Any, scene: Any, needing: str = "") -> None:
+    """Draws the scene's Start, marked where it is no date or `needing` lacks it."""
+    try:
+        start = start_of(scene)
+    except InputError:
+        start, needing = None, needing or "Start"
+    row = layout.row()
+    row.alert = start is None and bool(needing)
+    row.prop(scene, "angen_start")

@@ -24,6 +24,7 @@ class ANGEN_OT_export_report(ExportOptions, Operator, ExportHelper):
         ".svg for the pictures alone"
     )
 
+    drawn = ("selected_only",)
     # Empty, so that the file browser accepts both .html and .svg.
     filename_ext = ".html"
     check_extension = None

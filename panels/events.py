@@ -13,12 +13,13 @@ from ..angen_addon.explain.explain import MEMORY
 from ..angen_addon.explain.facts import Explanation
 from ..angen_addon.runtime import state
 from ..angen_addon.runtime.playhead import why_not_recorded
+from ..angen_addon.runtime.time_base import moment_text
 from ..angen_addon.view.active import active_sensor
 from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
 from ..operators.markers import event_name
 from ..operators.recording import why_not_fresh
-from ..sensor_logic.log import format_frame
 from ..sensor_logic.recording.tracks import Recording, Track
+from ..sensor_logic.wording import capital
 from .lines import (
     LABEL_SHARE,
     MARGIN_LETTERS,
@@ -79,7 +80,8 @@ def _draw_events(
     if not told:
         return
     index = told[-1]
-    text = f"Explain {event_name(track, index)}, Frame {format_frame(track.frames[index])}"
+    at = capital(moment_text(scene, track.frames[index]))
+    text = f"Explain {event_name(track, index)}, {at}"
     layout.operator("angen.explain", text=text, icon="QUESTION", translate=False)
     now = track.at(frame)
     if now is not None and not track.active[now]:

@@ -12,6 +12,7 @@ from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, simulated
+from ..operators.export_options import draw_start
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.wording import capital, plural
 from .lines import ClosedSidebar, Sidebar, draw_lines, draw_property, draw_working
@@ -35,6 +36,7 @@ class ANGEN_PT_simulation(Sidebar, Panel):
         if any(s.kind.requires(LIGHT) and s.settings.enabled for s in sensors):
             row.operator("angen.simulate", text="Without Light").without_light = True
         draw_recording(layout, scene, sensors)
+        draw_start(layout, scene)
         row = layout.row(align=True)
         row.operator("angen.export_events", text="Events", icon="EXPORT")
         row.operator("angen.export_samples", text="Samples", icon="EXPORT")

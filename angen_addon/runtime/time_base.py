@@ -3,17 +3,41 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Any
 
 import bpy
 
 from ...sensor_logic.clock import Clock
+from ...sensor_logic.error import InputError, explained
+from ...sensor_logic.log import format_frame, iso_time, parse_start
 
 
 def clock_of(scene: Any) -> Clock:
     """The scene's time base: t = 0 at its start frame."""
     render = scene.render
     return Clock(scene.frame_start, render.fps, render.fps_base, scene.angen_substeps)
+
+
+def start_of(scene: Any) -> datetime | None:
+    """The scene's Start: date and time of its first frame; None where it has none. Raises
+    InputError."""
+    with explained("Start", InputError):
+        return parse_start(scene.angen_start)
+
+
+def moment_text(scene: Any, frame: float) -> str:
+    """The time of day at a frame, to a tenth of a second, as the scene's Start tells it; without a
+    Start the frame's number."""
+    try:
+        start = start_of(scene)
+    except InputError:
+        start = None
+    if start is None:
+        return f"frame {format_frame(frame)}"
+    # Half a millisecond more: a tenth of a second is never cut to the one before.
+    seconds = (frame - scene.frame_start) * scene.render.fps_base / scene.render.fps
+    return iso_time(start, seconds + 5e-4)[11:21]
 
 
 def frames_to_run(scene: Any) -> tuple[int, int]:

@@ -56,11 +56,11 @@ class AngenDay(PropertyGroup):
         name="Text", description="A routine in this file, in place of one on disk", type=Text
     )
     date: StringProperty(
-        name="Start", description="The first day, as 2026-03-02", default="2026-03-02",
+        name="First Day", description="Its date, as 2026-03-02", default="2026-03-02",
         options=set(),
     )  # fmt: skip
     number: IntProperty(
-        name="Day", description="Which day since the start is looked at", default=1, min=1,
+        name="Day", description="Which day since the first is looked at", default=1, min=1,
         soft_max=31, options=set(),
     )  # fmt: skip
     seed: IntProperty(name="Seed", description="Of all chance in the routine", min=0, options=set())

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from datetime import date, datetime, time, timedelta
 from typing import Any
 
 import bpy
@@ -15,7 +16,7 @@ import bpy
 from ...angen_addon.scene.light.scene import take_begins
 from ..acting.places import Places
 from ..acting.timeline import Acted
-from ..days.rows import FPS, frame_at
+from ..days.rows import FPS, frame_at, time_at
 from .daylight import Daylight
 from .keys import MOVED, KeyedStretch, lights_of
 from .person import body_of
@@ -32,11 +33,12 @@ def show(
     places: Places,
     residents: Mapping[str, Any],
     daylight: Daylight,
+    on: date,
     start: float,
     end: float,
 ) -> None:
-    """What happens from `start` to `end` (s of the day) as animation at the home's frames, in the
-    day's light."""
+    """What happens from `start` to `end` (s of the day `on`) as animation at the home's frames, in
+    the day's light. The scene's Start becomes that of its first frame."""
     leave(scene)
     ranged = {name: getattr(scene, name) for name in RANGE}
     scene.frame_set(scene.frame_start)
@@ -46,6 +48,7 @@ def show(
     before = {
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
+        "start": scene.angen_start,
         "owners": [_noted(owner) for owner in owners] + [_noted_sky(*sky) for sky in skies],
     }
     scene.angen_day.before = json.dumps(before)
@@ -63,6 +66,9 @@ def show(
     scene.use_preview_range = False
     # In this order, for the one pushes the other.
     scene.frame_end, scene.frame_start = frame_at(last), frame_at(first)
+    begin = datetime.combine(on, time()) + timedelta(seconds=time_at(frame_at(first)))
+    whole = begin.microsecond == 0
+    scene.angen_start = begin.isoformat(timespec="seconds" if whole else "milliseconds")
     scene.frame_set(frame_at(start))
 
 
@@ -81,6 +87,8 @@ def leave(scene: Any) -> None:
             _give_back(owner, noted)
     for name, value in before["time"].items():
         setattr(scene.render, name, value)
+    # Files of earlier versions noted none.
+    scene.angen_start = before.get("start", scene.angen_start)
     wanted = before["range"]
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
     scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]

@@ -30,7 +30,7 @@ _acted: tuple[Any, Acted, Places, Plan] | None = None
 def _settings(scene: Any) -> tuple[Plan, date, int]:
     """Routine, start and seed from the panel's settings. Raises InputError."""
     settings = scene.angen_day
-    wrong = f"start: '{settings.date}' is not a date such as 2026-03-02"
+    wrong = f"First Day: '{settings.date}' is not a date such as 2026-03-02"
     with replaced(wrong, ValueError, OverflowError):
         start = date.fromisoformat(settings.date)
         start + timedelta(settings.number)
@@ -126,7 +126,7 @@ class ANGEN_OT_day_show(Operator):
             return cancelled(self, error)
         sensors = simulated(all_sensors(context.view_layer))
         daylight = Daylight(scene, sensors, _date(settings))
-        shown.show(scene, acted, places, residents, daylight, item.start, item.end)
+        shown.show(scene, acted, places, residents, daylight, _date(settings), item.start, item.end)
         settings.active = self.index
         state.CACHE.settings_changed(scene)
         _scroll_timelines(context)

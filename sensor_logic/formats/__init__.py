@@ -55,7 +55,7 @@ class Format:
     def check_dates(self, start: datetime, first: float, last: float) -> None:
         """Raises InputError unless the format can hold dates from `first` to `last`, in seconds
         since the start."""
-        why = "the log's dates are not all between the years 1 and 9999: give another --start"
+        why = "the log's dates are not all between the years 1 and 9999: give another start"
         with replaced(why, OverflowError):
             begin = moment(start, timedelta(seconds=first))
             end = moment(start, timedelta(seconds=last))
@@ -66,7 +66,7 @@ class Format:
             earliest, latest = (EPOCH + timedelta(seconds=second) for second in self.seconds)
             raise InputError(
                 f"{self.name} holds dates from {earliest} to {latest} (UTC), but the log's are "
-                f"{begin} to {end}: give another --start, or choose another format"
+                f"{begin} to {end}: give another start, or choose another format"
             )
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import bpy
 import pytest
 from commands import DOOR_LOG, HEADER, door_home, listing, one_line, save
+from panel_layout import drawn
 
 
 @pytest.fixture
@@ -356,6 +357,30 @@ def test_the_time_of_day(two_switches, tmp_path):
         ops.export_events(filepath=str(path), start="noon")
 
 
+def test_the_scenes_start_is_that_of_all_exports(two_switches, tmp_path):
+    ops.simulate()
+    scene, path, page = bpy.context.scene, tmp_path / "events.csv", tmp_path / "report.html"
+    with pytest.raises(RuntimeError, match=r"Start is empty, and casas writes dates: set Start"):
+        ops.export_format(filepath=str(tmp_path / "home"), format="casas")
+    assert not list(tmp_path.glob("home*"))
+    scene.angen_start = "2026-03-01T08:00"
+    ops.export_events(filepath=str(path))
+    assert read(path)[1][-1] == "2026-03-01T08:00:00.000"
+    ops.export_samples(directory=str(tmp_path), folder="one")
+    assert read(tmp_path / "one" / "Front.csv")[1][-1] == "2026-03-01T08:00:00.000"
+    ops.export_report(filepath=str(page))
+    assert "2026-03-01 08:00:00" in page.read_text(encoding="utf-8")
+    ops.export_format(filepath=str(tmp_path / "all.lp"), format="influx")
+    assert "1772352000000000000" in (tmp_path / "all.lp").read_text(encoding="utf-8")
+    # The recording goes on to be fresh, and panels tell the time of day.
+    bpy.context.view_layer.objects.active = bpy.data.objects["Front"]
+    labels = [text for text, *_ in drawn("ANGEN_PT_events").operators]
+    assert "Explain Open, 08:00:00.0" in labels
+    scene.angen_start = "noon"
+    with pytest.raises(RuntimeError, match=r"Start: 'noon' is no date and time"):
+        ops.export_events(filepath=str(path))
+
+
 def test_events_for_other_tools(two_switches, tmp_path):
     ops.simulate()
     path = tmp_path / "home"
@@ -373,4 +398,4 @@ def test_events_for_other_tools(two_switches, tmp_path):
     ops.export_format(filepath=str(tmp_path / "folder"), format="pyadlml", start=start)
     assert (tmp_path / "folder" / "devices.csv").exists()
     with pytest.raises(RuntimeError, match="does not exist"):
-        ops.export_format(filepath=str(tmp_path / "none" / "x"), format="xes")
+        ops.export_format(filepath=str(tmp_path / "none" / "x"), format="xes", start=start)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from datetime import datetime, timedelta
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,10 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.parser import parse
 from bl_ext.user_default.angen_sensors.residents.blender.api import Home
 from lived_home import ROUTINE
+from lived_home import rows as read_rows
 from panel_layout import drawn
+
+SECOND = timedelta(seconds=1)
 
 
 def state(scene: Any) -> Any:
@@ -63,6 +67,28 @@ def test_a_stretch_is_shown_sensed_and_left_again(scene: Any, world: Any) -> Non
     assert bpy.ops.angen.day_leave() == {"FINISHED"}
     assert np.allclose(state(scene), before, atol=1e-6)
     assert set(bpy.data.actions.keys()) == actions
+
+
+def test_exports_of_a_shown_activity_have_its_date_and_time(scene: Any, tmp_path: Path) -> None:
+    scene.angen_start = "2020-01-01"
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    start = scene.angen_day.done[1].start
+    begin = datetime(2026, 3, 2) + timedelta(seconds=(scene.frame_start - 1) / 10)
+    assert datetime.fromisoformat(scene.angen_start) == begin
+    assert begin == pytest.approx(datetime(2026, 3, 2) + timedelta(seconds=start - 2), abs=SECOND)
+    bpy.ops.angen.simulate(frame_end=scene.frame_start + 200)
+    bpy.ops.angen.export_events(filepath=str(tmp_path / "events.csv"))
+    rows = read_rows(tmp_path / "events.csv")
+    assert rows[0]["time_s"] == "0.000000"
+    for row in rows:
+        elapsed = timedelta(seconds=float(row["time_s"]))
+        assert datetime.fromisoformat(row["time"]) - begin == pytest.approx(elapsed, abs=SECOND)
+    bpy.ops.angen.export_format(filepath=str(tmp_path / "casas"), format="casas")
+    lines = (tmp_path / "casas.txt").read_text(encoding="utf-8").splitlines()
+    assert lines and all(line.startswith("2026-03-02 ") for line in lines)
+    bpy.ops.angen.day_leave()
+    assert scene.angen_start == "2020-01-01"
 
 
 def test_what_is_shown_has_the_light_of_the_day(scene: Any, world: Any) -> None:

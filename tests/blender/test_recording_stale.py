@@ -214,7 +214,7 @@ def test_a_renamed_sensor_is_all_that_is_told(home, tmp_path):
 # What only says what is shown and what is done with results.
 OF_THE_VIEW = {
     "angen_coverage", "angen_day", "angen_live", "angen_overlay", "angen_recording",
-    "angen_show_places", "angen_site", "angen_timeline",
+    "angen_show_places", "angen_site", "angen_start", "angen_timeline",
 }  # fmt: skip
 
 

@@ -292,7 +292,7 @@ def test_a_date_that_a_format_cannot_hold_is_one_line(run, tmp_path, name, start
     if holds:
         assert read_log(tmp_path / "out").events[-1].row[-1] == "1"
     else:
-        assert f"{name} holds dates from " in told[0] and "give another --start" in told[0]
+        assert f"{name} holds dates from " in told[0] and "give another start" in told[0]
         assert not (tmp_path / "out").exists()
 
 

@@ -9,7 +9,14 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
+from collections.abc import Generator
 from dataclasses import dataclass
+from typing import Any, TypeVar
+
+S = TypeVar("S")
+T = TypeVar("T")
+# Work that yields the share of it that is done, 0 to 1, and returns its result.
+Shares = Generator[float, None, T]
 
 # An estimate needs this many seconds of the work, and this share of it done.
 SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
@@ -30,6 +37,49 @@ class Doing:
 class Enough(Exception):
     """Thrown into long work to end it: it yields its best result so far, or raises this without
     one."""
+
+
+def finished(work: Generator[Any, None, T]) -> T:
+    """Does the work at once, and returns its result."""
+    while True:
+        try:
+            next(work)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+
+
+def saying(told: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
+    """Tells the same before each step of the work, and hands on what it returns."""
+    while True:
+        yield told
+        try:
+            next(work)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+
+
+def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
+    """The work as the part from `low` to `high` of a larger one."""
+    while True:
+        try:
+            share = next(work)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        yield low + (high - low) * share
+
+
+def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
+    """The work, as a window tells it."""
+    while True:
+        try:
+            share = next(work)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        yield Doing(share, text)
 
 
 class TimeLeft:

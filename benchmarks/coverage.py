@@ -20,8 +20,9 @@ from typing import Any
 
 import bpy
 import numpy as np
-from angen_sensors.angen_addon.coverage.floor import cells_of, finished
+from angen_sensors.angen_addon.coverage.floor import cells_of
 from angen_sensors.angen_addon.coverage.maps import at_once, detectors, view_of
+from angen_sensors.angen_addon.progress import finished
 from angen_sensors.angen_addon.scene.home import EvaluatedHome
 from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
 from angen_sensors.sensor_logic.coverage.detectors import Walker

@@ -18,7 +18,7 @@ from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..plan import levels, placed
-from ..progress import Doing
+from ..progress import Doing, saying
 from ..scene.home import EvaluatedHome
 from ..scene.marks import COVERAGE_MARK
 from ..scene.rays.geometry import faces_along
@@ -35,7 +35,6 @@ MOST_CELLS = 250_000
 # Rays that are cast between two moments at which the work can be given up.
 CASTS_AT_ONCE = 2000
 
-S = TypeVar("S")
 T = TypeVar("T")
 # Work in steps, which returns its result.
 Steps = Generator[None, None, T]
@@ -57,27 +56,6 @@ class Grid:
         xs, ys = np.meshgrid(x, y, indexing="ij")
         level = np.full(xs.size, self.floor + height)
         return np.column_stack([xs.ravel(), ys.ravel(), level])
-
-
-def saying(told: S, work: Steps[T]) -> Generator[S, None, T]:
-    """Tells the same before each step of the work, and hands on what it returns."""
-    while True:
-        yield told
-        try:
-            next(work)
-        except StopIteration as end:
-            result: T = end.value
-            return result
-
-
-def finished(work: Generator[Any, None, T]) -> T:
-    """Does the work at once, and returns its result."""
-    while True:
-        try:
-            next(work)
-        except StopIteration as end:
-            result: T = end.value
-            return result
 
 
 def met_along(

@@ -19,11 +19,11 @@ from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array, Pose
 from ..plan import WALL_M, may_move
-from ..progress import Doing, Enough
+from ..progress import Doing, Enough, saying
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor
 from ..scene.surfaces import Warmth
-from .floor import Steps, cells_of, met_along, saying
+from .floor import Steps, cells_of, met_along
 from .maps import at_most, at_once, check_cell, detectors, view_from, view_of
 
 # Candidates: where detectors could hang in the rooms of a map, on walls and under ceilings.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Acts out routines: what everybody does with body, doors, lamps and things, for one day."""
 
-from .day import act
+from .day import act, acting
 from .ground import Ground
 
-__all__ = ["Ground", "act"]
+__all__ = ["Ground", "act", "acting"]

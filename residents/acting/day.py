@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from ...angen_addon.progress import Shares, finished
 from ...sensor_logic.error import InputError
 from ...sensor_logic.toml_table import suggestion
 from ..body.skeleton import Build
@@ -38,6 +39,19 @@ def act(
     day: int,
     ground: Ground | None = None,
 ) -> Acted:
+    """What happens on a day, counted from 0, as `acting` does it in steps."""
+    return finished(acting(segments, routine, places, residents, draws, day, ground))
+
+
+def acting(
+    segments: Sequence[Segment],
+    routine: Routine,
+    places: Places,
+    residents: Mapping[str, Build],
+    draws: Draws,
+    day: int,
+    ground: Ground | None = None,
+) -> Shares[Acted]:
     """What happens on a day, counted from 0. `segments` are all that is known, in s since midnight
     of day 0, whose date the `draws` have; `residents` the bodies by the names of the persons. With
     the `ground` of an earlier day, ways that were found need not be found again; it changes nothing
@@ -56,7 +70,7 @@ def act(
         home.people.append(living)
         people.append(living)
     first = min((living.now for living in people), default=0.0)
-    _together([(living, plans[living.name]) for living in people])
+    yield from _together([(living, plans[living.name]) for living in people])
     home.begins(left, first)
     return _acted(home, people)
 
@@ -159,13 +173,14 @@ def _begin(living: Living, segments: Sequence[Segment], day: int) -> None:
 
 
 # --- all together -------------------------------------------------------------------------------
-def _together(people: list[tuple[Living, list[tuple[Segment, Stream]]]]) -> None:
+def _together(people: list[tuple[Living, list[tuple[Segment, Stream]]]]) -> Shares[None]:
     """Whoever is earliest goes on; of several the first in the list."""
     lives = [living.live(plan) for living, plan in people]
     queue = [(living.now, number) for number, (living, _) in enumerate(people)]
     heapq.heapify(queue)
     while queue:
         now, number = heapq.heappop(queue)
+        yield min(max(now / DAY, 0.0), 1.0)
         try:
             # What is under way at midnight is still done.
             if now < DAY + AFTER:

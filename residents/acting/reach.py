@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...angen_addon.progress import Shares, finished
 from ...sensor_logic.model import Array
 from .places import BODY_M, Place, Places
 from .ways import Floor, NoWay, entry, parts, way
@@ -41,7 +42,12 @@ class Unreached:
 
 def unreached(places: Places) -> list[Unreached]:
     """The places that an adult cannot get to, by name."""
-    found = []
+    return finished(looking_for_unreached(places))
+
+
+def looking_for_unreached(places: Places) -> Shares[list[Unreached]]:
+    """The same in steps."""
+    found, looked = [], 0
     home = places.entrances[0].storey if places.entrances else None
     for number, storey in enumerate(places.storeys):
         here = [place for place in places.places.values() if place.storey == number]
@@ -49,7 +55,12 @@ def unreached(places: Places) -> list[Unreached]:
         if start is None:
             continue
         name, point = start
-        lost = [place for place in here if not _is_reached(storey.floor, point, place)]
+        lost = []
+        for place in here:
+            yield looked / len(places.places)
+            looked += 1
+            if not _is_reached(storey.floor, point, place):
+                lost.append(place)
         if home not in (None, number):
             entrance = next(door for door in places.entrances if door.storey == home)
             nowhere = np.empty((0, 2))

@@ -66,6 +66,12 @@ class AngenDay(PropertyGroup):
     seed: IntProperty(name="Seed", description="Of all chance in the routine", min=0, options=set())
     done: CollectionProperty(type=AngenDone)
     active: IntProperty(options=set())
+    # The activity that is shown: `active` is the chosen row of the list.
+    shown: IntProperty(options={"HIDDEN"})
+    time: StringProperty(
+        name="Time", description="A time of the day to go to, as 07:00", default="07:00",
+        options=set(),
+    )  # fmt: skip
     told: StringProperty(options={"HIDDEN"})
     before: StringProperty(options={"HIDDEN"})
 

@@ -11,7 +11,8 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 from bpy.types import Context, Object
 
-from ...angen_addon.coverage.floor import finished, free_ways
+from ...angen_addon.coverage.floor import free_ways
+from ...angen_addon.progress import finished
 from ...angen_addon.scene.door_motion import MOTIONS, Leaf, leaves_of, shutting_of
 from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.lengths import OVERRIDABLE, property_group

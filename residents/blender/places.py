@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ...angen_addon.progress import Shares, finished, saying, scaled
 from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.sensors import is_placed, set_room
 from ...sensor_logic.error import AngenError, InputError
@@ -22,13 +23,25 @@ T = TypeVar("T")
 
 def read_places(scene: Any, depsgraph: Any) -> Places:
     """Reads the marks of the evaluated scene. Raises AngenError."""
-    return HomeMarks(depsgraph).places
+    return read_marks(depsgraph).places
+
+
+def read_marks(depsgraph: Any) -> HomeMarks:
+    """The marks of the evaluated scene. Raises AngenError."""
+    return finished(reading_marks(depsgraph))
+
+
+def reading_marks(depsgraph: Any) -> Shares[HomeMarks]:
+    """The same in steps."""
+    marks = HomeMarks()
+    yield from marks.reading(depsgraph)
+    return marks
 
 
 class HomeMarks:
-    """The marks of a home, with the grounds that they stand on."""
+    """The marks of a home, with the grounds that they stand on, once `reading` was gone through."""
 
-    def __init__(self, depsgraph: Any) -> None:
+    def reading(self, depsgraph: Any) -> Shares[None]:
         objects = marked(depsgraph.view_layer)
         if not objects:
             raise InputError(
@@ -38,8 +51,10 @@ class HomeMarks:
         self.home = EvaluatedHome(depsgraph)
         self.problems: list[str] = []
         leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
-        self.marked = self._read(lambda obj: MarkedObject(self.home, obj), objects)
-        anchors = self._read(self._anchor, [obj for obj in objects if obj.name in self.marked])
+        read = lambda obj: MarkedObject(self.home, obj)  # noqa: E731
+        self.marked = yield from saying(0.0, self._read(read, objects))
+        known = [obj for obj in objects if obj.name in self.marked]
+        anchors = finished(self._read(self._anchor, known))
         if not anchors:
             raise InputError(self.problems[0])
         self.marked = {name: self.marked[name] for name in anchors}
@@ -52,23 +67,26 @@ class HomeMarks:
         rows = np.concatenate([np.empty(0, np.intp), *rows])
         names = [name for name, counts in zip(self.marked, stood, strict=True) if counts]
         walk = walked(self.home, leaves)
-        self.grounds = grounds(self.home, walk, points[stood], names, rows)
+        walkable = grounds(self.home, walk, points[stood], names, rows)
+        self.grounds = yield from scaled(walkable, 0.02, 0.85)
         heights = [ground.storey.height for ground in self.grounds]
         self.numbers = {
             obj.name: under(heights, float(point[2]))
             for obj, point in zip(objects, points, strict=True)
         }
-        doors = self._read(self._door, [o for o in objects if o.angen_place.use in MOVED])
+        doors = finished(self._read(self._door, [o for o in objects if o.angen_place.use in MOVED]))
         self._stay_out_of(doors.values())
         lamps = {o.name: self._lamp(o) for o in objects if o.angen_place.use == LAMP}
-        places = self._read(self._place, [o for o in objects if self._stood_at(o, lamps)])
+        used = [o for o in objects if self._stood_at(o, lamps)]
+        places = yield from scaled(self._read(self._place, used), 0.85, 1.0)
         storeys = tuple(ground.storey for ground in self.grounds)
         self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
 
-    def _read(self, read: Callable[[Any], T], objects: list[Any]) -> dict[str, T]:
+    def _read(self, read: Callable[[Any], T], objects: list[Any]) -> Shares[dict[str, T]]:
         """By name, what is read of objects; what cannot be read is a problem."""
         found = {}
-        for obj in objects:
+        for number, obj in enumerate(objects):
+            yield number / len(objects)
             try:
                 found[obj.name] = read(obj)
             except AngenError as error:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 from ...angen_addon.doctor import CHECKS
 from ...angen_addon.doctor.building import leaves
 from ...angen_addon.doctor.examined import MOVED_WITHOUT_KEYS, Examined, Found
+from ...angen_addon.progress import Doing, doing, finished, scaled
 from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ...sensor_logic.wording import Lengths, named, plural, quoted
 from ..acting.places import Place, Places
-from ..acting.reach import Unreached, unreached
+from ..acting.reach import Unreached, looking_for_unreached
 from .marks import LABELS, NONE, marked
-from .places import HomeMarks
+from .places import read_marks, reading_marks
 from .settings import residents_in
 from .standing import WalkedStorey
 
@@ -35,25 +36,34 @@ HIP_M = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """The result of a check: the marked places; which of them nobody can reach, and what is in the
-    way, by the place's name; `shut`: leaves that look like doors, without a mark."""
+    """The result of a check: the marked places, and how many objects are `marked`; which places
+    nobody can reach, and what is in the way, by the place's name; `shut`: leaves that look like
+    doors, without a mark."""
 
     places: Places
+    marked: int
     lost: list[Unreached]
     between: Mapping[str, str]
     shut: tuple[str, ...] = ()
 
     @property
     def count(self) -> str:
-        places = plural(len(self.places.places), "place")
-        if not self.lost and not self.places.problems:
-            return f"{places} can be reached: all that are marked"
+        """How many objects are marked, as what, and whether all is well."""
+        places = self.places.places
+        counts = {
+            "place": len(places),
+            "door": len(self.places.doors.keys() - places.keys()),
+            "lamp": len(self.places.lamps.keys() - places.keys()),
+        }
+        what = ", ".join(plural(count, name) for name, count in counts.items() if count)
+        what = f" ({what})" if any(list(counts.values())[1:]) else ""
         parts = []
         if self.lost:
-            parts.append(f"{len(self.lost)} of {places} cannot be reached")
+            parts.append(f"{plural(len(self.lost), 'place')} cannot be reached")
         if self.places.problems:
             parts.append(f"{len(self.places.problems)} cannot be read")
-        return ", ".join(parts)
+        found = ", ".join(parts) or "all places can be reached"
+        return f"{self.marked} marked{what}: {found}"
 
 
 def guessed_rooms(home: Examined) -> Iterable[Found]:
@@ -61,7 +71,7 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
     if not marked(home.view_layer):
         return
     try:
-        names = HomeMarks(home.depsgraph).places.guessed
+        names = read_marks(home.depsgraph).places.guessed
     except AngenError:
         return
     if names:
@@ -85,8 +95,14 @@ MOVED_WITHOUT_KEYS.append(_lived)
 
 def check_places(depsgraph: Any) -> Checked:
     """Raises AngenError."""
-    reading = HomeMarks(depsgraph)
-    lost = unreached(reading.places)
+    return finished(checking_places(depsgraph))
+
+
+def checking_places(depsgraph: Any) -> Generator[Doing, None, Checked]:
+    """The same in steps."""
+    reading = yield from doing("floors and places", scaled(reading_marks(depsgraph), 0.0, 0.8))
+    looking = scaled(looking_for_unreached(reading.places), 0.8, 1.0)
+    lost = yield from doing("ways", looking)
     between = {}
     for one in lost:
         if len(one.way):
@@ -94,7 +110,8 @@ def check_places(depsgraph: Any) -> Checked:
             name = _between(ground, reading.marked[one.place.name].rows, one)
             if name:
                 between[one.place.name] = name
-    return Checked(reading.places, lost, between, _shut(depsgraph) if lost else ())
+    count = len(marked(depsgraph.view_layer))
+    return Checked(reading.places, count, lost, between, _shut(depsgraph) if lost else ())
 
 
 def _shut(depsgraph: Any) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from typing import Any
 import bpy
 
 from ...angen_addon.process.standalone import give_back
+from ...angen_addon.progress import Shares, finished
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.animation import all_animated
@@ -25,7 +26,7 @@ from ...sensor_logic.files import read_text
 from ...sensor_logic.log import Event
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording
-from ..acting import Ground, act
+from ..acting import Ground, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..body.skeleton import Build
@@ -47,7 +48,7 @@ from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
 from .keys import KeyedStretch, lights_of
-from .places import read_places
+from .places import reading_marks
 from .settings import build_of, residents_in
 
 # A home's own keys and strips put aside, and its camera: a day has its own story.
@@ -257,9 +258,15 @@ class Household:
     """Who lives in the open home, and how: `residents` is the object of each person."""
 
     def __init__(
-        self, scene: Any, sensors: Sequence[Sensor], plan: Plan, start: date, seed: int
+        self,
+        scene: Any,
+        sensors: Sequence[Sensor],
+        plan: Plan,
+        start: date,
+        seed: int,
+        read: bool = True,
     ) -> None:
-        """Raises InputError."""
+        """`read`: at once; else whoever makes it goes through `reading`. Raises InputError."""
         if not 0 <= seed <= LARGEST_SEED:
             raise InputError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
         self.scene, self.sensors, self.plan = scene, list(sensors), plan
@@ -270,36 +277,48 @@ class Household:
         scene.frame_set(scene.frame_start)
         for obj in self.residents.values():
             _check_placed(obj)
-        self.places: Places = read_places(scene, evaluated_depsgraph())
+        # Whether events are to be told with who and what made them.
+        self.causes = True
+        if read:
+            finished(self.reading())
+
+    def reading(self) -> Shares[None]:
+        """Reads the marked places, in steps, while the scene stands at its first frame. Raises
+        AngenError."""
+        self.places: Places = (yield from reading_marks(evaluated_depsgraph())).places
         self._builds: dict[str, Build] = {}
         for name, obj in self.residents.items():
-            with explained(plan.routine.persons[name].where, ValueError):
+            with explained(self.plan.routine.persons[name].where, ValueError):
                 self._builds[name] = build_of(obj)
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
-        # Whether events are to be told with who and what made them.
-        self.causes = True
 
     def date_of(self, number: int) -> date:
         return self.start + timedelta(number)
 
     def acted(self, number: int) -> Acted:
         """What is done on day `number`, whatever days are asked for. Raises InputError."""
+        return finished(self.acting(number))
+
+    def acting(self, number: int) -> Shares[Acted]:
+        """The same in steps."""
         if self._last is None or self._last[0] != number:
-            self._last = number, self._act(number)
+            self._last = number, (yield from self._act(number))
         return self._last[1]
 
-    def _act(self, number: int) -> Acted:
+    def _act(self, number: int) -> Shares[Acted]:
         segments = self.plan.segments(self.start, number + 2, self.seed)
         with explained(str(self.date_of(number)), InputError):
-            return act(
-                segments,
-                self.plan.routine,
-                self.places,
-                self._builds,
-                Draws(self.seed, self.start),
-                number,
-                self._ground,
+            return (
+                yield from acting(
+                    segments,
+                    self.plan.routine,
+                    self.places,
+                    self._builds,
+                    Draws(self.seed, self.start),
+                    number,
+                    self._ground,
+                )
             )
 
     def run(

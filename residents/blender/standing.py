@@ -21,7 +21,7 @@ from ...angen_addon.coverage.floor import (
     RUG_M,
     Grid,
     Mask,
-    finished,
+    Steps,
     flood,
     floors,
     free_ways,
@@ -31,6 +31,7 @@ from ...angen_addon.coverage.floor import (
     volumes,
 )
 from ...angen_addon.plan import GRAIN_M, around, grouped
+from ...angen_addon.progress import Shares, finished, saying, scaled
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.rays.solids import Solid
@@ -100,17 +101,18 @@ def grounds(
     marks: Array,
     names: Sequence[str],
     things: NDArray[np.intp],
-) -> list[WalkedStorey]:
+) -> Shares[list[WalkedStorey]]:
     """The storeys below points (n, 3) m of the marks of these names, the lowest first; `things`
     (k,) are the rows of solids that are no floor. Raises AngenError."""
     rows = set(things.tolist())
     heights = _heights(walk.part(lambda solid: solid.row not in rows), marks)
-    found = []
+    found: list[WalkedStorey] = []
     for height in heights:
         below = [h for h in heights if h <= height]
         mine = [under(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
         grid = _grid(height, marks[mine], list(compress(names, mine)))
-        found.append(_ground(home, walk, grid, marks[mine]))
+        part = len(found) / len(heights), (len(found) + 1) / len(heights)
+        found.append((yield from scaled(_ground(home, walk, grid, marks[mine]), *part)))
     return found
 
 
@@ -139,23 +141,28 @@ def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
     return [float(np.median(met[np.abs(met - grain * GRAIN_M) <= GRAIN_M])) for grain in most]
 
 
-def _ground(home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array) -> WalkedStorey:
-    over = finished(floors(walk, grid, OVER_M)).reshape(grid.shape)
+def _ground(
+    home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array
+) -> Shares[WalkedStorey]:
+    # The shares are those of the time in the sample home.
+    over = (yield from saying(0.0, floors(walk, grid, OVER_M))).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
-    along = [finished(passable(walk, grid, felt, level)) for felt in FELT_M]
+    along = []
+    for share, felt in zip(np.linspace(0.1, 0.6, len(FELT_M), False), FELT_M, strict=True):
+        along.append((yield from saying(float(share), passable(walk, grid, felt, level))))
     ways = (
         np.all([pair[0] for pair in along], axis=0),
         np.all([pair[1] for pair in along], axis=0),
     )
     # Inside solids there is nothing in the way either: only what is reached is floor.
     seeds = np.where(level & _near(grid, marks), 1, 0)
-    reached = finished(flood(seeds, level, ways)) > 0
+    reached = (yield from saying(0.6, flood(seeds, level, ways))) > 0
     free = reached & ~_beside(ways, reached)
     part = parts(Floor(grid.low, grid.size, free), BODY_M)
     # What no body gets to is the inside of a wall.
-    free &= finished(flood((part > 0).astype(np.int64), free, ways)) > 0
+    free &= (yield from saying(0.65, flood((part > 0).astype(np.int64), free, ways))) > 0
     floor = Floor(grid.low, grid.size, free)
-    number, names, guessed = _rooms(home, grid, grid.floor)
+    number, names, guessed = yield from saying(0.7, _rooms(home, grid, grid.floor))
     part = parts(floor, BODY_M)
     return WalkedStorey(
         Storey(grid.floor, floor, number, names, guessed), walk, part, _main(floor, part, marks)
@@ -204,7 +211,7 @@ def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
 
 def _rooms(
     home: EvaluatedHome, grid: Grid, height: float
-) -> tuple[NDArray[np.int64], tuple[str, ...], Mask]:
+) -> Steps[tuple[NDArray[np.int64], tuple[str, ...], Mask]]:
     """The room (nx, ny) of each cell, their names, as sensors and marks of rooms tell, and which
     cells (nx, ny) are guessed."""
     view_layer = home.depsgraph.view_layer
@@ -217,7 +224,7 @@ def _rooms(
     here = [volume for volume in marked if abs(volume.lo[2] - height) < 1.0]
     shape = grid.shape[0] // 2, grid.shape[1] // 2
     coarse = Grid(grid.low, shape, 2 * grid.size, height)
-    found = finished(labels_of(home, coarse, members, here))
+    found = yield from labels_of(home, coarse, members, here)
     guessed = found.guessed.repeat(2, 0).repeat(2, 1)
     return found.number.repeat(2, 0).repeat(2, 1), ("", *found.names), guessed
 

@@ -215,6 +215,7 @@ FPS = 10
 LEAD_S = 120.0
 # Days: then noise begins again, as times in s that are too large lose digits.
 CYCLE = 1 << 13
+HOUR_S = 3600.0
 # s: a shorter rest is not cut in.
 REST = 2.0
 

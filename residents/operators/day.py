@@ -3,32 +3,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import IntProperty
+from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
+from ...angen_addon.progress import Doing, doing, scaled
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.sensors import all_sensors, simulated
-from ...operators.polls import can_look, cancelled, needs
+from ...operators.long_work import LongWork
+from ...operators.polls import can_look, needs
 from ...sensor_logic.error import InputError, replaced
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..blender import shown
 from ..blender.daylight import Daylight
 from ..blender.run import Household, Plan, resident_of
-from ..days.rows import hours_minutes
+from ..days.rows import HOUR_S, frame_at, hours_minutes
 from ..days.truth import activities
+from ..routine.routine import time_of_day
 
 # The last computed day with its settings, until others are chosen: computing takes seconds.
-_acted: tuple[Any, Acted, Places, Plan] | None = None
+_computed: Computed | None = None
 
 
-def _settings(scene: Any) -> tuple[Plan, date, int]:
-    """Routine, start and seed from the panel's settings. Raises InputError."""
+@dataclass(frozen=True)
+class Computed:
+    """A day of the panel's settings, of which `key` is made."""
+
+    key: Any
+    acted: Acted
+    places: Places
+    plan: Plan
+    on: date
+
+
+def settings_of(scene: Any) -> tuple[Plan, date, int]:
+    """Routine, first day and seed from the panel's settings. Raises InputError."""
     settings = scene.angen_day
     wrong = f"First Day: '{settings.date}' is not a date such as 2026-03-02"
     with replaced(wrong, ValueError, OverflowError):
@@ -41,28 +58,65 @@ def _settings(scene: Any) -> tuple[Plan, date, int]:
     return Plan.read(Path(bpy.path.abspath(settings.routine))), start, settings.seed
 
 
-def _day(scene: Any) -> tuple[Acted, Places, Plan]:
-    """The day of the panel's settings; computes it unless it was the last. Raises InputError."""
-    global _acted
-    plan, start, seed = _settings(scene)
-    key = bpy.data.filepath, scene.name, plan.text, start, seed, scene.angen_day.number
-    if _acted is None or _acted[0] != key:
+def _key(scene: Any) -> tuple[Any, Plan]:
+    """What the day of the panel's settings depends on. Raises InputError."""
+    plan, start, seed = settings_of(scene)
+    number = scene.angen_day.number - 1
+    return (bpy.data.filepath, scene.name, plan.text, start, seed, number), plan
+
+
+def _is_current(scene: Any) -> bool:
+    """Whether the shown stretch is of the panel's settings, as far as this process computed it."""
+    return _computed is None or _computed.key == _key(scene)[0]
+
+
+def _computing(scene: Any, anew: bool) -> Generator[Doing, None, Computed]:
+    """The day of the panel's settings; computes it unless it was the last, or `anew`. Raises
+    InputError."""
+    global _computed
+    key, plan = _key(scene)
+    start, seed, number = key[-3:]
+    if anew or _computed is None or _computed.key != key:
         frame = scene.frame_current
         try:
-            household = Household(scene, [], plan, start, seed)
-            acted = household.acted(scene.angen_day.number - 1)
+            household = Household(scene, [], plan, start, seed, read=False)
+            yield from doing("floors and places", scaled(household.reading(), 0.0, 0.6))
+            acting = scaled(household.acting(number), 0.6, 1.0)
+            acted = yield from doing("what everybody does", acting)
         finally:
             scene.frame_set(frame)
-        _acted = key, acted, household.places, plan
-    return _acted[1:]
+        _computed = Computed(key, acted, household.places, plan, start + timedelta(number))
+    return _computed
 
 
-def _date(settings: Any) -> date:
-    return date.fromisoformat(settings.date) + timedelta(settings.number - 1)
+@contextmanager
+def _stretch_left(scene: Any) -> Iterator[None]:
+    """The home without the stretch that is shown, which is shown again if this ends early."""
+    settings, was = scene.angen_day, _computed
+    is_shown, frame = bool(settings.before), scene.frame_current
+    shown.leave(scene)
+    try:
+        yield
+    except BaseException:
+        if is_shown and was is not None:
+            _show(scene, was, settings.shown)
+            scene.frame_set(frame)
+        raise
 
 
-class ANGEN_OT_day_read(Operator):
-    """Compute what the residents do on this day, and list it"""
+def _show(scene: Any, day: Computed, index: int) -> None:
+    """Shows an activity of the list. Raises InputError."""
+    settings = scene.angen_day
+    item = settings.done[index]
+    residents = {p.name: resident_of(p) for p in day.plan.routine.persons.values()}
+    sensors = simulated(all_sensors(bpy.context.view_layer))
+    daylight = Daylight(scene, sensors, day.on)
+    shown.show(scene, day.acted, day.places, residents, daylight, day.on, item.start, item.end)
+    settings.active = settings.shown = index
+
+
+class ANGEN_OT_day_read(LongWork, Operator):
+    """Compute what the residents do on this day, and list it. Esc cancels"""
 
     bl_idname = "angen.day_read"
     bl_label = "Read Day"
@@ -70,28 +124,52 @@ class ANGEN_OT_day_read(Operator):
 
     poll = classmethod(can_look)
 
-    def execute(self, context: Context) -> set[str]:
-        global _acted
-        scene = context.scene
-        shown.leave(scene)
-        _acted = None
-        try:
-            acted, places, _ = _day(scene)
-        except InputError as error:
-            return cancelled(self, error)
-        settings = scene.angen_day
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
+        with _stretch_left(context.scene):
+            day = yield from _computing(context.scene, anew=True)
+        yield day
+
+    def _finish(self, context: Context, day: Computed) -> None:
+        settings = context.scene.angen_day
         settings.done.clear()
-        for done in activities(acted, places.room_of):
+        for done in activities(day.acted, day.places.room_of):
             item = settings.done.add()
             item.name, item.person, item.room = done.activity, done.person, done.room
             item.start, item.end = done.start / 1e6, done.end / 1e6
-        day = _date(settings)
-        settings.told = f"{day:%A} {day.isoformat()}: {len(settings.done)} activities"
+        settings.told = f"{day.on:%A} {day.on.isoformat()}: {len(settings.done)} activities"
         self.report({"INFO"}, settings.told)
-        return {"FINISHED"}
 
 
-class ANGEN_OT_day_show(Operator):
+class _Showing(LongWork):
+    """Mix-in of operators that show an activity, and maybe a time of it, as animation."""
+
+    def _wanted(self, settings: Any) -> tuple[int, float | None]:
+        """The index of the activity, and the s since midnight to go to. Raises InputError."""
+        raise NotImplementedError
+
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
+        scene = context.scene
+        index, _ = self._wanted(scene.angen_day)
+        if scene.angen_day.before and scene.angen_day.shown == index and _is_current(scene):
+            # Only the playhead moves.
+            yield None
+            return
+        with _stretch_left(scene):
+            day = yield from _computing(scene, anew=False)
+            _show(scene, day, index)
+        yield day
+
+    def _finish(self, context: Context, day: Computed | None) -> None:
+        scene = context.scene
+        _, time = self._wanted(scene.angen_day)
+        if time is not None:
+            scene.frame_set(frame_at(time))
+        if day is not None:
+            state.CACHE.settings_changed(scene)
+            _scroll_timelines(context)
+
+
+class ANGEN_OT_day_show(_Showing, Operator):
     """Show this activity as animation, for scrubbing, simulating and Explain"""
 
     bl_idname = "angen.day_show"
@@ -105,32 +183,62 @@ class ANGEN_OT_day_show(Operator):
         done = context.scene.angen_day.done
         if not 0 <= properties.index < len(done):
             return cls.__doc__ or ""
-        item = done[properties.index]
-        start, end = hours_minutes(item.start), hours_minutes(item.end)
-        where = f", {item.room}" if item.room else ""
-        return f"{item.name} ({item.person}{where}), {start} to {end}. {cls.__doc__}"
+        return f"{_sentence(done[properties.index])}. {cls.__doc__}"
 
     poll = classmethod(can_look)
 
-    def execute(self, context: Context) -> set[str]:
-        scene = context.scene
-        settings = scene.angen_day
+    def _wanted(self, settings: Any) -> tuple[int, float | None]:
         if not 0 <= self.index < len(settings.done):
-            return cancelled(self, "there is no such activity: read the day first")
-        item = settings.done[self.index]
-        shown.leave(scene)
+            raise InputError("there is no such activity: read the day first")
+        return self.index, settings.done[self.index].start
+
+
+class ANGEN_OT_day_go(_Showing, Operator):
+    """Go to this time of the day: its activity is shown as animation"""
+
+    bl_idname = "angen.day_go"
+    bl_label = "Go to Time"
+    bl_options = {"REGISTER", "UNDO"}
+
+    time: StringProperty(
+        name="Time", description="As 07:00; empty: that of the panel", options={"HIDDEN"}
+    )
+    person: StringProperty(
+        name="Person", description="Whose activity; empty: as is shown", options={"HIDDEN"}
+    )
+
+    @classmethod
+    def description(cls, context: Context, properties: Any) -> str:
+        settings = context.scene.angen_day
+        text = properties.time or settings.time
         try:
-            acted, places, plan = _day(scene)
-            residents = {p.name: resident_of(p) for p in plan.routine.persons.values()}
-        except InputError as error:
-            return cancelled(self, error)
-        sensors = simulated(all_sensors(context.view_layer))
-        daylight = Daylight(scene, sensors, _date(settings))
-        shown.show(scene, acted, places, residents, daylight, _date(settings), item.start, item.end)
-        settings.active = self.index
-        state.CACHE.settings_changed(scene)
-        _scroll_timelines(context)
-        return {"FINISHED"}
+            start = time_of_day(text)
+        except ValueError:
+            return cls.__doc__ or ""
+        theirs = [d for d in settings.done if properties.person in ("", d.person)]
+        found = [_sentence(d) for d in theirs if d.start < start + HOUR_S and d.end > start]
+        return "\n".join([f"Go to {text}", *found])
+
+    poll = classmethod(can_look)
+
+    def _wanted(self, settings: Any) -> tuple[int, float | None]:
+        text = self.time or settings.time
+        with replaced(f"Time: '{text}' is no time of day such as 07:00", ValueError):
+            time = time_of_day(text)
+        done = settings.done
+        person = self.person or (done[settings.shown].person if settings.before else "")
+        during = [i for i, item in enumerate(done) if item.start <= time < item.end]
+        theirs = [i for i in during if done[i].person == person] or during
+        if not theirs:
+            raise InputError(f"nobody does anything at {text} on this day")
+        return theirs[0], time
+
+
+def _sentence(item: Any) -> str:
+    """Who does what where, and when."""
+    start, end = hours_minutes(item.start), hours_minutes(item.end)
+    where = f", {item.room}" if item.room else ""
+    return f"{item.name} ({item.person}{where}), {start} to {end}"
 
 
 class ANGEN_OT_day_leave(Operator):
@@ -165,5 +273,5 @@ def _scroll_timelines(context: Context) -> None:
 
 
 register, unregister = bpy.utils.register_classes_factory(
-    (ANGEN_OT_day_read, ANGEN_OT_day_show, ANGEN_OT_day_leave)
+    (ANGEN_OT_day_read, ANGEN_OT_day_show, ANGEN_OT_day_go, ANGEN_OT_day_leave)
 )

@@ -4,6 +4,9 @@ reach."""
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from typing import Any
+
 import bpy
 from bpy.props import EnumProperty
 from bpy.types import Context, Operator
@@ -12,13 +15,14 @@ from ...angen_addon.authoring.presets import select_only
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.lengths import lengths_of
 from ...angen_addon.scene.sensors import unit_scale
-from ...operators.polls import can_add, cancelled, is_idle
+from ...operators.long_work import LongWork
+from ...operators.polls import can_add, is_idle
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.wording import capital
 from ..acting import places as known
 from ..blender import reachable
 from ..blender.marks import LABELS, NONE, USES, guess
-from ..blender.reachable import check_places, sentences
+from ..blender.reachable import Checked, checking_places, sentences
 
 # Kinds of places that an empty can mark; a door's leaf and a lamp are objects.
 POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
@@ -66,30 +70,30 @@ class ANGEN_OT_place_guess(Operator):
         return {"FINISHED"}
 
 
-class ANGEN_OT_places_check(Operator):
+class ANGEN_OT_places_check(LongWork, Operator):
     bl_idname = "angen.places_check"
     bl_label = "Check Places"
     bl_description = (
         "Find the marked places that residents cannot reach from the entrance, and draw how far "
-        "they get as a curve on the floor"
+        "they get as a curve on the floor. Esc cancels"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     poll = classmethod(is_idle)
 
-    def execute(self, context: Context) -> set[str]:
-        scene = context.scene
-        reachable.remove(scene)
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
         context.view_layer.update()
         try:
-            checked = check_places(context.evaluated_depsgraph_get())
+            found = yield from checking_places(context.evaluated_depsgraph_get())
         except AngenError as error:
-            return cancelled(self, capital(str(error)))
-        reachable.show(scene, checked.places, checked.lost)
-        found = sentences(checked, lengths_of(scene))
+            raise AngenError(capital(str(error))) from None
+        yield found
+
+    def _finish(self, context: Context, checked: Checked) -> None:
+        reachable.show(context.scene, checked.places, checked.lost)
+        found = sentences(checked, lengths_of(context.scene))
         state.CACHE.places = checked.count, tuple(found)
-        self.report({"WARNING" if found else "INFO"}, capital(checked.count))
-        return {"FINISHED"}
+        self.report({"WARNING" if found else "INFO"}, checked.count)
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -8,10 +8,9 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel, UIList
 
-from ...panels.lines import ClosedSidebar
-from ..days.rows import hours_minutes, time_at
+from ...panels.lines import ClosedSidebar, draw_working
+from ..days.rows import HOUR_S, hours_minutes, time_at
 
-HOUR_S = 3600.0
 # The lines of the strip: night and morning, day, and evening.
 HOURS_A_LINE = 8
 
@@ -36,7 +35,7 @@ def _strip(layout: Any, asked: Any, person: str) -> None:
         part = line.row(align=True)
         part.enabled = best is not None
         index = -1 if best is None else theirs[best]
-        is_shown = bool(asked.before) and index == asked.active
+        is_shown = bool(asked.before) and index == asked.shown
         show = part.operator("angen.day_show", text=f"{hour:02d}", depress=is_shown)
         show.index = index
 
@@ -76,7 +75,8 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
             body.use_property_split = True
             for name in ("latitude", "longitude", "utc_offset", "north"):
                 body.prop(context.scene.angen_site, name)
-        layout.operator("angen.day_read", icon="FILE_REFRESH")
+        if not draw_working(layout, "angen.day_read"):
+            layout.operator("angen.day_read", icon="FILE_REFRESH")
         if not asked.done:
             return
         layout.label(text=asked.told)
@@ -86,7 +86,7 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
         layout.template_list("ANGEN_UL_done", "", asked, "done", asked, "active", rows=6)
         if asked.before:
             scene = context.scene
-            shown = asked.done[asked.active]
+            shown = asked.done[asked.shown]
             now = time_at(scene.frame_current + scene.frame_subframe)
             layout.label(
                 text=f"{hours_minutes(now)}:{now % 60:04.1f}, {shown.name} ({shown.person})",

@@ -10,8 +10,14 @@ from bpy.types import Context, Panel
 
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.instances import is_sensor
-from ...panels.lines import ClosedSidebar, PhysicsTab, draw_lines, draw_property, has_name_column
-from ...sensor_logic.wording import capital
+from ...panels.lines import (
+    ClosedSidebar,
+    PhysicsTab,
+    draw_lines,
+    draw_property,
+    draw_working,
+    has_name_column,
+)
 from ..acting.places import DOOR, DRAWER, LAMP, MOVED
 from ..blender.marks import BEFORE, FACING, NONE, as_door, marked
 
@@ -79,14 +85,15 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
             draw_place(layout, context)
         layout.operator_menu_enum("angen.place_point", "use", text="Add Place at 3D Cursor")
         row = layout.row(align=True)
-        row.operator("angen.places_check", icon="VIEWZOOM")
+        if not draw_working(row, "angen.places_check"):
+            row.operator("angen.places_check", icon="VIEWZOOM")
         row.prop(context.scene, "angen_show_places", text="", icon="HIDE_OFF", toggle=True)
         count = len(marked(context.view_layer))
         if state.CACHE.places is None:
             layout.label(text=f"{count} marked, not checked", icon="INFO")
             return
         told, found = state.CACHE.places
-        layout.label(text=capital(told), icon="ERROR" if found else "CHECKMARK")
+        draw_lines(layout, told, "ERROR" if found else "CHECKMARK")
         for text in found[:MOST]:
             draw_lines(layout, text, "ERROR")
         if len(found) > MOST:

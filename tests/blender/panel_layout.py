@@ -78,6 +78,10 @@ class Layout:
         self.whole.operators.append((text, icon, item))
         return item
 
+    def operator_menu_enum(self, idname, name, text=None, icon="NONE", **arguments):
+        self._check("operator_menu_enum", icon, **arguments)
+        self.whole.menus.append(idname)
+
     def progress(self, **arguments):
         self._check("progress", **arguments)
         assert 0.0 <= arguments["factor"] <= 1.0

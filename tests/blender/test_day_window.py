@@ -91,6 +91,45 @@ def test_exports_of_a_shown_activity_have_its_date_and_time(scene: Any, tmp_path
     assert scene.angen_start == "2020-01-01"
 
 
+def test_esc_leaves_the_day_and_the_shown_activity_as_they_were(
+    scene: Any, addon_part: Any
+) -> None:
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    reading = addon_part("residents.operators.day").ANGEN_OT_day_read
+    enough = addon_part("angen_addon.progress").Enough
+    scene.angen_day.number = 2
+    whole = [one.share for one in reading._begin(None, bpy.context) if hasattr(one, "share")]
+    assert len(whole) > 50 and whole == sorted(whole) and whole[-1] > 0.9
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    scene.frame_set(scene.frame_start + 50)
+    before, told = state(scene), scene.angen_day.told
+    for steps in (1, len(whole) // 2, len(whole) - 1):
+        work = reading._begin(None, bpy.context)
+        for _ in range(steps):
+            next(work)
+        with pytest.raises(enough):
+            work.throw(enough)
+        assert np.allclose(state(scene), before, atol=1e-6)
+        assert bpy.ops.angen.day_leave.poll() and scene.angen_day.told == told
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+
+
+def test_a_time_of_the_day_is_gone_to_exactly(scene: Any) -> None:
+    bpy.ops.angen.day_read()
+    assert bpy.ops.angen.day_go(time="07:00", person="anna") == {"FINISHED"}
+    assert scene.frame_current == 1 + 10 * 7 * 3600 and scene.angen_day.shown == 0
+    # Within the shown stretch only the playhead moves.
+    scene.angen_day.time = "06:30:12"
+    assert bpy.ops.angen.day_go() == {"FINISHED"}
+    assert scene.frame_current == 1 + 10 * (6 * 3600 + 1812)
+    for wrong in ("noon", "25:00"):
+        with pytest.raises(RuntimeError, match=f"'{wrong}' is no time of day such as 07:00"):
+            bpy.ops.angen.day_go(time=wrong)
+    bpy.ops.angen.day_leave()
+
+
 def test_what_is_shown_has_the_light_of_the_day(scene: Any, world: Any) -> None:
     sun = world.link("Sun", bpy.data.lights.new("Sun", "SUN"))
     sun.data.energy, sun.rotation_euler = 2.0, (math.radians(60), 0, 0)

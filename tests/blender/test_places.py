@@ -17,6 +17,7 @@ from bl_ext.user_default.angen_sensors.residents.acting.reach import unreached
 from bl_ext.user_default.angen_sensors.residents.blender.places import read_places
 from bl_ext.user_default.angen_sensors.residents.blender.standing import AngenError as error
 from mathutils import Matrix, Vector
+from panel_layout import drawn
 
 WALLS = [
     # Middle and size in m: a flat of two rooms, with a doorway from 1.5 to 2.4 m between them.
@@ -198,7 +199,7 @@ def test_check_places_draws_how_far_one_gets(world):
     end = ways[0].data.splines[0].points[-1].co
     assert 2.5 < end.x < 3.0 and end.z == pytest.approx(0.05, abs=0.01)
     count, (mend, told) = cache.places
-    assert count == "1 of 5 places cannot be reached"
+    assert count == "5 marked: 1 place cannot be reached"
     assert told.startswith("'Bed' cannot be reached from 'Point 0': one gets as far as (2.")
     # In front of the door, not where a wall is nearest to the bed.
     assert 1.6 < end.y < 2.3
@@ -207,8 +208,31 @@ def test_check_places_draws_how_far_one_gets(world):
     bpy.data.objects["Door"].angen_place.use = "DOOR"
     bpy.ops.angen.places_check()
     assert not [obj for obj in bpy.data.objects if obj.name.startswith("Way to")]
-    assert cache.places == ("5 places can be reached: all that are marked", ())
+    assert cache.places == ("6 marked (5 places, 1 door): all places can be reached", ())
     flat.chair.angen_place.use = "NONE"
+
+
+def test_what_is_marked_is_counted_alike_before_and_after_a_check(world):
+    locked_in(world)
+    bpy.data.objects["Door"].angen_place.use = "DOOR"
+    cache.places = None
+    assert "6 marked, not checked" in drawn("ANGEN_PT_places").labels
+    bpy.ops.angen.places_check()
+    labels = " ".join(drawn("ANGEN_PT_places").labels)
+    assert "6 marked (5 places, 1 door): all places can be reached" in labels
+
+
+def test_esc_amid_a_check_leaves_what_was_found_before(world, addon_part):
+    locked_in(world)
+    bpy.ops.angen.places_check()
+    before = cache.places
+    check = addon_part("residents.operators.places").ANGEN_OT_places_check
+    work, enough = check._begin(None, bpy.context), addon_part("angen_addon.progress").Enough
+    shares = [next(work).share for _ in range(8)]
+    assert shares == sorted(shares) and 0.0 <= shares[0] < shares[-1] < 1.0
+    with pytest.raises(enough):
+        work.throw(enough)
+    assert cache.places == before and "Way to Bed" in bpy.data.objects
 
 
 def test_places_behind_one_thing_are_told_together(world):
@@ -217,7 +241,9 @@ def test_places_behind_one_thing_are_told_together(world):
         world.link(name, None, (5.0, 1.0 + len(name) / 5.0, 0)).angen_place.use = "STAND"
     bpy.ops.angen.places_check()
     count, (mend, told) = cache.places
-    assert count == "3 of 7 places cannot be reached" and mend.startswith("Nobody opens 'Door'")
+    assert count == "7 marked: 3 places cannot be reached" and mend.startswith(
+        "Nobody opens 'Door'"
+    )
     assert told.startswith("'Bed', 'Desk', 'Shelf' cannot be reached from 'Point 0': one gets as")
     assert " short of 'Desk'; " in told or " short of 'Bed'; " in told
     assert told.endswith("; 'Door' is between")

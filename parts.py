@@ -68,6 +68,7 @@ MODULES = (
     "panels.coverage",
     "residents.panels.residents",
     "residents.panels.places",
+    "residents.panels.strip",
     "residents.panels.day",
     "panels.study",
     "panels.doctor",

@@ -235,6 +235,14 @@ def hours_minutes(time: float) -> str:
     return f"{int(time // 3600):02d}:{int(time // 60 % 60):02d}"
 
 
+def lasting(seconds: float) -> str:
+    """How long something takes, to the minute, such as 1 h 05 min."""
+    minutes = round(seconds / 60)
+    if minutes < 1:
+        return f"{seconds:.0f} s"
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
 def calendar_number(first: date) -> int:
     """The number of a run's first day, from 0 to below `CYCLE`, by which its noise is drawn: by the
     date, not by the day that the run begins with."""

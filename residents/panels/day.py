@@ -9,35 +9,27 @@ import bpy
 from bpy.types import Context, Panel, UIList
 
 from ...panels.lines import ClosedSidebar, draw_working
-from ..days.rows import HOUR_S, hours_minutes, time_at
+from ..days.rows import HOUR_S, hours_minutes, lasting, time_at
+from .strip import colours_of, hour_pixels, icon_of, plain_pixels
 
-# The lines of the strip: night and morning, day, and evening.
-HOURS_A_LINE = 8
-
-
-def longest(done: list[Any], start: float, end: float) -> int | None:
-    """The index of the activity that takes most of the time from `start` to `end`, or None."""
-    shares = [min(item.end, end) - max(item.start, start) for item in done]
-    best = max(range(len(done)), key=shares.__getitem__, default=None)
-    return None if best is None or shares[best] <= 0 else best
+# Hours in a line of the strip: as many as a narrow sidebar has room for.
+HOURS_A_LINE = 12
 
 
-def _strip(layout: Any, asked: Any, person: str) -> None:
-    """Buttons for the hours of a day; each shows the longest activity of that hour."""
+def _strip(layout: Any, asked: Any, person: str, now: float | None) -> None:
+    """A bar of the day's hours, coloured by activity; a click goes to the hour. `now`: the time
+    that is shown, in s since midnight, or None."""
     layout.label(text=person)
-    theirs = [index for index, item in enumerate(asked.done) if item.person == person]
-    done = [asked.done[index] for index in theirs]
+    colours = colours_of(asked.done)
+    spans = [(d.start, d.end, colours[d.name]) for d in asked.done if d.person == person]
     lines = layout.column(align=True)
     for hour in range(24):
         if hour % HOURS_A_LINE == 0:
             line = lines.row(align=True)
-        best = longest(done, hour * HOUR_S, (hour + 1) * HOUR_S)
-        part = line.row(align=True)
-        part.enabled = best is not None
-        index = -1 if best is None else theirs[best]
-        is_shown = bool(asked.before) and index == asked.shown
-        show = part.operator("angen.day_show", text=f"{hour:02d}", depress=is_shown)
-        show.index = index
+            line.alignment = "LEFT"
+        icon = icon_of(hour_pixels(hour, spans, now is not None and now // HOUR_S == hour))
+        go = line.operator("angen.day_go", text="", icon_value=icon, emboss=False)
+        go.time, go.person = f"{hour:02d}:00", person
 
 
 class ANGEN_UL_done(UIList):
@@ -47,14 +39,14 @@ class ANGEN_UL_done(UIList):
         self, context: Context, layout: Any, data: Any, item: Any, icon: int, active: Any,
         active_property: str, index: int,
     ) -> None:  # fmt: skip
-        split = layout.split(factor=0.22, align=True)
-        split.label(text=hours_minutes(item.start))
-        row = split.row()
-        row.alignment = "LEFT"
         several = len({other.person for other in data.done}) > 1
         parts = [item.name, item.room, item.person if several else ""]
-        text = ", ".join(part for part in parts if part)
-        row.operator("angen.day_show", text=text, emboss=False).index = index
+        what = ", ".join(part for part in parts if part)
+        text = f"{hours_minutes(item.start)}, {lasting(item.end - item.start)}: {what}"
+        row = layout.row(align=True)
+        row.alignment = "LEFT"
+        icon = icon_of(plain_pixels(colours_of(data.done)[item.name]))
+        row.operator("angen.day_show", text=text, icon_value=icon, emboss=False).index = index
 
 
 class ANGEN_PT_day(ClosedSidebar, Panel):
@@ -80,16 +72,20 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
         if not asked.done:
             return
         layout.label(text=asked.told)
-        layout.label(text="Hours; a click shows the longest activity")
+        layout.label(text="A click goes to that hour")
+        scene = context.scene
+        at = time_at(scene.frame_current + scene.frame_subframe)
+        now = at if asked.before else None
         for person in dict.fromkeys(item.person for item in asked.done):
-            _strip(layout, asked, person)
+            _strip(layout, asked, person, now)
+        row = layout.row(align=True)
+        row.prop(asked, "time")
+        row.operator("angen.day_go", text="Go", icon="TIME").time = ""
         layout.template_list("ANGEN_UL_done", "", asked, "done", asked, "active", rows=6)
         if asked.before:
-            scene = context.scene
             shown = asked.done[asked.shown]
-            now = time_at(scene.frame_current + scene.frame_subframe)
             layout.label(
-                text=f"{hours_minutes(now)}:{now % 60:04.1f}, {shown.name} ({shown.person})",
+                text=f"{hours_minutes(at)}:{at % 60:04.1f}, {shown.name} ({shown.person})",
                 icon="TIME",
             )
             layout.operator("angen.day_leave", icon="LOOP_BACK")

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.parser import parse
 from bl_ext.user_default.angen_sensors.residents.blender.api import Home
+from bl_ext.user_default.angen_sensors.residents.days.rows import hours_minutes
 from lived_home import ROUTINE
 from lived_home import rows as read_rows
 from panel_layout import drawn
@@ -209,20 +210,34 @@ def test_panel_command_and_package_have_the_same_seed_unless_told(scene: Any) ->
     assert panel == command == package
 
 
-def test_the_panel_shows_the_day_and_its_time(scene: Any) -> None:
+def test_the_panel_shows_the_day_and_its_time(scene: Any, addon_part: Any) -> None:
     assert bpy.ops.angen.day_read() == {"FINISHED"}
     sitting = scene.angen_day.done[1]
-    hour = int((sitting.start + sitting.end) / 2 // 3600)
     assert bpy.ops.angen.day_show(index=1) == {"FINISHED"}
     panel = drawn("ANGEN_PT_day")
-    assert panel.labels.index("Hours; a click shows the longest activity") == 2
-    hours = {text: item.index for text, _, item in panel.operators if str(text).isdecimal()}
-    assert list(hours) == [f"{number:02d}" for number in range(24)] and hours["02"] == 0
-    lasting = {i: d.end - d.start for i, d in enumerate(scene.angen_day.done)}
-    assert hours[f"{hour:02d}"] == 1 or lasting[1] < 1800
-    assert f"{int(sitting.start // 3600):02d}:{int(sitting.start // 60 % 60):02d}" in panel.labels
+    times = [i.time for _, _, i in panel.operators if hasattr(i, "person")]
+    assert times == [f"{hour:02d}:00" for hour in range(24)]
+    texts = [text for text, _, item in panel.operators if hasattr(item, "index")]
+    begin, minutes = hours_minutes(sitting.start), round((sitting.end - sitting.start) / 60)
+    assert texts[1] == f"{begin}, {minutes // 60} h {minutes % 60:02d} min: Sit, left"
     # The time of the frame that is shown.
     at = sitting.start - sitting.start % 60 + 60.0
     scene.frame_set(int(1 + 10 * at))
     told = [text for text in drawn("ANGEN_PT_day").labels if text.endswith("Sit (anna)")]
     assert told == [f"{int(at // 3600):02d}:{int(at // 60 % 60):02d}:00.0, Sit (anna)"]
+
+
+def test_a_tile_of_the_strip_has_the_colours_of_its_hour(addon_part: Any) -> None:
+    strip = addon_part("residents.panels.strip")
+    red, blue = (200, 0, 0), (0, 0, 200)
+    spans = [(0.0, 7.5 * 3600, red), (7.5 * 3600, 7.75 * 3600, blue), (27900.5, 27901.0, red)]
+
+    def row(hour: int) -> list[tuple[int, ...]]:
+        return [tuple(pixel) for pixel in strip.hour_pixels(hour, spans)[-1, :, :3].tolist()]
+
+    assert row(6) == [red] * 32
+    # An activity of half a second is seen.
+    assert row(7) == [red] * 16 + [blue] * 8 + [red] + [strip.NOTHING] * 7
+    assert row(8) == [strip.NOTHING] * 32
+    # The numbers of the hours differ.
+    assert len({strip.hour_pixels(hour, []).tobytes() for hour in range(24)}) == 24

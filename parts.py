@@ -26,6 +26,7 @@ MODULES = (
     "angen_addon.view.timeline.settings",
     "angen_addon.view.timeline.draw",
     "angen_addon.coverage.settings",
+    "angen_addon.coverage.shown",
     "residents.blender.day_settings",
     "operators.add",
     "operators.place",

@@ -67,8 +67,10 @@ class ANGEN_OT_coverage(LongWork, Operator):
         return begin_map(context)
 
     def _finish(self, context: Context, result: CoverageMap) -> None:
-        shown.show_map(context.scene, result)
-        shown.keep(context.scene, result)
+        scene = context.scene
+        shown.bring_back(scene)
+        shown.show_map(scene, result)
+        shown.keep(scene, result)
         whole = result.total()
         self.report(
             {"INFO"},

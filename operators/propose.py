@@ -75,15 +75,14 @@ class ANGEN_OT_place_propose(LongWork, Operator):
 
     def _finish(self, context: Context, result: Proposal) -> None:
         shown.show_proposal(context.scene, result, self._like, self.preset)
-        shown.show_map(context.scene, result.map)
-        shown.keep(context.scene, result.map)
         self.report({"INFO"}, result.summary())
 
 
 def _can_decide(cls: Any, context: Context) -> bool:
-    return needs(
-        cls, shown.proposed(context.scene), "There is no proposal: Propose Places first"
-    ) and can_look(cls, context)
+    is_there = shown.proposed(context.scene) or shown.is_of_proposal(context.scene)
+    return needs(cls, is_there, "There is no proposal: Propose Places first") and can_look(
+        cls, context
+    )
 
 
 class ANGEN_OT_place_accept(Operator):
@@ -99,11 +98,14 @@ class ANGEN_OT_place_accept(Operator):
     def execute(self, context: Context) -> set[str]:
         found = shown.proposed(context.scene)
         chosen = [ghost for ghost in found if ghost.select_get()] or found
+        scene = context.scene
+        is_right = chosen == found and not shown.why_stale(scene)
         try:
             made = [accept(context, ghost) for ghost in chosen]
         except AngenError as error:
             return cancelled(self, error)
-        shown.discard(context.scene)
+        shown.accept_map(scene, context.view_layer, is_right)
+        shown.discard(scene)
         for sensor in made:
             sensor.select_set(True)
         self.report({"INFO"}, f"Placed {', '.join(sensor.name for sensor in made)}"[:200])
@@ -127,7 +129,7 @@ def accept(context: Context, ghost: Any) -> Any:
 class ANGEN_OT_place_discard(Operator):
     bl_idname = "angen.place_discard"
     bl_label = "Discard"
-    bl_description = "Remove the proposed places"
+    bl_description = "Remove the proposed places, and show the coverage map from before them"
     bl_options = {"REGISTER", "UNDO"}
 
     poll = classmethod(_can_decide)

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
-from bpy.types import Context, Panel
+from bpy.types import Context, Panel, UILayout
 
 from ..angen_addon.coverage import shown
 from ..operators.propose import pattern_of
 from ..sensor_logic.wording import plural
-from .lines import ClosedSidebar, draw_property, draw_working
+from .lines import ClosedSidebar, draw_lines, draw_property, draw_working
 
 ROOMS_SHOWN = 12
 
@@ -34,23 +36,10 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
         row.operator("angen.coverage_clear", text="", icon="TRASH")
         found = shown.summary(context.scene)
         if found is not None:
-            self._rooms(found)
-
-    def _rooms(self, found: dict) -> None:
-        box = self.layout.box().column(align=True)
-        count = found["sensors"]
-        box.label(text=f"{found['motion']}, {plural(count, 'detector')}")
-        rooms = found["rooms"]
-        if len(rooms) > ROOMS_SHOWN:
-            rooms = [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
-        lines = [("Room", "Covered", "Dead m²")]
-        lines += [(name, f"{100 * share:.0f} %", f"{dead:.1f}") for name, _, share, dead in rooms]
-        for name, covered, dead in lines:
-            row = box.split(factor=0.45)
-            row.label(text=name)
-            part = row.split(factor=0.5)
-            part.label(text=covered)
-            part.label(text=dead)
+            stale = shown.why_stale(context.scene)
+            if stale:
+                draw_lines(layout, f"The map is stale, {stale}. Map Coverage again", "ERROR")
+            _draw_rooms(layout, found, context.scene, not stale)
 
 
 class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
@@ -73,10 +62,32 @@ class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
         layout.operator_context = "INVOKE_DEFAULT"
         if not draw_working(layout, "angen.place_propose"):
             layout.operator("angen.place_propose", icon="PIVOT_CURSOR")
-        if shown.proposed(context.scene):
+        if shown.proposed(context.scene) or shown.is_of_proposal(context.scene):
             row = layout.row(align=True)
             row.operator("angen.place_accept", icon="CHECKMARK")
             row.operator("angen.place_discard", icon="X")
+
+
+def _draw_rooms(layout: UILayout, found: dict, scene: Any, is_fresh: bool) -> None:
+    """Draws the table of a map, pale where that is stale."""
+    box = layout.box().column(align=True)
+    frame = found.get("frame", scene.frame_current)
+    at = f", frame {frame}" if frame != scene.frame_current else ""
+    box.label(text=f"{found['motion']}, {plural(found['sensors'], 'detector')}{at}")
+    if shown.is_of_proposal(scene):
+        box.label(text="With the proposed places alone", icon="INFO")
+    box.active = is_fresh
+    rooms = found["rooms"]
+    if len(rooms) > ROOMS_SHOWN:
+        rooms = [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
+    lines = [("Room", "Covered", "Dead m²")]
+    lines += [(name, f"{100 * share:.0f} %", f"{dead:.1f}") for name, _, share, dead in rooms]
+    for name, covered, dead in lines:
+        row = box.split(factor=0.45)
+        row.label(text=name)
+        part = row.split(factor=0.5)
+        part.label(text=covered)
+        part.label(text=dead)
 
 
 register, unregister = bpy.utils.register_classes_factory(

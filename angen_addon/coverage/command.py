@@ -248,8 +248,6 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
         outputs.texts[options.picture] = picture(depsgraph, [], found.map, title, marks(found))
     if options.save is not None:
         drawn.show_proposal(scene, found, options.like or "", options.preset or "")
-        drawn.show_map(scene, found.map)
-        drawn.keep(scene, found.map)
         bpy.ops.angen.place_accept()
         outputs.save_blend(options.save)
     outputs.said = _places(found)

@@ -16,6 +16,9 @@ from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import LEVELS, VIRIDIS, levels, linear
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.parameters import specs
+from ...sensor_logic.wording import listed
+from ..recording.followed_map import FollowedMap
+from ..runtime import handlers, state
 from ..runtime.sensor_runner import matrix_of
 from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, decimal, read_parameters, unit_scale
@@ -46,7 +49,8 @@ def is_map(obj: Any) -> bool:
 
 
 def remove(scene: Any, motion: str = "") -> int:
-    """Takes the maps of a motion, or all, out of the scene; how many there were."""
+    """Takes the maps of a motion, or all with those put aside, out of the scene; how many there
+    were."""
     shown = [
         obj for obj in scene.objects if is_map(obj) and (not motion or obj[COVERAGE_MARK] == motion)
     ]
@@ -122,8 +126,8 @@ LIKE, PRESET = "angen_like", "angen_preset"
 
 
 def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = "") -> list[Any]:
-    """Empties at the proposed poses, in place of those of an earlier proposal; `like` is the
-    sensor, `preset` the preset, whose parameters they get when accepted."""
+    """Empties at the proposed poses, in place of those of an earlier proposal, and their map;
+    `like` is the sensor, `preset` the preset, whose parameters they get when accepted."""
     discard(scene)
     made = []
     for candidate, name in zip(proposal.chosen, proposal.names, strict=True):
@@ -137,6 +141,9 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
         ghost[LIKE], ghost[PRESET] = like, preset
         collection(scene).objects.link(ghost)
         made.append(ghost)
+    put_aside(scene, proposal.map.motion.identifier)
+    show_map(scene, proposal.map)
+    keep(scene, proposal.map)
     return made
 
 
@@ -147,12 +154,59 @@ def proposed(scene: Any) -> list[Any]:
 
 
 def discard(scene: Any) -> int:
-    """Takes a proposal out of the scene; of how many detectors it was."""
+    """Takes a proposal and its map out of the scene, and brings back the map that was there before;
+    of how many detectors it was."""
     found = proposed(scene)
     for ghost in found:
         bpy.data.objects.remove(ghost)
+    bring_back(scene)
     remove_own_collection(scene)
     return len(found)
+
+
+# A proposal has a map of its own. The one of the home is put aside meanwhile.
+
+BEFORE, ASIDE = "angen_coverage_before", "ASIDE "
+
+
+def is_of_proposal(scene: Any) -> bool:
+    """Whether the map is one with proposed places."""
+    return BEFORE in scene
+
+
+def put_aside(scene: Any, motion: str) -> None:
+    """Hides the map of this motion, and notes what panels show, until `bring_back`."""
+    for obj in scene.objects:
+        if is_map(obj) and obj[COVERAGE_MARK] == motion:
+            obj[COVERAGE_MARK] = ASIDE + motion
+            obj.hide_viewport = True
+    facts = {key: scene[key] for key in (KEY, FollowedMap.KEY) if key in scene}
+    scene[BEFORE] = json.dumps({"motion": motion, "facts": facts})
+
+
+def bring_back(scene: Any) -> None:
+    """Replaces the map of a proposal by the one that was put aside, if any."""
+    if not is_of_proposal(scene):
+        return
+    before = json.loads(scene.pop(BEFORE))
+    remove(scene, before["motion"])
+    forget(scene)
+    for key, text in before["facts"].items():
+        scene[key] = text
+    for obj in scene.objects:
+        if is_map(obj) and obj[COVERAGE_MARK] == ASIDE + before["motion"]:
+            obj[COVERAGE_MARK] = before["motion"]
+            obj.hide_viewport = False
+
+
+def accept_map(scene: Any, view_layer: Any, is_whole: bool) -> None:
+    """Makes the map of a proposal the one of the home. It is of the scene with the new detectors,
+    if that was fresh until now, and all places were accepted."""
+    if is_of_proposal(scene):
+        remove(scene, ASIDE + json.loads(scene.pop(BEFORE))["motion"])
+        if is_whole:
+            view_layer.update()
+            state.CACHE.note_map(scene, view_layer.depsgraph)
 
 
 def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
@@ -184,19 +238,34 @@ def copy_settings(source: Any, target: Any) -> None:
 # care of them.
 
 KEY = "angen_coverage_summary"
+# Settings of the scene that decide what a map is of.
+SETTINGS = ("motion", "height", "cell", "rooms", "selected")
 
 
 def keep(scene: Any, coverage: CoverageMap) -> None:
+    """Notes the figures of the map of the present scene, and what that is like."""
     rooms = [
         (room.name, room.cells * room.area, room.share, room.dead * room.area)
         for room in [*coverage.rooms(), coverage.total()]
     ]
-    facts = {"motion": coverage.motion.label, "sensors": len(coverage.sensors), "rooms": rooms}
+    facts = {
+        "motion": coverage.motion.label,
+        "sensors": len(coverage.sensors),
+        "rooms": rooms,
+        "frame": scene.frame_current,
+        "settings": _settings(scene),
+    }
+    state.CACHE.note_map(scene, bpy.context.evaluated_depsgraph_get())
     scene[KEY] = json.dumps(facts)
 
 
+def _settings(scene: Any) -> dict[str, Any]:
+    return {name: getattr(scene.angen_coverage, name) for name in SETTINGS}
+
+
 def summary(scene: Any) -> dict[str, Any] | None:
-    """`motion`, number of `sensors`, `rooms` as (name, m², share, dead m²), all rooms last."""
+    """`motion`, number of `sensors`, `rooms` as (name, m², share, dead m²), all rooms last; since
+    this version also `frame` and `settings`."""
     if KEY not in scene:
         return None
     try:
@@ -206,5 +275,50 @@ def summary(scene: Any) -> dict[str, Any] | None:
         return None
 
 
+def why_stale(scene: Any) -> str:
+    """Why the map is no longer of the scene as it is, in a few words; empty while it is."""
+    found = summary(scene)
+    if found is None:
+        return ""
+    followed = state.CACHE.coverage_map(scene)
+    if followed is None:
+        return "it was made by an earlier Ängen Sensors"
+    if followed.stale:
+        return followed.stale
+    was, names = found.get("settings", {}), scene.angen_coverage.bl_rna.properties
+    changed = [names[n].name for n, v in _settings(scene).items() if was.get(n, v) != v]
+    return f"changed since: {listed(changed, 3)}" if changed else ""
+
+
 def forget(scene: Any) -> None:
-    scene.pop(KEY, None)
+    for key in (KEY, FollowedMap.KEY, BEFORE):
+        scene.pop(key, None)
+
+
+class _Marking:
+    """Shows a stale map as outlines alone. No undo step has this, so that it follows each."""
+
+    def wants_rays(self, scene: Any) -> bool:
+        return False
+
+    def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
+        self.note_edit(scene)
+
+    def note_edit(self, scene: Any) -> None:
+        if KEY not in scene:
+            return
+        look = "WIRE" if why_stale(scene) else "TEXTURED"
+        for obj in scene.objects:
+            if is_map(obj) and obj.display_type != look:
+                obj.display_type = look
+
+
+_marking = _Marking()
+
+
+def register() -> None:
+    handlers.tell(_marking)
+
+
+def unregister() -> None:
+    handlers.tell_no_more(_marking)

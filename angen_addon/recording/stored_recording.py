@@ -94,8 +94,7 @@ class StoredRecording:
         if self.blender != THIS_BLENDER:
             self._accept_from_other_version(scene, depsgraph)
         self._find_renamed(all_sensors(scene.view_layers[depsgraph.view_layer.name]))
-        now = fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
-        self._changed = self.fingerprint.differences(now)
+        self._changed = self.fingerprint.differences(self._fingerprint_now(scene, depsgraph))
         self._moved.clear()
         self.unsure = False
 
@@ -174,8 +173,7 @@ class StoredRecording:
             self.verify(scene, depsgraph)
         elif revision == self._revision:
             # Blender reports no changes of custom properties and texts.
-            now = own_settings(scene, sensors, self.fingerprint.light, self._renamed)
-            self._compare({SCENE: now})
+            self._compare({SCENE: self._settings(scene, sensors)})
         else:
             self._compare_scene(scene, depsgraph, sensors, revision)
 
@@ -192,11 +190,17 @@ class StoredRecording:
             self._compare({key: digest_of(original, self._renamed)})
         self._compare({k: d for k, d in warmth_of(original).items() if k in known})
 
+    def _fingerprint_now(self, scene: Any, depsgraph: Any) -> Fingerprint:
+        return fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
+
+    def _settings(self, scene: Any, sensors: Sequence[Sensor]) -> str:
+        """The digest of the scene's settings."""
+        return own_settings(scene, sensors, self.fingerprint.light, self._renamed)
+
     def _scene_digests(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
-        light, renamed = self.fingerprint.light, self._renamed
         return {
-            SCENE: own_settings(scene, sensors, light, renamed),
-            SHOWN: what_is_shown(layer, renamed),
+            SCENE: self._settings(scene, sensors),
+            SHOWN: what_is_shown(layer, self._renamed),
         }
 
     def _compare_scene(
@@ -210,8 +214,7 @@ class StoredRecording:
         if before != self._objects and (differs or _names_new_or_gone(self._changed)):
             # An object came or went, perhaps one that was new: only comparing the whole scene
             # shows which.
-            now = fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
-            self._changed = self.fingerprint.differences(now)
+            self._changed = self.fingerprint.differences(self._fingerprint_now(scene, depsgraph))
         self._compare(around)
 
     def _find_renamed(self, sensors: Iterable[Sensor]) -> None:

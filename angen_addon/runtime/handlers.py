@@ -115,8 +115,7 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if state.CACHE.running or not _is_shown(scene, depsgraph):
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]
-    kept = state.CACHE.kept(scene)
-    if kept is not None:
+    for kept in state.CACHE.followed(scene):
         kept.note_frame(scene, depsgraph, *state.CACHE.sensors_now(view_layer))
     publish = not playhead.show_recorded(scene, view_layer) and scene.angen_live
     if publish or any(view.wants_rays(scene) for view in _views):
@@ -145,8 +144,8 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     if state.CACHE.running:
         return
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
-    kept = state.CACHE.kept(scene)
-    if kept is not None and _is_shown(scene, depsgraph):
+    followed = state.CACHE.followed(scene) if _is_shown(scene, depsgraph) else []
+    for kept in followed:
         view_layer = scene.view_layers[depsgraph.view_layer.name]
         kept.note_edit(scene, depsgraph, *state.CACHE.sensors_now(view_layer), playing)
     state.CACHE.note_elsewhere(scene, depsgraph)
@@ -220,12 +219,13 @@ def after_undo(*_: Any) -> None:
 
 
 def _look_again() -> None:
-    """Whether the recording is of the scene as it is now; that of another scene is looked at when
-    that is evaluated."""
+    """Whether recording and coverage map are of the scene as it is now; those of another scene are
+    looked at when that is evaluated."""
     scene = bpy.context.scene
-    kept = state.CACHE.kept(scene) if scene is not None else None
-    if kept is not None:
+    for kept in state.CACHE.followed(scene) if scene is not None else ():
         kept.verify(scene, bpy.context.evaluated_depsgraph_get())
+    for view in _views if scene is not None else ():
+        view.note_edit(scene)
 
 
 def _show_recorded() -> None:

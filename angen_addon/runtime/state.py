@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import bpy
 
 from ...sensor_logic.recording.tracks import Recording
+from ..recording.followed_map import FollowedMap
 from ..recording.stored_recording import StoredRecording
 from ..scene.animation import all_animated, curves
 from ..scene.sensors import Sensor, all_sensors
@@ -125,6 +126,8 @@ class Cache:
         # Whether drivers read outputs, as of which revision.
         self._driven = -1, False
         self._kept: dict[int, dict[int, StoredRecording]] = {}
+        # What is known of the coverage map of a scene, by its session uid.
+        self._maps: dict[int, FollowedMap] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
 
     @property
@@ -182,6 +185,29 @@ class Cache:
         made = self._kept.get(uid, {})
         return None if mark == CLEARED else made.get(mark) or next(iter(made.values()), None)
 
+    def coverage_map(self, scene: Any) -> FollowedMap | None:
+        """What has changed since the scene's coverage map was made; None without a map."""
+        text = FollowedMap.text_in(scene)
+        if not text:
+            return None
+        found = self._maps.get(scene.session_uid)
+        if found is None or found.stored != text:
+            # Another map: undo, a new file, or a proposal that was discarded.
+            found = self._maps[scene.session_uid] = FollowedMap.read(text)
+        return found
+
+    def note_map(self, scene: Any, depsgraph: Any) -> None:
+        """From now on the scene's coverage map is one of the scene as it is now."""
+        self._maps[scene.session_uid] = FollowedMap.note(scene, depsgraph)
+
+    def followed(self, scene: Any) -> list[StoredRecording]:
+        """What becomes stale where the scene changes: the last run, and the coverage map."""
+        return [found for found in (self.kept(scene), self.coverage_map(scene)) if found]
+
+    def _all_followed(self) -> list[tuple[int, StoredRecording]]:
+        runs = ((uid, kept) for uid, made in self._kept.items() for kept in made.values())
+        return [*runs, *self._maps.items()]
+
     def keep(self, scene: Any, kept: StoredRecording) -> None:
         """From now on this is the last run; undo brings the former one back."""
         made = self._kept.setdefault(scene.session_uid, {})
@@ -202,22 +228,18 @@ class Cache:
         found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
         return {uid: kept for uid, kept in found.items() if kept is not None}
 
-    def _all(self) -> Iterator[StoredRecording]:
-        return (kept for made in self._kept.values() for kept in made.values())
-
     def note_elsewhere(self, scene: Any, depsgraph: Any) -> None:
         """What other scenes share with this one: Blender does not tell of it once they are shown
         again."""
-        for uid, made in self._kept.items():
+        for uid, kept in self._all_followed():
             if uid != scene.session_uid:
-                for kept in made.values():
-                    kept.note_elsewhere(depsgraph)
+                kept.note_elsewhere(depsgraph)
 
     def settings_changed(self, owner: Any) -> None:
         """A recording made with other settings of `owner`, an object or scene, would be a lie."""
         self._revision += 1
         if not self.running:
-            for kept in self._all():
+            for _, kept in self._all_followed():
                 kept.check(owner)
             self.outdate_live()
 
@@ -233,13 +255,14 @@ class Cache:
         self._revision += 1
         self._sensors = None, []
         self._watching = weakref.WeakSet()
-        for kept in self._all():
+        for _, kept in self._all_followed():
             kept.unsure = True
 
     def clear(self) -> None:
         """Another file takes the place of this one."""
         self.forget_references()
         self._kept.clear()
+        self._maps.clear()
         self.lacks = []
         self.notice = ""
         self.findings = self.places = None

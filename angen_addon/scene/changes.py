@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -173,12 +173,14 @@ def own_settings(
     return digest(own, renamed)
 
 
-def what_is_shown(view_layer: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """A digest of the names and visibility of objects and collections."""
+def what_is_shown(
+    view_layer: Any, renamed: Renamed = NONE_RENAMED, without: Container[Any] = ()
+) -> str:
+    """A digest of the names and visibility of objects and collections, `without` some objects."""
     shown = [
         (_name_at_run(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
-        if obj.type != "CAMERA" and not _is_of_a_map(obj)
+        if obj.type != "CAMERA" and not _is_of_a_map(obj) and obj not in without
     ]
     layers = list(_layers(view_layer.layer_collection))
     return digest([sorted(shown), layers])

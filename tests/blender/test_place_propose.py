@@ -16,6 +16,8 @@ from bl_ext.user_default.angen_sensors.angen_addon.coverage import shown
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough as enough
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.sensor_logic.coverage.motions import MOTIONS
+from panel_layout import drawn
+from recorded_home import named, save_and_load
 
 ops = bpy.ops.angen
 CELL = 0.5
@@ -139,6 +141,122 @@ def test_polls_say_what_to_do(world: Any) -> None:
         ops.coverage()
     with pytest.raises(RuntimeError, match="no room is known"):
         ops.place_propose()
+
+
+# Whether a map is of the home as it is
+
+
+def _map(world: Any) -> Any:
+    """The shown map."""
+    world.update()
+    (found,) = [
+        o
+        for o in world.scene.objects
+        if shown.is_map(o) and o.visible_get() and not o.hide_viewport
+    ]
+    return found
+
+
+def _panel() -> str:
+    return drawn("ANGEN_PT_coverage").text
+
+
+CHANGES = {
+    "detector moved": (lambda w: setattr(named("pir"), "location", (2, 0.3, 2.2)), "'pir'"),
+    "parameter": (lambda w: setattr(named("pir").angen_sensor.pir, "range_max", 2.0), "'pir'"),
+    "off": (lambda w: setattr(named("pir").angen_sensor, "enabled", False), "'pir'"),
+    "furniture": (lambda w: setattr(named("shelf"), "location", (1, 1, 1.1)), "'shelf'"),
+    "new box": (lambda w: w.box((1, 1, 1), (1, 1, 0.5), "chest"), "'chest' (new)"),
+    "hidden": (lambda w: named("shelf").hide_set(True), "what is shown or hidden"),
+    "setting": (lambda w: setattr(w.scene.angen_coverage, "motion", "CAT"), "Motion"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_map_says_what_has_changed_since(flat: Any, name: str) -> None:
+    assert ops.coverage() == {"FINISHED"}
+    flat.update()
+    assert shown.why_stale(flat.scene) == "" and _map(flat).display_type == "TEXTURED"
+    assert "stale" not in _panel()
+    change, words = CHANGES[name]
+    change(flat)
+    flat.update()
+    assert words in shown.why_stale(flat.scene)
+    assert "stale" in _panel() and words.split("'")[0] in _panel()
+    assert name == "setting" or _map(flat).display_type == "WIRE"
+    assert ops.coverage.poll() is (name != "off")
+    if name != "off":
+        ops.coverage()
+        assert shown.why_stale(flat.scene) == "" and "stale" not in _panel()
+
+
+def test_what_no_map_depends_on_leaves_it_fresh(flat: Any) -> None:
+    lamp = flat.sensor("LIGHT", "lux")
+    ops.coverage()
+    flat.scene.angen_seed += 1
+    flat.scene.frame_set(7)
+    lamp.location = (1.0, 1.0, 1.0)
+    lamp.angen_sensor.light.threshold = 7.0
+    flat.sensor("PRESSURE", "mat")
+    flat.update()
+    assert shown.why_stale(flat.scene) == ""
+    assert "frame 1" in _panel(), "a map is of the frame at which it was made"
+
+
+def test_a_saved_map_is_stale_or_fresh_as_it_was(flat: Any, tmp_path: Path) -> None:
+    ops.coverage()
+    save_and_load(tmp_path / "home.blend")
+    assert shown.why_stale(bpy.context.scene) == ""
+    named("pir").location.x += 2.0
+    save_and_load(tmp_path / "home.blend")
+    assert shown.why_stale(bpy.context.scene) == "changed since: 'pir'"
+
+
+def test_undo_makes_a_map_fresh_again(flat: Any) -> None:
+    bpy.ops.ed.undo_push(message="before")
+    ops.coverage()
+    bpy.ops.ed.undo_push(message="map")
+    named("pir").location.x += 2.0
+    bpy.ops.ed.undo_push(message="move")
+    flat.update()
+    assert shown.why_stale(bpy.context.scene)
+    bpy.ops.ed.undo()
+    assert shown.why_stale(bpy.context.scene) == ""
+    bpy.ops.ed.redo()
+    assert shown.why_stale(bpy.context.scene)
+
+
+def test_discarding_a_proposal_brings_back_the_map_before(flat: Any) -> None:
+    ops.coverage()
+    before = _map(flat).name, len(_map(flat).data.polygons), shown.summary(flat.scene)
+    for count in (2, 1):
+        flat.scene.angen_coverage.count = count
+        ops.place_propose()
+    assert "With the proposed places" in _panel()
+    assert shown.summary(flat.scene)["rooms"] != before[2]["rooms"]
+    ops.place_discard()
+    assert (_map(flat).name, len(_map(flat).data.polygons), shown.summary(flat.scene)) == before
+    assert "proposed" not in _panel() and shown.why_stale(flat.scene) == ""
+
+
+def test_a_discarded_proposal_leaves_no_map_where_there_was_none(flat: Any) -> None:
+    ops.place_propose()
+    ops.place_discard()
+    assert shown.summary(flat.scene) is None
+    assert not [o for o in flat.scene.objects if shown.is_map(o)]
+
+
+def test_an_accepted_map_is_of_the_home_with_the_new_detectors(flat: Any) -> None:
+    ops.coverage()
+    ops.place_propose()
+    ops.place_accept()
+    assert shown.why_stale(flat.scene) == "" and "proposed" not in _panel()
+    assert [o for o in flat.scene.objects if shown.is_map(o)] == [_map(flat)]
+    ops.place_propose()
+    named("shelf").location.x += 1.0
+    flat.update()
+    ops.place_accept()
+    assert "'shelf'" in shown.why_stale(flat.scene), "the places were found before that"
 
 
 # The command line

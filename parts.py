@@ -109,6 +109,11 @@ def installed(name: str) -> bool:
     return find_spec(f".{name.partition('.')[0]}", __package__) is not None
 
 
+def installation(house: str) -> str:
+    """The command that installs a house which the zip lacks."""
+    return f'pip install "angen-sensors[{EXTRAS[house]}]"'
+
+
 def part(name: str) -> Any:
     """The module of this name."""
     return import_module(f".{name}", __package__)

@@ -4,6 +4,7 @@ and opens its report."""
 
 from __future__ import annotations
 
+import math
 import os
 import shlex
 from pathlib import Path
@@ -23,15 +24,18 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
+from ..parts import installation
 from ..sensor_logic import study_file
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import write_files
+from ..sensor_logic.kind import Kind
 from ..sensor_logic.study_file import BETWEEN, COMMON, POSE, Vary
 from .polls import cancelled, needs
 
 
 class AngenStudyVary(PropertyGroup):
-    """A parameter of some sensors that is to vary; those with `choices` take all of them."""
+    """A parameter of some sensors that is to vary; those with `choices` take all of them, named
+    `shown` in the panel. Values of an `angle` are in degrees."""
 
     sensors: StringProperty()
     parameter: StringProperty()
@@ -40,7 +44,9 @@ class AngenStudyVary(PropertyGroup):
     last: FloatProperty(name="To", description="Its last value", precision=3)
     steps: IntProperty(name="Steps", description="How many values", default=3, min=2, soft_max=50)
     whole: BoolProperty()
+    angle: BoolProperty()
     choices: StringProperty()
+    shown: StringProperty()
 
 
 class AngenStudy(PropertyGroup):
@@ -57,11 +63,14 @@ class AngenStudy(PropertyGroup):
 
 
 # Not methods: Blender 4.2 keeps classes of groups of properties, and what they lead to, for good.
-def fill(row: AngenStudyVary, vary: Vary, label: str) -> None:
-    row.name, row.label = vary.key, label
+def fill(row: AngenStudyVary, vary: Vary, kind: Kind) -> None:
+    row.name, row.label = vary.key, study_file.label(kind, vary.parameter)
     row.sensors, row.parameter = BETWEEN.join(vary.sensors), vary.parameter
-    row.first, row.last, row.whole = vary.first, vary.last, vary.whole
+    row.angle, row.whole = vary.angle, vary.whole
+    ends = vary.first, vary.last
+    row.first, row.last = map(math.degrees, ends) if vary.angle else ends
     row.choices = BETWEEN.join(map(str, vary.choices))
+    row.shown = ", ".join(study_file.choice_labels(kind, vary.parameter, vary.choices))
 
 
 def vary_of(row: AngenStudyVary) -> Vary:
@@ -70,15 +79,10 @@ def vary_of(row: AngenStudyVary) -> Vary:
         for choice in row.choices.split(BETWEEN)
         if choice
     ]
-    return Vary(
-        row.sensors.split(BETWEEN),
-        row.parameter,
-        row.first,
-        row.last,
-        row.steps,
-        row.whole,
-        choices,
-    )
+    ends = row.first, row.last
+    first, last = map(math.radians, ends) if row.angle else ends
+    names = row.sensors.split(BETWEEN)
+    return Vary(names, row.parameter, first, last, row.steps, row.whole, choices, row.angle)
 
 
 def command(file: str) -> str:
@@ -118,7 +122,7 @@ class ANGEN_OT_study_vary(Operator):
         wished = study_file.proposed(kind.identifier, names, self.parameter, now)
         varied = context.window_manager.angen_study.varied
         row = varied.get(wished.key) or varied.add()
-        fill(row, wished, study_file.label(kind, self.parameter))
+        fill(row, wished, kind)
         return {"FINISHED"}
 
 
@@ -161,9 +165,9 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
         wanted = context.window_manager.angen_study
         path = Path(self.filepath)
         varied = [vary_of(row) for row in wanted.varied]
-        for row in varied:
+        for row in wanted.varied:
             if not row.choices and row.last <= row.first:
-                return cancelled(self, f"{row.key}: To must be above From")
+                return cancelled(self, f"{row.sensors}, {row.label}: To must be above From")
         try:
             home = Path(os.path.relpath(bpy.data.filepath, path.resolve().parent)).as_posix()
         except ValueError:
@@ -197,6 +201,19 @@ class ANGEN_OT_study_command(Operator):
         return {"FINISHED"}
 
 
+class ANGEN_OT_study_install(Operator):
+    bl_idname = "angen.study_install"
+    bl_label = "Copy Installation"
+    bl_description = (
+        "Copy the command that installs the Python package with its studies, for a terminal. "
+        "Blender's extension has no studies"
+    )
+
+    def execute(self, context: Context) -> set[str]:
+        context.window_manager.clipboard = installation("studies")
+        return {"FINISHED"}
+
+
 class ANGEN_OT_study_report(Operator):
     bl_idname = "angen.study_report"
     bl_label = "Open Report"
@@ -222,6 +239,7 @@ _register, _unregister = bpy.utils.register_classes_factory(
         ANGEN_OT_study_leave,
         ANGEN_OT_study_write,
         ANGEN_OT_study_command,
+        ANGEN_OT_study_install,
         ANGEN_OT_study_report,
     )
 )

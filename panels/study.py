@@ -8,6 +8,7 @@ from bpy.types import Context, Menu, Panel
 
 from ..angen_addon.view.active import active_sensor
 from ..operators.study import command, vary_of
+from ..parts import installation
 from ..sensor_logic import study_file
 from .lines import ClosedSidebar, draw_lines
 
@@ -37,12 +38,13 @@ class ANGEN_PT_study(ClosedSidebar, Panel):
         for index, row in enumerate(wanted.varied):
             box = layout.box().column(align=True)
             head = box.row()
-            head.label(text=f"{row.sensors}: {row.label}")
+            head.label(text=row.label)
             head.operator("angen.study_leave", text="", icon="X", emboss=False).index = index
+            box.label(text=row.sensors, translate=False)
             vary = vary_of(row)
             runs *= len(vary.choices) or row.steps
             if vary.choices:
-                box.label(text=", ".join(map(str, vary.choices)))
+                box.label(text=row.shown)
             else:
                 fields = box.row(align=True)
                 fields.prop(row, "first")
@@ -56,6 +58,9 @@ class ANGEN_PT_study(ClosedSidebar, Panel):
         line = layout.row(align=True)
         line.operator("angen.study_command", icon="COPYDOWN")
         line.operator("angen.study_report", icon="URL")
+        text = "Studies run in a terminal, by the Python package (3.11 or 3.13), not by Blender"
+        box = draw_lines(layout, f"{text}. To install it: {installation('studies')}", "INFO")
+        box.operator("angen.study_install", icon="COPYDOWN")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_MT_study_vary, ANGEN_PT_study))

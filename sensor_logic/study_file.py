@@ -5,6 +5,7 @@ folder `studies` reads and runs it."""
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,18 +19,22 @@ POSE = ("move_x", "move_y", "move_z", "turn_x", "turn_y", "turn_z")
 COMMON = ("enabled", "update_rate")
 # Between the names of a key.
 BETWEEN = "; "
+RADIANS = "rad"
+# The proposal for a change of pose, to both sides: m, rad.
+MOST_MOVE, MOST_TURN = 0.5, math.radians(30.0)
 
 LABELS = {
     "enabled": ("On", ""),
-    "update_rate": ("Update Rate", "Hz"),
+    "update_rate": ("Rate", "Hz"),
     **{f"move_{axis}": (f"Move {axis.upper()}", "m") for axis in "xyz"},
-    **{f"turn_{axis}": (f"Turn {axis.upper()}", "rad") for axis in "xyz"},
+    **{f"turn_{axis}": (f"Turn {axis.upper()}", RADIANS) for axis in "xyz"},
 }
 
 
 @dataclass(frozen=True)
 class Vary:
-    """A parameter of some sensors: `steps` numbers from `first` to `last`, or all its `choices`."""
+    """A parameter of some sensors: `steps` numbers from `first` to `last` (radians for an `angle`),
+    or all its `choices`."""
 
     sensors: Sequence[str]
     parameter: str
@@ -38,6 +43,7 @@ class Vary:
     steps: int = 0
     whole: bool = False
     choices: Sequence[Any] = ()
+    angle: bool = False
 
     @property
     def key(self) -> str:
@@ -51,7 +57,10 @@ class Vary:
             return f"{key} = [{values}]"
         whole = ", whole = true" if self.whole else ""
         first, last = (repr(round(v, 7)) for v in (self.first, self.last))
-        return f"{key} = {{ from = {first}, to = {last}, steps = {self.steps}{whole} }}"
+        line = f"{key} = {{ from = {first}, to = {last}, steps = {self.steps}{whole} }}"
+        if not self.angle:
+            return line
+        return f"{line}  # {math.degrees(self.first):.6g}° to {math.degrees(self.last):.6g}°"
 
 
 def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
@@ -73,13 +82,22 @@ def parameters(kind: Kind) -> list[str]:
 
 
 def label(kind: Kind, parameter: str) -> str:
-    """With its unit."""
+    """Its name in panels, with its unit; angles are shown in degrees."""
     if parameter in LABELS:
         name, unit = LABELS[parameter]
     else:
         spec = specs(kind.parameters)[parameter]
         name, unit = spec.label, spec.unit
+    unit = "°" if unit == RADIANS else unit
     return f"{name} ({unit})" if unit else name
+
+
+def choice_labels(kind: Kind, parameter: str, choices: Sequence[Any]) -> list[str]:
+    """The names of choices in panels."""
+    spec = specs(kind.parameters).get(parameter)
+    known = {choice.identifier: choice.label for choice in spec.choices} if spec else {}
+    switch = {True: "On", False: "Off"}
+    return [switch[c] if isinstance(c, bool) else known.get(c, str(c)) for c in choices]
 
 
 def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Vary:
@@ -90,16 +108,19 @@ def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Var
     if isinstance(now, str):
         choices = [choice.identifier for choice in known[parameter].choices]
         return Vary(sensors, parameter, choices=choices or (now,))
-    first, last = _ends(known.get(parameter), parameter, float(now))
+    spec = known.get(parameter)
+    first, last = _ends(spec, parameter, float(now))
+    angle = (spec.unit if spec else LABELS[parameter][1]) == RADIANS
     if isinstance(now, int):
         return Vary(sensors, parameter, float(int(first)), float(max(int(last), 1)), 3, True)
-    return Vary(sensors, parameter, first, last, 3)
+    return Vary(sensors, parameter, first, last, 3, angle=angle)
 
 
 def _ends(spec: Spec | None, parameter: str, now: float) -> tuple[float, float]:
     """Half and twice as much, within the limits."""
     if parameter in POSE:
-        return -0.5, 0.5
+        most = MOST_TURN if LABELS[parameter][1] == RADIANS else MOST_MOVE
+        return -most, most
     first, last = (now / 2, now * 2) if now else (0.0, 1.0)
     if spec is not None:
         first, last = max(first, spec.minimum), min(last, spec.maximum)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
-from ...parts import EXTRAS, VERBS, WITHOUT_BLENDER, installed, part
+from ...parts import VERBS, WITHOUT_BLENDER, installation, installed, part
 from ...sensor_logic.choice import SensorChoice
 from ...sensor_logic.error import InputError, replaced
 from ...sensor_logic.kinds import KINDS
@@ -83,8 +83,7 @@ def lacking(name: str) -> str:
     house = WITHOUT_BLENDER.get(name, "").partition(".")[0]
     if not house or installed(house):
         return ""
-    package = f'pip install "angen-sensors[{EXTRAS[house]}]"'
-    return f"{name} is in the Python package, not in the extension: {package}"
+    return f"{name} is in the Python package, not in the extension: {installation(house)}"
 
 
 def wrong_verb(name: str) -> str:

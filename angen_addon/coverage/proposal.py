@@ -190,8 +190,11 @@ def _spread(cells: Cells, spacing: float) -> Sequence[int]:
 # Rays pass through no object: candidates are none yet.
 NOBODY = -1
 MOST_CANDIDATES = 5000
-# Of the work, what is needed to tell how much each candidate covers at most.
-FIRST_SHARE = 0.5
+# Of the time, what it takes to tell how much each candidate covers at most, as in the sample home:
+# for one detector, and for several.
+FIRST_SHARE, FIRST_OF_SEVERAL = 0.8, 0.6
+# So much of what a candidate covers at most it does cover, on average.
+SHRINKS = 0.8
 # So many candidates beside those that are chosen are looked at before the next choice.
 NEXT_BEST = 4
 
@@ -292,6 +295,8 @@ class _Search:
         # (candidates, cells): what each covers, or at most where it is not `exact`.
         self._sets = np.zeros((len(found), len(cells)), bool)
         self._exact = np.zeros(len(found), bool)
+        self._first = FIRST_SHARE if wish.count == 1 else FIRST_OF_SEVERAL
+        self._share = 0.0
 
     def view(self, candidate: Candidate) -> DetectorView:
         wish = self._wish
@@ -303,8 +308,8 @@ class _Search:
         for i, candidate in enumerate(self._found):
             view = self.view(candidate)
             self._sets[i] = at_most({"": view}, self._cells, self._motion).covered[0]
-            share = FIRST_SHARE * (i + 1) / len(self._found)
-            yield Doing(0.05 + share, f"candidate {i + 1} of {len(self._found)}")
+            self._share = 0.05 + self._first * (i + 1) / len(self._found)
+            yield Doing(self._share, f"candidate {i + 1} of {len(self._found)}")
         while True:
             choice = self._choose(np.arange(len(self._found)))
             if self._exact[list(choice.chosen)].all():
@@ -335,11 +340,21 @@ class _Search:
             self._exact[i] = True
             known = np.flatnonzero(self._exact)
             best = float((self._sets[known] @ self._weights).max())
+            looked = len(known) / (len(known) + self._left(choice))
+            self._share = max(self._share, 0.05 + self._first + (0.95 - self._first) * looked)
             yield Doing(
-                0.05 + FIRST_SHARE + (0.95 - FIRST_SHARE) * min(1.0, best / choice.bound),
+                self._share,
                 f"{len(known)} looked at closely; the best so far covers "
                 f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",
             )
+
+    def _left(self, choice: ChosenPlaces) -> int:
+        """About how many candidates are to be looked at closely still: those that may gain more
+        than the weakest of the chosen ones, whose gain will shrink once all is known."""
+        *others, weakest = choice.chosen
+        free = np.where(self._sets[others].any(axis=0), 0.0, self._weights)
+        gains = self._sets @ free
+        return int(((gains > gains[weakest] * SHRINKS) & ~self._exact).sum())
 
     def _percent(self, worth: float) -> str:
         before = float((self._weights == 0.0).sum())

@@ -327,6 +327,8 @@ def test_bad_input_is_told(command: Any, arguments: Any, status: int, told: str)
 
 def test_enough_keeps_the_best_so_far_and_its_bound(search: Any) -> None:
     *stages, whole = search(2)
+    shares = [stage.share for stage in stages]
+    assert shares == sorted(shares) and shares[-1] <= 1.0
     first = next(n for n, s in enumerate(stages) if "looked at closely" in s.text)
     for number in (1, first - 1):
         run = search(2)

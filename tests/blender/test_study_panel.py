@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 import pytest
+from panel_layout import drawn
 
 
 @pytest.fixture
@@ -67,8 +68,33 @@ def test_what_cannot_be_written_or_shown_is_told(home, wanted) -> None:
         bpy.ops.angen.study_vary(parameter="reach")
     bpy.ops.angen.study_vary(parameter="hold_time")
     wanted.varied[0].first = 9.0
-    with pytest.raises(RuntimeError, match="hold_time: To must be above From"):
+    with pytest.raises(
+        RuntimeError, match=r"Hold time \(s\): To must be above From"
+    ):
         bpy.ops.angen.study_write(filepath=str(home.parent / "s.toml"))
     wanted.file = str(home.parent / "s.toml")
     with pytest.raises(RuntimeError, match="There is no report yet: run `angen study report"):
         bpy.ops.angen.study_report()
+
+
+def test_angles_are_degrees_in_the_panel_and_radians_in_the_file(home, wanted, addon_part) -> None:
+    for name in ("horizontal_fov", "turn_z", "model", "enabled"):
+        bpy.ops.angen.study_vary(parameter=name)
+    fov, turn, model, enabled = wanted.varied
+    assert (fov.label, turn.label) == ("Horizontal field of view (°)", "Turn Z (°)")
+    assert fov.last == pytest.approx(240.0) and turn.first == pytest.approx(-30.0)
+    assert (model.shown, enabled.shown) == ("Range scan, Pyroelectric", "On, Off")
+    fov.first, fov.last = 90.0, 180.0
+    path = home.parent / "angles.toml"
+    bpy.ops.angen.study_write(filepath=str(path))
+    (line,) = (found for found in path.read_text().splitlines() if "horizontal_fov" in found)
+    assert line.endswith("{ from = 1.5707963, to = 3.1415927, steps = 3 }  # 90° to 180°")
+    assert addon_part("studies.study").read(path)
+
+
+def test_the_panel_says_how_to_get_the_command(home, wanted, addon_part) -> None:
+    text = drawn("ANGEN_PT_study").text
+    assert 'pip install "angen-sensors[study]"' in text
+    bpy.ops.angen.study_install()
+    if not bpy.app.background:
+        assert bpy.context.window_manager.clipboard == 'pip install "angen-sensors[study]"'

@@ -37,6 +37,7 @@ MODULES = (
     "operators.preset",
     "operators.user_preset",
     "operators.simulate",
+    "operators.measure_light",
     "operators.bake",
     "operators.recording",
     "operators.export",

@@ -14,8 +14,8 @@ from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.parameters import is_chosen, label_of, specs
-from .lines import draw_lines, draw_property, has_name_column
+from ..sensor_logic.parameters import Spec, is_chosen, label_of, specs
+from .lines import draw_lines, draw_property, draw_working, has_name_column
 from .readings import ReadingText, shown
 
 
@@ -38,6 +38,8 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     enabled = sensor.settings.enabled
     if enabled:
         _draw_origin(layout, seen)
+        if sensor.kind.requires_light and not seen.recorded:
+            _draw_measure(layout)
         _draw_problem(layout, context.scene, sensor)
     appearance = appearance_of(sensor.kind)
     if enabled:
@@ -72,6 +74,13 @@ def _draw_origin(layout: Any, seen: ReadingText) -> None:
         text = f"Baked keys say '{seen.keys}': drivers read them. Unbake removes them"
         box = draw_lines(layout, text, "KEYFRAME_HLT")
         box.operator("angen.unbake_keyframes", icon="KEYFRAME").selected = True
+
+
+def _draw_measure(layout: Any) -> None:
+    column = layout.column()
+    column.operator_context = "INVOKE_DEFAULT"
+    if not draw_working(column, "angen.measure_light"):
+        column.operator("angen.measure_light", icon="LIGHT_SUN")
 
 
 def _column(layout: Any, enabled: bool) -> Any:

@@ -66,7 +66,9 @@ class ReadingTexts:
             return ReadingText("Off", OFF)
         if state.CACHE.running:
             # Readings are those of the frame before the run.
-            return ReadingText("Simulating", UNKNOWN, brief=NOTHING)
+            what = state.CACHE.working
+            text = "Measuring" if what and what[0] == "angen.measure_light" else "Simulating"
+            return ReadingText(text, UNKNOWN, brief=NOTHING)
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)
         words = _warming_up(sensor, found, self._scene)
@@ -158,4 +160,7 @@ def age_text(found: PlayheadReading, least: float) -> str:
         return f"at frame {found.frame:g}"
     if found.age < least:
         return ""
-    return f"{found.age:.{0 if found.age >= 9.95 else 1}f} s ago"
+    if found.age < 59.5:
+        return f"{found.age:.{0 if found.age >= 9.95 else 1}f} s ago"
+    hours, minutes = divmod(round(found.age / 60.0), 60)
+    return f"{hours} h {minutes} min ago" if hours else f"{minutes} min ago"

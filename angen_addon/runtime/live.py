@@ -7,7 +7,7 @@ not seen, as after a jump, a sensor starts anew: it never compares with a frame 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Reading
+from ..progress import Doing
 from ..scene.instances import Uid
 from ..scene.light.cycles import finished
 from ..scene.light.probe import LightRequest
@@ -27,8 +28,8 @@ from .trace import Trace
 BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
 EDITED = "The scene was edited since: scrub, play or simulate"
 ELSEWHERE = "It was read at another frame: scrub, play or simulate"
-LIGHT_BEFORE = "The scene was edited since: light is measured once the playhead was moved and rests"
-LIGHT_AT_REST = "Light is measured once the playhead rests; simulate for all frames"
+LIGHT_BEFORE = "The scene was edited since: Measure Now, or move the playhead and let it rest"
+LIGHT_AT_REST = "Light is measured once the playhead rests, or by Measure Now"
 
 
 @dataclass(frozen=True)
@@ -308,23 +309,61 @@ class Live:
         view_layer.update()
         waiting = sorted(self._lit.values(), key=lambda taken: not taken.runner.sensor.selected)
         lit = waiting[:at_most]
-        for taken in lit:
-            del self._lit[taken.runner.sensor.name]
+        try:
+            finished(self._measure(scene, view_layer, lit))
+        except AngenError as error:
+            self._fail(lit, error)
+
+    def measure_now(
+        self, scene: Any, view_layer: Any, sensors: Sequence[Sensor]
+    ) -> Generator[Doing | int, None, None]:
+        """Measures the light of these sensors at the present frame, also where an edit holds it
+        back; yields Doing, and last how many were measured. Raises AngenError."""
+        if self.is_old(scene):
+            self.catch_up(scene, view_layer)
+        for number, sensor in enumerate(sensors):
+            taken = self._taken_now(scene, view_layer, sensor)
+            for words in self._measure(scene, view_layer, [taken]):
+                yield Doing(number / len(sensors), f"{sensor.name}, {words}", slow=True)
+        yield len(sensors)
+
+    def _taken_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:
+        """The update of a light sensor at the present frame. Raises AngenError."""
+        if scene.frame_current < scene.frame_start:
+            raise AngenError(BEFORE_THE_START)
+        runner = self.runner(sensor.uid)
+        if sensor.name in self.problems or runner is None:
+            raise AngenError(self.problems.get(sensor.name, f"'{sensor.name}' is switched off"))
+        taken = self._lit.get(sensor.name)
+        if taken is None:
+            step = scene.frame_current - scene.frame_start
+            runner.reset()
+            self._probes.look(view_layer.depsgraph, None)
+            number = runner.schedule.last_update(step)
+            taken = runner.take(number, step, view_layer.depsgraph, self._probes)
+        if taken is None or taken.request is None:
+            raise AngenError(f"'{sensor.name}' is hidden, so that it measures no light")
+        return taken
+
+    def _measure(
+        self, scene: Any, view_layer: Any, lit: Sequence[PendingUpdates]
+    ) -> Generator[str, None, None]:
+        """Measures and shows what light these ask for; yields before each picture, in words what
+        takes long. Raises AngenError."""
         state.CACHE.running = True
         try:
             depsgraph = view_layer.depsgraph
             paths = scene.angen_light_reference
             asked = [as_exact(taken.request, paths) for taken in lit if taken.request is not None]
-            found = finished(self._probes.measure(scene, view_layer, depsgraph, asked))
+            found = yield from self._probes.measure(scene, view_layer, depsgraph, asked)
             for taken in lit:
+                self._lit.pop(taken.runner.sensor.name, None)
                 taken.give_light(found)
                 taken.runner.reset()
                 self._show(taken, scene.frame_current)
-            # What is shown must not be taken for an edit.
-            view_layer.update()
-        except AngenError as error:
-            self._fail(lit, error)
         finally:
+            # What is shown, and what was made for a picture, must not be taken for an edit.
+            view_layer.update()
             state.CACHE.running = False
 
     def _finish(self, runner: SensorRunner, step: int) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, probes, state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
@@ -185,6 +186,54 @@ def test_at_rest_the_selected_sensor_comes_first(world, lamp):
     state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer, at_most=1)
     assert not state.CACHE.live.left_to_do
     assert all(readings.shown(s, world.scene).old == "" for s in world.sensors())
+
+
+def test_measure_now_measures_at_this_frame_after_an_edit(world, lamp):
+    """Else an edit holds light back until the playhead was moved and rests."""
+    world.scene.angen_live = True
+    bpy.context.view_layer.objects.active = lamp
+    world.scene.frame_set(5)
+    assert bpy.ops.angen.measure_light() == {"FINISHED"}
+    first = told(world).fields["illuminance_lux"]
+    assert first > 0.0 and told(world).old == ""
+    bpy.data.objects["lamp"].location.z = 1.0
+    world.update()
+    state.CACHE.live.catch_up(world.scene, bpy.context.view_layer)
+    assert "Measure Now" in told(world).old and not state.CACHE.live.left_to_do
+    assert bpy.ops.angen.measure_light() == {"FINISHED"}
+    assert told(world).old == "" and told(world).fields["illuminance_lux"] > 1.5 * first
+    assert bpy.ops.angen.measure_light() == {"FINISHED"}, "again, though nothing has changed"
+    assert not state.CACHE.running
+
+
+def test_measure_now_by_esc_leaves_the_reading_of_before(world, lamp):
+    world.scene.angen_live = True
+    bpy.context.view_layer.objects.active = lamp
+    world.update()
+    world.scene.frame_set(5)
+    live = state.CACHE.live
+    run = live.measure_now(world.scene, bpy.context.view_layer, world.sensors())
+    doing = next(run)
+    assert doing.text.startswith("lux, ") and doing.slow
+    with pytest.raises(Enough):
+        run.throw(Enough)
+    assert live.why_old(world.scene) == ""
+    assert told(world).text == "Measured at rest" and live.left_to_do and not state.CACHE.running
+    assert len(bpy.data.scenes) == 1
+
+
+def test_measure_now_says_why_it_cannot(world, lamp):
+    bpy.context.view_layer.objects.active = None
+    with pytest.raises(RuntimeError, match="Select a light sensor"):
+        bpy.ops.angen.measure_light()
+    bpy.context.view_layer.objects.active = lamp
+    world.scene.angen_live = False
+    with pytest.raises(RuntimeError, match="Live is off"):
+        bpy.ops.angen.measure_light()
+    world.scene.angen_live = True
+    bpy.ops.angen.simulate()
+    with pytest.raises(RuntimeError, match="is recorded"):
+        bpy.ops.angen.measure_light()
 
 
 def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatch):

@@ -138,7 +138,7 @@ def test_light_is_not_measured_after_each_edit(door):
     leaf().location.y = 3
     door.update()
     rest()
-    assert told("light").text == f"{before.text}, old" and "playhead was moved" in told("light").old
+    assert told("light").text == f"{before.text}, old" and "move the playhead" in told("light").old
     assert told().old == ""
     leaf().location.y = 4
     door.update()
@@ -162,7 +162,7 @@ def test_after_undo_live_values_are_there_again(door):
     bpy.ops.ed.undo()
     rest()
     assert told().fields is not None and told().old == ""
-    assert "playhead was moved" in told("light").old
+    assert "move the playhead" in told("light").old
     bpy.context.scene.frame_set(21)
     rest()
     assert told("light").old == ""
@@ -325,3 +325,13 @@ def test_undo_brings_a_cleared_recording_back(door, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert cache().kept(bpy.context.scene) is None, "files do not keep it"
     assert ops.simulate() == {"FINISHED"} and told().recorded
+
+
+@pytest.mark.parametrize(
+    ("age", "text"),
+    [(0.1, ""), (59.0, "59 s ago"), (59.7, "1 min ago"), (3599.0, "1 h 0 min ago"),
+     (9879.0, "2 h 45 min ago"), (-1.0, "at frame 7")],
+)  # fmt: skip
+def test_an_age_is_in_units_that_are_read_at_once(addon_part, age, text):
+    found = addon_part("angen_addon.runtime.playhead").PlayheadReading("", frame=7.0, age=age)
+    assert addon_part("panels.readings").age_text(found, 0.2) == text

@@ -53,7 +53,7 @@ def event_name(track: Track, index: int) -> str:
         if published.type is str:
             texts.append(", ".join(split(value)) or "nobody")
         elif published.name == "valid":
-            texts.append("valid" if value else "not valid")
+            texts.append("reading valid" if value else "reading not valid")
         elif published.type is bool:
             texts.append(kind.active_label if value else kind.idle_label)
     return ", ".join(texts) or track.reading_at(index).text(track.value[index])

@@ -81,8 +81,8 @@ def _draw_events(
         return
     index = told[-1]
     at = capital(moment_text(scene, track.frames[index]))
-    text = f"Explain {event_name(track, index)}, {at}"
-    layout.operator("angen.explain", text=text, icon="QUESTION", translate=False)
+    draw_lines(layout, f"{at}: {event_name(track, index)}", "TIME")
+    layout.operator("angen.explain", text="Explain This Event", icon="QUESTION")
     now = track.at(frame)
     if now is not None and not track.active[now]:
         layout.operator("angen.explain", text="Why Not Now?", icon="QUESTION").now = True
@@ -101,7 +101,12 @@ def _draw_explanation(layout: Any, explanation: Explanation) -> None:
     scale = bpy.context.preferences.system.ui_scale or 1.0
     wide = (1.0 - LABEL_SHARE) * (region.width if region else USUAL_WIDTH) / scale
     letters = max(12, int(wide / WIDTH_OF_LETTER) - MARGIN_LETTERS // 2)
+    of_names = int(LABEL_SHARE / (1.0 - LABEL_SHARE) * letters)
     for name, text in explanation.facts:
+        if len(name) > of_names:
+            # The column would cut it.
+            column.label(text=name, translate=False)
+            name = ""
         for line in textwrap.wrap(text, letters, break_on_hyphens=False):
             draw_row(column, name, line)
             name = ""

@@ -14,7 +14,7 @@ from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.parameters import Spec, is_chosen, label_of, specs
+from ..sensor_logic.parameters import is_chosen, label_of, specs
 from .lines import draw_lines, draw_property, draw_working, has_name_column
 from .readings import ReadingText, shown
 

@@ -260,9 +260,11 @@ def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
     frames = [at for at in frames if at > first]
     shown = (int(count[1]), int(count[2])) if count else ()
     found.equal(frame, sensor, "events", shown, (sum(f <= frame for f in frames), len(frames)))
-    told = next((text for text in texts if text.startswith("Explain ")), "")
+    told = next((text for text in texts if text.startswith("Frame ")), "")
     last = found.log.last_told(sensor.name, frame)
-    found.equal(frame, sensor, "event", float(told.rpartition("Frame ")[2] or "nan"), last)
+    found.equal(
+        frame, sensor, "event", float(told[len("Frame ") :].partition(":")[0] or "nan"), last
+    )
 
 
 def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:

@@ -58,6 +58,13 @@ def part_is(part: int, whole: int, noun: str) -> str:
     return f"{part} of {plural(whole, noun)} {'is' if whole == 1 else 'are'}"
 
 
+def percent(share: float) -> str:
+    """A share in percent, without its sign; one that is hardly 0 or 100 has a decimal."""
+    value = 100.0 * abs(share)
+    is_near = 0.0 < value < 1.0 or 0.0 < abs(value - 100.0) < 1.0
+    return f"{value:.{int(is_near)}f} %"
+
+
 def shown_duration(seconds: float) -> str:
     if seconds < 90:
         return f"{seconds:.0f} s"

@@ -14,7 +14,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.kind import FORCES, LIGHT, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array
 from ...sensor_logic.parameters import specs
-from ...sensor_logic.wording import capital, named, uncapitalized
+from ...sensor_logic.wording import capital, named, percent, uncapitalized
 from ..advice import sensing, warmth
 from ..advice import sensing as advice
 from ..runtime.sensor_runner import all_rays
@@ -150,7 +150,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
             name = home.home.caster.solids.name_of(int(numbers[counts.argmax()]))
             yield (
                 f"'{sensor.name}' looks into '{name}', nearer than its range min of "
-                f"{shortest * 100:g} cm: {blocked.mean():.0%} of its rays pass it unseen",
+                f"{shortest * 100:g} cm: {percent(blocked.mean())} of its rays pass it unseen",
                 f"Move it away from '{name}' or turn it (it looks along its -Z axis); or parent "
                 "to it what is its own housing",
                 (sensor.name, name),

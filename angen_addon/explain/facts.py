@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ...sensor_logic.log import format_frame
-from ...sensor_logic.wording import typed
+from ...sensor_logic.wording import percent, typed
 
 # Names and values.
 Facts = list[tuple[str, str]]
@@ -56,5 +56,5 @@ def at_frame(frame: float, time: float) -> str:
 
 def more_needed(threshold: float, value: float, unit: str) -> str:
     """How far a value is from the threshold that it must exceed."""
-    share = f"{value / threshold:.0%} of that" if threshold else "nothing"
+    share = f"{percent(value / threshold)} of that" if threshold else "nothing"
     return f"more than {typed(threshold, unit)} is needed: it is {share}"

@@ -15,7 +15,7 @@ from ...panels.lines import draw_lines
 from ...panels.readings import ReadingText
 from ...sensor_logic.kind import LIGHT, Field
 from ...sensor_logic.model import LightSample, LightShare, Pose
-from ...sensor_logic.wording import capital, listed, named, quoted
+from ...sensor_logic.wording import capital, listed, named, percent, quoted
 from ..authoring.housing import Housing, looking
 from ..explain.facts import Explanation, Facts, at_frame, more_needed
 from ..explain.replay import Replay
@@ -105,13 +105,13 @@ def _share_facts(cause: LightCause) -> Facts:
     text, whole = cause.field.text, cause.given
     ordered = sorted(cause.now, key=lambda share: -share.light)
     giving = [share for share in ordered if share.light > LITTLE * whole]
-    facts = [(_label(s), f"{s.light / whole:.0%}: {text(s.light)}") for s in giving[:SHOWN]]
+    facts = [(_label(s), f"{percent(s.light / whole)}: {text(s.light)}") for s in giving[:SHOWN]]
     if len(giving) > SHOWN:
         left = sum(share.light for share in giving[SHOWN:])
-        facts.append((f"{len(giving) - SHOWN} more", f"{left / whole:.0%}: {text(left)}"))
+        facts.append((f"{len(giving) - SHOWN} more", f"{percent(left / whole)}: {text(left)}"))
     taking = [share for share in ordered[::-1] if share.light < -LITTLE * whole]
     for share in taking[:SHOWN]:
-        facts.append((_label(share), f"takes {-share.light / whole:.0%}: {text(share.light)}"))
+        facts.append((_label(share), f"takes {percent(share.light / whole)}: {text(share.light)}"))
     return [*facts, ("All light", text(sum(share.light for share in cause.now)))]
 
 
@@ -128,7 +128,7 @@ def _headline(cause: LightCause) -> str:
         return f"{_quoted(least)} takes the light away"
     if most.light <= 0.0:
         return "no light reaches it"
-    return f"{_quoted(most)} gives {most.light / cause.given:.0%} of the light"
+    return f"{_quoted(most)} gives {percent(most.light / cause.given)} of the light"
 
 
 def _most_changed(cause: LightCause) -> tuple[LightShare, LightShare] | None:

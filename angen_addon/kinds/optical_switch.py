@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...sensor_logic.kinds.optical_switch import SWITCHING_LEVEL, OpticalSwitchParameters
-from ...sensor_logic.wording import Lengths, quoted
+from ...sensor_logic.wording import Lengths, percent, quoted
 from ..authoring.housing import Housing, beside_it
 from ..explain.facts import Explanation, Facts, at_frame
 from ..explain.replay import Replay
@@ -61,7 +61,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
     now = cause.now
     if now.rays > 1:
-        return [("To open", f"more light must pass: now {now.light:.0%}")]
+        return [("To open", f"more light must pass: now {percent(now.light)}")]
     short = cause.threshold - now.range
     what = quoted(now.name) if now.name else "something"
     if short <= 0.0:
@@ -96,10 +96,9 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     facts.append(("Opens from", lengths.typed(parameters.threshold)))
     if now.rays > 1:
         half = parameters.hysteresis / 2
-        levels = (
-            f"opens from {SWITCHING_LEVEL + half:.3g}, closes below {SWITCHING_LEVEL - half:.3g}"
-        )
-        facts.append(("Light", f"{now.light:.3g} of the full light; {levels}"))
+        opens, closes = percent(SWITCHING_LEVEL + half), percent(SWITCHING_LEVEL - half)
+        levels = f"opens from {opens}, closes below {closes}"
+        facts.append(("Light", f"{percent(now.light)} of the full light; {levels}"))
     if parameters.noise_sigma > 0.0:
         sigma = lengths.typed(parameters.noise_sigma)
         facts.append(("Noise", f"{sigma} (standard deviation) on the range"))

@@ -24,7 +24,7 @@ from ...angen_addon.scene.sensors import Sensor, chosen, simulated
 from ...sensor_logic.error import InputError
 from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.log import parse_date
-from ...sensor_logic.wording import part_is
+from ...sensor_logic.wording import part_is, percent
 from ..acting.timeline import Acted
 from ..days.truth import DAY_S
 from . import reachable
@@ -62,7 +62,7 @@ class DayLine:
         moved = _moved(acted, part) if acted is not None else part
         made = whole - self._had + moved
         text = f"day {min(whole + 1, self._days)} of {self._days}"
-        text += f", {part:.0%} of it" if step is not None else ""
+        text += f", {percent(part)} of it" if step is not None else ""
         if made > 0.02:
             each = (now - self._begin) / made
             left = each * (self._days - whole - moved)

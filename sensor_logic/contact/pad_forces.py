@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Array
+from ..wording import percent
 from .balance import GROUND, Balance, Joint, Load, Points, balance
 from .covered import ALIGNED
 from .directions import FLAT
@@ -288,7 +289,7 @@ def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
         worst = max(attempt.residuals, key=attempt.residuals.__getitem__)
         problems.append(
             f"the contacts of '{world.node(worst).name}' explain "
-            f"{max(0.0, 1.0 - attempt.worst):.0%} of its motion and weight"
+            f"{percent(max(0.0, 1.0 - attempt.worst))} of its motion and weight"
         )
     elif not attempt.converged:
         problems.append("the contact forces did not settle")

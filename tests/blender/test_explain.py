@@ -309,7 +309,8 @@ def test_each_source_has_its_share_of_the_reading(world, explained, meter, refer
     assert facts["All light"] == facts["Reading"].removesuffix(" (Cycles)")
     assert {"Left, Right", "World", "Other sources"} <= facts.keys()
     _, later = explained(sensor, 6, recording)
-    assert later.headline == f"Lit: 'One' gives {shares['One',] / track.value[5]:.0%} of the light"
+    share = 100 * shares["One",] / track.value[5]
+    assert later.headline == f"Lit: 'One' gives {share:.0f} % of the light"
 
 
 def test_shares_of_four_walls_are_in_percent_and_those_of_dimmed_lamps_follow(
@@ -340,12 +341,12 @@ def test_a_lamp_that_takes_light_away_is_told_of(world, explained, meter, power)
     recording = world.run(1, 2)
     _, found = explained(sensor, 1, recording)
     facts, away = dict(found.facts), -power / 100.0 / 4.0
-    assert facts["Plus"].startswith("100%: ")
+    assert facts["Plus"].startswith("100 %: ")
     taken = facts["Minus"].removeprefix("takes ").partition("%")[0]
     assert float(taken) == pytest.approx(100 * away, rel=0.05)
     reading = recording.tracks["light"].value[1]
     if away < 1.0:
-        assert found.headline == "Lit: 'Plus' gives 100% of the light"
+        assert found.headline == "Lit: 'Plus' gives 100 % of the light"
         assert facts["All light"] == f"{reading:.3g} lx"
     else:
         assert reading == 0.0 and found.headline == "Dark: 'Minus' takes the light away"

@@ -440,3 +440,14 @@ def test_an_event_is_a_row_of_the_log_everywhere(world, tmp_path):
     panel = drawn("ANGEN_PT_events")
     assert f"{len(changes)} of {len(changes)} events passed" in panel.text
     assert "shown" not in panel.text
+
+
+def test_an_event_is_named_in_words_not_by_fields(addon_part):
+    """Where only the validity of a pad's reading has changed."""
+    kind = addon_part("sensor_logic.kinds").KINDS["PRESSURE"]
+    columns = {name: [0.0, 0.0] for name in ("pressed", "force_n")}
+    columns |= {"partners": ["", ""], "valid": [True, False]}
+    track = SimpleNamespace(kind=kind, columns=columns)
+    event_name = addon_part("operators.markers").event_name
+    assert event_name(track, 1) == "reading not valid"
+    assert event_name(track, 0) == "Free, nobody, reading valid"

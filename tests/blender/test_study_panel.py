@@ -68,9 +68,7 @@ def test_what_cannot_be_written_or_shown_is_told(home, wanted) -> None:
         bpy.ops.angen.study_vary(parameter="reach")
     bpy.ops.angen.study_vary(parameter="hold_time")
     wanted.varied[0].first = 9.0
-    with pytest.raises(
-        RuntimeError, match=r"Hold time \(s\): To must be above From"
-    ):
+    with pytest.raises(RuntimeError, match=r"Hold time \(s\): To must be above From"):
         bpy.ops.angen.study_write(filepath=str(home.parent / "s.toml"))
     wanted.file = str(home.parent / "s.toml")
     with pytest.raises(RuntimeError, match="There is no report yet: run `angen study report"):

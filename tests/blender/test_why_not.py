@@ -106,7 +106,7 @@ def test_the_nearest_movement_and_why_it_is_not_seen(world):
     ops.simulate()
     told = asked(20)
     assert "° beside its axis, its field of view ends at 60°" in told
-    assert "a range must change by more than 0.05 m: the most is 0% of that" in told
+    assert "a range must change by more than 0.05 m: the most is 0 % of that" in told
 
 
 def test_what_is_seen_moving_too_little_is_not_called_hidden(world):
@@ -151,7 +151,7 @@ def test_a_pad_tells_what_is_above_it_and_its_threshold(world):
     ops.simulate()
     told = asked(4)
     assert f"'Box', by {0.2 - top:.3f} m" in told
-    assert "more than 1 N is needed: it is 0% of that" in told
+    assert "more than 1 N is needed: it is 0 % of that" in told
 
 
 def test_a_dark_light_sensor_tells_its_share_of_the_threshold(world):
@@ -167,7 +167,7 @@ def test_a_dark_light_sensor_tells_its_share_of_the_threshold(world):
     full = source.data.energy
     world.key(source.data, "energy", {1: full, 3: 2 * full}, "CONSTANT")
     ops.simulate()
-    assert "more than 500 lx is needed: it is 40% of that" in asked(4)
+    assert "more than 500 lx is needed: it is 40 % of that" in asked(4)
     # Its reading changed, though not its state: that is an event to count and to jump to.
     world.scene.frame_set(1)
     assert "0 of 1 events passed" in drawn("ANGEN_PT_events").text

@@ -24,7 +24,7 @@ from angen_sensors.sensor_logic.parameters import (
     is_chosen,
     specs,
 )
-from angen_sensors.sensor_logic.wording import Lengths, measured, short, typed
+from angen_sensors.sensor_logic.wording import Lengths, measured, percent, short, typed
 
 ROOT = Path(__file__).resolve().parents[2]
 # Numbers are in saved files: they never change and are never reused.
@@ -383,3 +383,12 @@ def test_the_numbers_that_a_kind_publishes_have_a_unit():
     for kind in KINDS.values():
         for field in kind.fields.values():
             assert field.type is not float or field.unit or field.name in plain, field.name
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(0.12, "12 %"), (-1.33, "133 %"), (0.0, "0 %"), (1.0, "100 %"), (0.996, "99.6 %"),
+     (0.004, "0.4 %")],
+)  # fmt: skip
+def test_a_share_has_one_sign_and_unit(share, text):
+    assert percent(share) == text

@@ -24,7 +24,7 @@ from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ....sensor_logic.model import Array, Emission, Pose
 from ....sensor_logic.parameters import label_of, specs
 from ....sensor_logic.physics import waiting
-from ....sensor_logic.wording import Lengths, capital, quoted
+from ....sensor_logic.wording import Lengths, capital, percent, quoted
 from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay
 
@@ -326,7 +326,7 @@ def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
     things = _things([look for _, look in looks])
     cause = WarmCause(things, signal, threshold_of(parameters), now.ambient)
     facts = [
-        ("Signal", f"{signal:+.2f} of the threshold"),
+        ("Signal", f"{percent(signal)} of the threshold"),
         ("Around", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
     ]
     facts += [(thing.name, _thing_text(thing)) for thing in things[:THINGS_SHOWN]]
@@ -414,9 +414,9 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
     )
     if over:
         ignored = "" if active else " (ignored: warm-up or blocking time)"
-        return f"Motion{ignored}: {who}; the signal is {abs(cause.signal):.2f} of the threshold"
+        return f"Motion{ignored}: {who}; the signal is {percent(cause.signal)} of the threshold"
     held = "Held on" if active else "Still"
-    return f"{held}: the signal is {abs(cause.signal):.2f} of the threshold; {who}"
+    return f"{held}: the signal is {percent(cause.signal)} of the threshold; {who}"
 
 
 # m: smaller movements count as none.
@@ -457,7 +457,7 @@ def _missing(replay: Replay, index: int, found: Explanation) -> Facts:
         share = abs(found.cause.signal)
         if share > 1.0:
             return []
-        facts = [("To fire", f"the signal must exceed its threshold: it is {share:.0%} of it")]
+        facts = [("To fire", f"the signal must exceed its threshold: it is {percent(share)} of it")]
     else:
         cause, lengths = found.cause, replay.lengths
         if cause.triggered:
@@ -467,7 +467,7 @@ def _missing(replay: Replay, index: int, found: Explanation) -> Facts:
             (
                 "To fire",
                 f"a range must change by more than {lengths.typed(cause.threshold)}: "
-                f"the most is {share:.0%} of that",
+                f"the most is {percent(share)} of that",
             )
         ]
     return [*facts, ("Nearest movement", _nearest_movement(replay, index, found))]

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import build_zip
+import check_release
 
 ROOT = build_zip.ROOT
 MANIFEST = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
@@ -181,3 +182,45 @@ def test_no_tracked_file_names_a_machine_or_a_registry() -> None:
         for match in MACHINE.finditer((ROOT / name).read_bytes())
     ]
     assert not found
+
+
+# Releases
+
+
+@pytest.fixture
+def release(tmp_path: Path) -> Path:
+    """The files that a release is checked by, of version 1.2.3."""
+    (tmp_path / "blender_manifest.toml").write_text('version = "1.2.3"\n')
+    (tmp_path / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n')
+    (tmp_path / "CITATION.cff").write_text("cff-version: 1.2.0\nversion: 1.2.3\n")
+    (tmp_path / "CHANGELOG.md").write_text(
+        "# Changelog\n\n## 1.2.3, 2026-12-01\n\n- New.\n\n## 1.2.2, 2026-11-01\n\n- Old.\n"
+    )
+    return tmp_path
+
+
+def test_a_release_that_fits_together_has_its_notes(release: Path) -> None:
+    assert check_release.problems("v1.2.3", release) == []
+    assert check_release.notes("1.2.3", release) == "- New."
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "told"),
+    [
+        ("blender_manifest.toml", 'version = "1.2.2"\n', "blender_manifest.toml has 1.2.2"),
+        ("pyproject.toml", '[project]\nversion = "1.3.0"\n', "pyproject.toml has 1.3.0"),
+        ("CITATION.cff", "cff-version: 1.2.3\n", "CITATION.cff has no version"),
+        ("CHANGELOG.md", "## 1.2.3, not released yet\n\n- New.\n", "CHANGELOG.md has no section"),
+        ("CHANGELOG.md", "## 1.2.3, 2026-12-01\n", "CHANGELOG.md has no section"),
+    ],
+)
+def test_a_release_that_does_not_fit_together_is_refused(
+    release: Path, file: str, text: str, told: str
+) -> None:
+    (release / file).write_text(text)
+    (line,) = check_release.problems("v1.2.3", release)
+    assert line.startswith(told)
+
+
+def test_a_tag_of_another_form_is_refused(release: Path) -> None:
+    assert check_release.problems("1.2", release) == ["the tag 1.2 is not of the form v1.2.3"]

@@ -17,6 +17,7 @@ from angen_sensors.sensor_logic.kinds.pir.lenses import LENSES
 from angen_sensors.studies import study
 
 import hard_cases
+import house_picture
 import parameter_tables
 from benchmarks import page
 from benchmarks.bounds import PARTS
@@ -102,6 +103,12 @@ def test_the_page_of_residents_has_a_routine_and_a_diary_that_can_be_read_and_al
     assert told == set(words._WORDS)
     rows = re.search(r"    start,end.*?(?=\n\n)", written, re.DOTALL).group().replace("    ", "")
     assert [s.activity for s in timetable.read(rows, "d.csv")[1]][1::2] == ["Toilet", "Relaxing"]
+
+
+def test_the_picture_of_the_house_is_that_of_the_imports():
+    written = house_picture.PAGE.read_text(encoding="utf-8")
+    assert written == house_picture.page(), "run: python scripts/house_picture.py"
+    assert "--> " in written
 
 
 def test_each_page_begins_with_what_its_reader_can_do_after_it_and_is_in_the_site():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks that a tag can be released, and writes the release's notes: check_release.py vX.Y.Z NOTES.md
+"""Checks that a tag can be released, and writes its notes: check_release.py vX.Y.Z NOTES.md
 
 The version of the tag must be that of blender_manifest.toml, pyproject.toml and CITATION.cff, and
 CHANGELOG.md must have a section `## X.Y.Z, YYYY-MM-DD`, which becomes the notes.

@@ -13,7 +13,7 @@ PYTEST = $(RUN) -m pytest -n auto --maxprocesses 4 --dist worksteal
 export PYTHON BPY BLENDER
 
 .DEFAULT_GOAL := help
-.PHONY: help venv lint-venv demo test test-all golden readers mqtt bench lint docs zip assets sample clean
+.PHONY: help venv lint-venv demo test test-all golden readers mqtt bench lint docs pictures zip assets sample clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -53,6 +53,9 @@ lint: lint-venv ## check style and types
 docs: ## build the docs as a site, with search that works offline, in build/site/
 	@BPY= sh scripts/make_venv.sh $(DOCS_VENV) docs
 	@NO_MKDOCS_2_WARNING=1 $(DOCS_VENV)/bin/python -m mkdocs --quiet build --strict
+
+pictures: ## make the docs' pictures anew in a real Blender's window (BLENDER=PATH; ARGS="timeline": some)
+	@sh scripts/pictures/make.sh $(or $(BLENDER),blender) $(ARGS)
 
 zip: ## build the extension for Blender in dist/ (needs Python 3.11 or later, and fetches nothing)
 	@python=$$(sh scripts/find_python.sh 3.13 3.12 3.11 3.14 2>/dev/null || echo python3); \

@@ -4,13 +4,15 @@
     PICTURE=coverage blender --factory-startup --addons bl_ext.user_default.angen_sensors \\
         sample_blends/angen.blend --python scripts/pictures/scenes.py
 
-PICTURE is a function below. READY is printed when the window shows it.
+PICTURE is a function below. READY is printed when the window shows it; `make pictures` takes all.
 """
 
 import os
 import sys
 from collections.abc import Iterator
+from math import radians
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -255,9 +257,142 @@ def timeline() -> Iterator[None]:
     yield
 
 
+def scrub() -> Iterator[None]:
+    """The playhead goes through the living room's story: a picture at each SHOT."""
+    view = window.areas()["VIEW_3D"]
+    space = view.spaces[0]
+    window.select("PIR living room")
+    window.plain(space)
+    space.overlay.show_extras = False
+    window.view_from(space, *VIEWS["motion"][1:5])
+    bpy.context.scene.angen_overlay.which = "SELECTED"
+    bpy.context.scene.angen_show_places = False
+    yield
+    window.open_sidebar(view)
+    first = VIEWS["motion"][0] - 60
+    window.play_up_to(first)
+    yield
+    for frame in range(first, first + 96, 4):
+        for number in range(frame - 3, frame + 1):
+            bpy.context.scene.frame_set(number)
+        window.redraw()
+        yield
+        print("SHOT", flush=True)
+        yield
+
+
+def atelier() -> Iterator[None]:
+    """The studio of `atelier.blend` from above, with its places."""
+    space = window.areas()["VIEW_3D"].spaces[0]
+    window.without_ceilings()
+    window.plain(space)
+    space.show_region_ui = False
+    space.shading.light = "FLAT"
+    bpy.context.scene.angen_overlay.show = False
+    bpy.ops.object.select_all(action="DESELECT")
+    window.view_from(space, (14.5, 0.0, 0.8), 13.0, 42.0, 27.0)
+    yield
+    yield
+
+
+def empty_scene() -> Any:
+    """Removes all objects; returns the 3D view."""
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+    view = window.areas()["VIEW_3D"]
+    window.plain(view.spaces[0])
+    return view
+
+
+def box(name: str, size: tuple[float, float, float], at: tuple[float, float, float]) -> Any:
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=at)
+    obj = bpy.context.object
+    obj.name, obj.scale = name, size
+    return obj
+
+
+def sensor(
+    kind: str, preset: str, at: tuple[float, float, float], turn: tuple[float, float, float]
+) -> Any:
+    """A new sensor at a point (m), turned about X, Y and Z (degrees)."""
+    bpy.context.scene.cursor.location = at
+    bpy.ops.angen.sensor_add(kind=kind, preset=preset)
+    obj = bpy.context.object
+    obj.rotation_euler = [radians(angle) for angle in turn]
+    return obj
+
+
+def distance() -> Iterator[None]:
+    """The zones of a distance sensor on walls and a pillar."""
+    view = empty_scene()
+    box("Floor", (4.0, 4.0, 0.1), (2.0, 2.0, -0.05))
+    box("Wall", (0.1, 4.0, 2.0), (4.0, 2.0, 1.0))
+    box("Pillar", (0.3, 0.3, 1.6), (2.0, 2.4, 0.8))
+    sensor("DISTANCE", "VL53L5CX", (0.6, 2.0, 1.2), (90.0, 0.0, -90.0))
+    window.view_from(view.spaces[0], (2.6, 2.0, 0.7), 6.8, 58.0, -40.0)
+    yield
+    window.play_up_to(31)
+    window.open_sidebar(view)
+    yield
+    yield
+
+
+def contact() -> Iterator[None]:
+    """The two distances of a door contact, and its magnet between them."""
+    view = empty_scene()
+    window.lens(view.spaces[0])
+    leaf = box("Leaf", (0.9, 0.04, 0.3), (0.47, 0.0, 0.9))
+    box("Frame", (0.06, 0.08, 0.5), (-0.06, 0.0, 0.9))
+    magnet = bpy.data.objects.new("Magnet", None)
+    bpy.context.collection.objects.link(magnet)
+    magnet.empty_display_type, magnet.empty_display_size = "CUBE", 0.008
+    magnet.location, magnet.parent = (-0.44, -0.03, 0.0), leaf
+    magnet.matrix_parent_inverse.identity()
+    magnet.location = (-0.434 / 0.9, -0.03 / 0.04, 0.0)
+    found = sensor("CONTACT", "MS_214_1_NDC_L", (0.002, -0.045, 0.9), (90.0, 0.0, 0.0))
+    found.angen_sensor.contact.magnet = magnet
+    window.view_from(view.spaces[0], (0.01, -0.04, 0.9), 0.28, 70.0, 20.0)
+    yield
+    window.play_up_to(31)
+    window.open_sidebar(view)
+    yield
+    yield
+
+
+def switch() -> Iterator[None]:
+    """A card crosses the beam of a swept switch between two frames, and *Explain* tells it."""
+    view = empty_scene()
+    window.lens(view.spaces[0])
+    scene = bpy.context.scene
+    scene.frame_end = 48
+    box("Floor", (1.0, 1.0, 0.02), (0.0, 0.0, -0.01))
+    card = box("Card", (0.001, 0.1, 0.06), (-0.9, 0.0, 0.3))
+    card.keyframe_insert("location", frame=1)
+    card.location.x = 2.0
+    card.keyframe_insert("location", frame=25)
+    found = sensor("OPTICAL_SWITCH", "THESIS", (0.0, 0.0, 0.4), (0.0, 0.0, 0.0))
+    found.name = "Switch"
+    settings = found.angen_sensor.optical_switch
+    settings.threshold, settings.swept = 0.3, True
+    found.angen_sensor.update_rate = 24.0
+    window.view_from(view.spaces[0], (0.0, 0.0, 0.25), 1.3, 65.0, 30.0)
+    yield
+    bpy.ops.angen.simulate("EXEC_DEFAULT")
+    scene.frame_set(1)
+    bpy.ops.angen.event_jump(direction="NEXT")
+    bpy.ops.angen.explain()
+    yield
+    window.open_sidebar(view)
+    yield
+    yield
+
+
 PICTURES = {
     scene.__name__: scene
-    for scene in (place, coverage, day, overlay, pyroelectric, places, residents, timeline)
+    for scene in (
+        *(place, coverage, day, overlay, pyroelectric, places, residents, timeline),
+        *(scrub, atelier, distance, contact, switch),
+    )
 }
 # Seconds between two steps, where not half a second.
 EVERY = {"place": 0.6, "timeline": 0.3}

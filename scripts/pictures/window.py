@@ -54,6 +54,11 @@ def through_camera(space: Any, name: str) -> None:
     space.region_3d.view_camera_zoom = 12
 
 
+def lens(space: Any) -> None:
+    """Lets the view come close to small things."""
+    space.clip_start = 0.005
+
+
 def without_ceilings() -> None:
     for obj in bpy.data.objects:
         if "eiling" in obj.name:

@@ -121,6 +121,14 @@ def test_each_page_begins_with_what_its_reader_can_do_after_it_and_is_in_the_sit
         assert f": {path.relative_to(page.DOCS).as_posix()}\n" in nav, path.name
 
 
+def test_each_picture_is_on_a_page():
+    pages = [*page.DOCS.rglob("*.md"), ROOT / "README.md"]
+    text = "".join(path.read_text(encoding="utf-8") for path in pages)
+    pictures = sorted(path.name for path in (page.DOCS / "pictures").iterdir())
+    assert len(pictures) > 20
+    assert [name for name in pictures if f"pictures/{name}" not in text] == []
+
+
 def test_the_glossary_is_short_and_in_order():
     text = (page.DOCS / "glossary.md").read_text(encoding="utf-8")
     terms = re.findall(r"^\| \*\*(.+?)\*\* \|", text, re.MULTILINE)

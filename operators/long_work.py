@@ -16,6 +16,8 @@ from .polls import cancelled
 
 # s: a slice is so long that Blender redraws a few times a second, and short enough for Esc.
 LEAST, MOST = 0.25, 0.75
+# s: a slow step may last so long, which is then left of a slice.
+SLOW = 0.4
 # A slice lasts this many times as long as Blender's last redraw, which so costs a tenth.
 TIMES = 9.0
 
@@ -48,6 +50,7 @@ class LongWork:
     _timer: Any = None
     _slices: Slices
     _left: TimeLeft
+    _is_slow = False
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         """Raises AngenError where the work cannot begin."""
@@ -110,7 +113,10 @@ class LongWork:
         for result in self._run:
             if isinstance(result, Doing):
                 self._left.note(result.share)
-                if not result.slow and time.perf_counter() < until:
+                # The first of several slow steps is shown at once: each redraw costs time.
+                begins, self._is_slow = result.slow and not self._is_slow, result.slow
+                left = until - time.perf_counter()
+                if not begins and left > (SLOW if result.slow else 0.0):
                     continue
             break
         self._slices.end()

@@ -112,6 +112,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
     _scene_uid = 0
     _recording: Recording
     _settings: dict[str, str]
+    _references: dict[Any, Any]
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
@@ -191,7 +192,12 @@ class ANGEN_OT_simulate(LongWork, Operator):
             self.report({"INFO"}, plan.note)
         self._recording = Recording()
         self._scene_uid = scene.session_uid
-        run = simulate(scene, plan.sensors, plan.first, plan.last, self._recording)
+        self._references = {}
+        if any(sensor.kind.requires(LIGHT) for sensor in plan.sensors):
+            depsgraph = context.evaluated_depsgraph_get()
+            self._references = state.CACHE.references.of(scene, depsgraph)
+        what = scene, plan.sensors, plan.first, plan.last, self._recording
+        run = simulate(*what, references=self._references)
         self._settings = settings_of(scene, all_sensors(context.view_layer), plan.sensors)
         return self._through(run)
 
@@ -232,6 +238,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
         depsgraph = context.evaluated_depsgraph_get()
         stored = stored_run(self._recording, scene, depsgraph)
         stored.note_begin(self._settings)
+        if not stored.stale:
+            state.CACHE.references.keep(scene, depsgraph, stored.fingerprint, self._references)
         former = state.CACHE.kept(scene)
         state.CACHE.keep(scene, stored)
         first, last = self._recording.frame_start, self._recording.frame_end

@@ -187,6 +187,15 @@ class Probes:
             self._measured |= {r.name: (keys[r.name], found[r.name]) for r in due}
         return {r.name: self._measured[r.name][1] for r in asked}
 
+    def recall_light(self, references: dict[Any, Any]) -> None:
+        """Begin with the references of an earlier run of the same scene, and add to them."""
+        self._light.recall(references)
+
+    @property
+    def reference_done(self) -> float:
+        """The share of the light's reference that is traced."""
+        return self._light.reference_done
+
     def close(self) -> None:
         """Removes from the file what was kept there."""
         self._light.close()

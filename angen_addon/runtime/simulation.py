@@ -27,13 +27,17 @@ from .skipping import MovingScene, moving_scene
 from .stage import Agenda, Stage
 from .time_base import clock_of, evaluated_depsgraph
 
+# A picture of an update's few light paths takes as long as so many times the paths in a reference.
+COST_OF_FEW = 2
+
 
 @dataclass(frozen=True)
 class Progress:
     """How far a run is: seconds of the scene done and in all, and the frame just sensed; what is
     being done there, if it takes long. Of the `steps` until there, at which sensors sensed, the
     scene was evaluated at `evaluated`: at the others it was as before. `moving`: why it had to be
-    at all of them, in words."""
+    at all of them, in words. `reference`: the share of the run's work that is the light's
+    reference, and `reference_done` what is traced of that."""
 
     seconds_done: float
     seconds_total: float
@@ -42,11 +46,14 @@ class Progress:
     steps: int = 0
     evaluated: int = 0
     moving: str = ""
+    reference: float = 0.0
+    reference_done: float = 0.0
 
     @property
     def share(self) -> float:
         """The share of the run that is done, 0 to 1."""
-        return self.seconds_done / max(self.seconds_total, 1e-9)
+        frames = self.seconds_done / max(self.seconds_total, 1e-9)
+        return self.reference * self.reference_done + (1.0 - self.reference) * frames
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,7 @@ def simulate(
     exchanges: Sequence[Exchange] = (),
     clock: Clock | None = None,
     follow: Callable[[SensorRunner], object] | None = None,
+    references: dict[Any, Any] | None = None,
 ) -> Generator[Progress, None, None]:
     """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
 
@@ -74,7 +82,8 @@ def simulate(
     sensors whose outputs drivers read sense too, and are not recorded. A run that is longer than
     what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock` tells its time
     where that is not the scene's; `follow` is called after each sensor's readings were recorded,
-    with its runner, whose trace then keeps the last queries and answers.
+    with its runner, whose trace then keeps the last queries and answers. `references`: of the
+    light, from an earlier run of the same scene; the run adds to them.
     The frame is put back at the end, also after an error or when the generator is closed early;
     what was recorded until then stays. Raises AngenError.
     """
@@ -91,7 +100,9 @@ def simulate(
         kind, steps = sensor.kind.identifier, report_steps(sensor)
         recording.tracks[sensor.name] = Track(sensor.name, kind, sensor.uid, steps, clock)
     recording.clock = clock
-    return _Run(scene, runners, first, last, frame_end, recording, exchanges, follow).progress()
+    run = _Run(scene, runners, first, last, frame_end, recording, exchanges, follow)
+    run.references = references
+    return run.progress()
 
 
 def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
@@ -129,6 +140,8 @@ class _Run:
         self._kept: set[str] = set()
         self._steps = self._evaluated = 0
         self._moving = ""
+        self.references: dict[Any, Any] | None = None
+        self._reference, self._reference_done = self._share_of_reference(), 0.0
 
     def progress(self) -> Generator[Progress, None, None]:
         """Does it."""
@@ -149,6 +162,8 @@ class _Run:
                 try:
                     self._find_what_moves(self._frame(self._first), alone, batches)
                     stage = Stage(scene, self._runners, batches, self._moving_scene)
+                    if self.references is not None and alone and not driven:
+                        stage.probes.recall_light(self.references)
                     try:
                         yield from self._over_frames(stage, agenda, alone, driven, batches)
                     finally:
@@ -213,8 +228,10 @@ class _Run:
                         for ready in stage.sense(window, evaluated_depsgraph()):
                             self._record(ready, driven)
                         self._let_drivers_follow(driven)
+                        self._note_reference(stage.probes.reference_done)
                         yield self._at(step, doing)
                     for lit in stage.take_lit():
+                        self._note_reference(1.0)
                         self._record(lit, driven)
                     if stage.has_sensed_all:
                         # Whoever is told may change the scene: not while something is kept of it.
@@ -252,7 +269,23 @@ class _Run:
         done = clock.step_time(min(max(step - first, 0), last - first))
         seconds = clock.step_time(max(last - first, 1))
         steps = self._steps, self._evaluated, self._moving
-        return Progress(done, seconds, clock.step_frame(step), doing, *steps)
+        reference = self._reference, self._reference_done
+        return Progress(done, seconds, clock.step_frame(step), doing, *steps, *reference)
+
+    def _note_reference(self, done: float) -> None:
+        self._reference_done = max(self._reference_done, done)
+
+    def _share_of_reference(self) -> float:
+        """The share of the run's work that is the light's reference, estimated by light paths."""
+        traced = reference = 0
+        for runner in self._runners:
+            if runner.sensor.kind.requires_light and runner.sensor.parameters.engine == "CYCLES":
+                samples = runner.sensor.parameters.samples
+                updates = len(runner.schedule.between(self._first, self._last)[0])
+                traced += COST_OF_FEW * samples * updates
+                if updates and self._scene.angen_light_reference > samples:
+                    reference += self._scene.angen_light_reference
+        return reference / (reference + traced) if reference else 0.0
 
     def _record(self, pending: PendingUpdates, driven: bool) -> None:
         """Records what was read, and lets drivers see it from the next frame on."""

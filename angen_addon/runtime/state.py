@@ -14,6 +14,7 @@ import bpy
 
 from ...sensor_logic.recording.tracks import Recording
 from ..recording.followed_map import FollowedMap
+from ..recording.references import LightReferences
 from ..recording.stored_recording import StoredRecording
 from ..scene.animation import all_animated, curves
 from ..scene.sensors import Sensor, all_sensors
@@ -100,12 +101,13 @@ class Cache:
     """The last runs of each scene, by its session uid and their marks: the scene has the mark of
     the one that counts, so that undo and redo choose it; `running` while a run drives the frames,
     so that handlers keep still, `publishing` while what reads its outputs is evaluated; `working`
-    what a long operator shows: its identifier, the share that is done, and in words; `live` is what
-    follows the playhead without a recording; `shown_at` when a frame was last shown, by the clock
-    of `time.monotonic`; `notice` what the user should know of a recording that a file had;
-    `overlay` what the viewport draws of the sensors; `lacks` what the file needs and does not have
-    here; `findings` what the doctor found, None before it was asked; `places` what was said of the
-    places of residents, in short and line by line, and `arrows` what was last drawn of them.
+    what a long operator shows: its identifier, the share that is done, and in words; `references`
+    of the light, for the next run; `live` is what follows the playhead without a recording;
+    `shown_at` when a frame was last shown, by the clock of `time.monotonic`; `notice` what the user
+    should know of a recording that a file had; `overlay` what the viewport draws of the sensors;
+    `lacks` what the file needs and does not have here; `findings` what the doctor found, None
+    before it was asked; `places` what was said of the places of residents, in short and line by
+    line, and `arrows` what was last drawn of them.
     """
 
     def __init__(self) -> None:
@@ -129,6 +131,7 @@ class Cache:
         # What is known of the coverage map of a scene, by its session uid.
         self._maps: dict[int, FollowedMap] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
+        self.references = LightReferences()
 
     @property
     def revision(self) -> int:
@@ -263,6 +266,7 @@ class Cache:
         self.forget_references()
         self._kept.clear()
         self._maps.clear()
+        self.references = LightReferences()
         self.lacks = []
         self.notice = ""
         self.findings = self.places = None

@@ -85,7 +85,16 @@ def facts_of(datablock: Any) -> Facts:
     `repr`."""
     if isinstance(datablock, bpy.types.Mesh):
         return mesh_facts(datablock)
-    facts = _Walk(datablock).facts()
+    return _object_facts(datablock)
+
+
+def facts_without(obj: Any, name: str) -> Facts:
+    """The same of an object, without one of its own properties."""
+    return _object_facts(obj, frozenset((name,)))
+
+
+def _object_facts(datablock: Any, without: frozenset[str] = frozenset()) -> Facts:
+    facts = _Walk(datablock).facts(without)
     if isinstance(datablock, bpy.types.Object) and datablock.type == "MESH":
         # Vertex groups are the object's and their weights the mesh's; most objects have none.
         facts.append(weights_of(datablock.data) if datablock.vertex_groups else [])
@@ -116,10 +125,10 @@ class _Walk:
         self._seen: set[tuple[int, type]] = set()
         self._set_by_animation = {} if present else dict(set_by_animation(datablock))
 
-    def facts(self) -> Facts:
+    def facts(self, without: frozenset[str] = frozenset()) -> Facts:
         if self._present:
             return self._struct(self._id, 0)
-        return [animation_facts(self._id), self._struct(self._id, 0)]
+        return [animation_facts(self._id), self._struct(self._id, 0, without)]
 
     def _struct(self, struct: Any, depth: int, without: frozenset[str] = frozenset()) -> Facts:
         made_of: Any = type(struct)

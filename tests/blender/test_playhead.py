@@ -266,7 +266,7 @@ def stop(recording, early=True):
     operator, said = ANGEN_OT_simulate, []
     scene = bpy.context.scene
     stub = SimpleNamespace(_recording=recording, _scene_uid=scene.session_uid, _settings={})
-    stub.without_light = False
+    stub.without_light, stub._references = False, {}
     stub._store = lambda context, early: operator._store(stub, context, early)
     stub.report = lambda _, text: said.append(text)
     stub._updates = lambda: operator._updates(stub)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
+from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
 from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
 from bl_ext.user_default.angen_sensors.panels.readings import shown
@@ -252,3 +253,83 @@ def test_light_alone_cannot_be_left_out(lit):
         bpy.data.objects[name].angen_sensor.enabled = False
     with pytest.raises(RuntimeError, match="only light sensors"):
         simulate(1, 5, without_light=True)
+
+
+# The light's reference
+
+
+def reference_steps(monkeypatch):
+    """The shares of the runs from now on, with whether the reference was traced there."""
+    steps = []
+    through = ANGEN_OT_simulate._through
+
+    def noted(operator, run):
+        for doing in through(operator, run):
+            if hasattr(doing, "share"):
+                steps.append((doing.share, "reference" in doing.text))
+            yield doing
+
+    monkeypatch.setattr(ANGEN_OT_simulate, "_through", noted)
+    return steps
+
+
+def traces(steps, first=1, last=10):
+    """Whether a run into nothing traces the reference."""
+    steps.clear()
+    if kept() is not None:
+        ops.clear_recording()
+    simulate(first, last)
+    return any(traced for _, traced in steps)
+
+
+@pytest.fixture
+def referring(lit):
+    lit.scene.angen_light_reference = 4096
+    return lit
+
+
+def test_the_reference_is_traced_once_for_a_scene(referring, monkeypatch):
+    steps = reference_steps(monkeypatch)
+    assert traces(steps)
+    before = readings()
+    assert not traces(steps) and readings() == before
+    # No light depends on the parameters of other sensors.
+    bpy.data.objects["PIR"].angen_sensor.pir.hold_time = 2.0
+    assert not traces(steps)
+    assert readings()["Light"] == before["Light"]
+    bpy.data.lights[0].shadow_soft_size = 0.5
+    assert traces(steps)
+    CACHE.clear()
+    assert traces(steps)
+
+
+def test_a_longer_run_with_an_earlier_reference_reads_the_same(referring, monkeypatch):
+    steps = reference_steps(monkeypatch)
+    assert traces(steps, 1, 60)
+    expected = readings()
+    CACHE.clear()
+    assert traces(steps, 1, 10) and not traces(steps, 1, 60)
+    assert readings() == expected
+
+
+def test_what_moves_makes_a_reference_of_its_own(referring, monkeypatch):
+    steps = reference_steps(monkeypatch)
+    assert traces(steps)
+    bpy.data.objects["PIR"].location.x += 1.0
+    assert traces(steps)
+    referring.box((0.1, 0.1, 0.1), at=(1, 0, 0), name="shelf")
+    referring.update()
+    assert traces(steps)
+    bpy.data.objects["shelf"].scale.x = 2.0
+    assert traces(steps) and not traces(steps)
+
+
+def test_the_reference_counts_in_the_share_that_is_done(referring, monkeypatch):
+    steps = reference_steps(monkeypatch)
+    monkeypatch.setattr(engine, "AT_ONCE", 256)
+    monkeypatch.setattr(engine, "AT_ONCE_BEFORE", 256)
+    referring.scene.angen_light_reference = 1 << 15
+    assert traces(steps)
+    shares = [share for share, traced in steps if traced]
+    assert shares == sorted(shares) and shares[0] < 0.1 and 0.5 < shares[-1] < 1.0
+    assert [share for share, _ in steps] == sorted(share for share, _ in steps)

@@ -92,6 +92,8 @@ class CyclesScene(LightScene):
             prefix="angen_light_", dir=bpy.app.tempdir, ignore_cleanup_errors=True
         )
         self.has_stiff_films = has_stiff_films()
+        # The share that is traced of a reference.
+        self.done = 0.0
         self._pictures: list[Picture] = []
         lamps = [o for o in shown_objects(view_layer) if o.type == "LIGHT" and not is_portal(o)]
         self._lamps = [lamp.data for lamp in lamps]
@@ -178,6 +180,7 @@ class CyclesScene(LightScene):
             parts = picture.parts(self._paths_at_once // count)
             for part in parts if only is None else [picture.part_of(only)]:
                 far = f": {100 * start // of} % done" if of else ""
+                self.done = start / of if of else self.done
                 yield FIRST_PICTURE if self._is_new else doing + far
                 began, was_new = time.perf_counter(), self._is_new
                 total = total + count * self._render(start, count, part, picture)
@@ -302,6 +305,15 @@ class CyclesLight:
         self._references: dict[Hashable, dict[int, Array]] = {}
         self._looks_at_frame: bool | None = None
 
+    @property
+    def reference_done(self) -> float:
+        """The share of the present reference that is traced."""
+        return self._scene.done if self._scene is not None else 0.0
+
+    def recall(self, references: dict[Any, Any]) -> None:
+        """Begin with the references of an earlier run of the same scene, and add to them."""
+        self._references = references
+
     def look(self, scene: Any, view_layer: Any, state: LightState | None = None) -> None:
         """To be called at each update: the scene is as it is evaluated now. Without its `state`
         everything counts as changed."""
@@ -357,7 +369,7 @@ class CyclesLight:
 
     def close(self) -> None:
         self._close_scene()
-        self._references.clear()
+        self._references = {}
         self._simulated, self._state = Simulated(), NEVER
         self._looks_at_frame = None
 

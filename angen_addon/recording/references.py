@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The references of the light (scene/light/cycles.py) from one run to the next."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...sensor_logic.kind import LIGHT
+from ..scene.changes import Fingerprint, digest, fingerprint_of, key_of
+from ..scene.facts import facts_without
+from ..scene.sensors import all_sensors
+
+# Keys of fingerprints that no light depends on.
+WARMTH = "Warmth "
+
+
+class LightReferences:
+    """Keeps the references of the last run for as long as all that light depends on is the same:
+    parameters of other kinds of sensors may change. Without it each run traces them anew, which
+    takes as long as some 50 s of the sample home."""
+
+    def __init__(self) -> None:
+        self._digest = ""
+        self._found: dict[Any, Any] = {}
+
+    def of(self, scene: Any, depsgraph: Any) -> dict[Any, Any]:
+        """The references for a run of the scene as it is now; the run adds to them."""
+        if not self._found:
+            return {}
+        now = _digest_for_light(scene, depsgraph, fingerprint_of(scene, depsgraph, light=True))
+        return dict(self._found) if now == self._digest else {}
+
+    def keep(
+        self, scene: Any, depsgraph: Any, fingerprint: Fingerprint, found: dict[Any, Any]
+    ) -> None:
+        """Keep what a run has found in a scene of this fingerprint."""
+        if found and fingerprint.light:
+            self._digest = _digest_for_light(scene, depsgraph, fingerprint)
+            self._found = found
+
+
+def _digest_for_light(scene: Any, depsgraph: Any, fingerprint: Fingerprint) -> str:
+    """A digest of what light depends on, from the fingerprint of the present scene."""
+    digests = {k: d for k, d in fingerprint.digests.items() if not k.startswith(WARMTH)}
+    for sensor in all_sensors(scene.view_layers[depsgraph.view_layer.name]):
+        if not sensor.kind.requires(LIGHT):
+            digests[key_of(sensor.object)] = digest(facts_without(sensor.object, "angen_sensor"))
+    return digest(sorted(digests.items()))

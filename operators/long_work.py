@@ -125,10 +125,12 @@ class LongWork:
     def _show(self, context: Context, doing: Doing) -> None:
         share = 100.0 * doing.share
         context.window_manager.progress_update(share)
-        words = filter(None, [f"{share:.0f} %", self._left.text(), doing.text])
-        label, how = self.bl_label, ", ".join(words)  # type: ignore[attr-defined]
+        far = ", ".join(filter(None, [f"{share:.0f} %", self._left.text()]))
+        how = ", ".join(filter(None, [far, doing.text]))
+        label = self.bl_label  # type: ignore[attr-defined]
         context.workspace.status_text_set(f"{label}: {how}. Esc {self.esc}")
-        state.CACHE.working = self.bl_idname, doing.share, how  # type: ignore[attr-defined]
+        # Of an operator itself Blender gives another form of the name.
+        state.CACHE.working = type(self).bl_idname, doing.share, f"{far}\n{doing.text}"  # type: ignore[attr-defined]
         for area in context.window.screen.areas:
             if area.type == "VIEW_3D":
                 area.tag_redraw()

@@ -58,7 +58,7 @@ def plan_of(
     is_around = first <= begin and end <= last
     asked, there = f"frames {first} to {last}", f"frames {begin} to {end}"
     if kept.stale:
-        is_lost, there = end - begin > last - first, f"{there}, now stale,"
+        is_lost, there = end - begin > last - first, f"{there}, and is stale"
     else:
         is_lost = not (is_around and recorded <= names)
         if is_lost and names <= recorded and begin <= first and last <= end:

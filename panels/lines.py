@@ -11,6 +11,7 @@ import bpy
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.lengths import in_units, with_unit
 from ..angen_addon.scene.sensors import unit_scale
+from ..sensor_logic.wording import capital
 
 # Width of a character of Blender's interface font, and of margins and icon, in pixels at scale 1.
 WIDTH_OF_LETTER = 6.2
@@ -58,7 +59,11 @@ def draw_working(layout: Any, operator: str) -> bool:
     if working is None or working[0] != operator:
         return False
     _, share, text = working
-    layout.progress(text=f"{text}. Esc ends", factor=share)
+    far, _, doing = text.partition("\n")
+    layout.progress(text=f"{far}. Esc ends", factor=share)
+    if doing:
+        # A bar cuts what does not fit.
+        layout.label(text=capital(doing))
     return True
 
 

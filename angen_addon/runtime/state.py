@@ -101,13 +101,13 @@ class Cache:
     """The last runs of each scene, by its session uid and their marks: the scene has the mark of
     the one that counts, so that undo and redo choose it; `running` while a run drives the frames,
     so that handlers keep still, `publishing` while what reads its outputs is evaluated; `working`
-    what a long operator shows: its identifier, the share that is done, and in words; `references`
-    of the light, for the next run; `live` is what follows the playhead without a recording;
-    `shown_at` when a frame was last shown, by the clock of `time.monotonic`; `notice` what the user
-    should know of a recording that a file had; `overlay` what the viewport draws of the sensors;
-    `lacks` what the file needs and does not have here; `findings` what the doctor found, None
-    before it was asked; `places` what was said of the places of residents, in short and line by
-    line, and `arrows` what was last drawn of them.
+    what a long operator shows: its identifier, the share that is done, and in two lines of words;
+    `references` of the light, for the next run; `live` is what follows the playhead without a
+    recording; `shown_at` when a frame was last shown, by the clock of `time.monotonic`; `notice`
+    what the user should know of a recording that a file had; `overlay` what the viewport draws of
+    the sensors; `lacks` what the file needs and does not have here; `findings` what the doctor
+    found, None before it was asked; `places` what was said of the places of residents, in short and
+    line by line, and `arrows` what was last drawn of them.
     """
 
     def __init__(self) -> None:

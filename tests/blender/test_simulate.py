@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.progress import Doing, TimeLeft
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
 from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
@@ -168,7 +169,7 @@ def test_the_window_asks_before_a_longer_recording_is_lost(home, monkeypatch):
     assert not apart.ran and frames() == (1, 50)
     sensor().update_rate = 5.0
     shorter = Asked(frame_start=1, frame_end=10)
-    assert "frames 1 to 50, now stale" in shorter.press(monkeypatch) and not shorter.ran
+    assert "frames 1 to 50, and is stale." in shorter.press(monkeypatch) and not shorter.ran
 
 
 def test_the_window_asks_nothing_where_nothing_is_lost(home, monkeypatch):
@@ -333,3 +334,27 @@ def test_the_reference_counts_in_the_share_that_is_done(referring, monkeypatch):
     shares = [share for share, traced in steps if traced]
     assert shares == sorted(shares) and shares[0] < 0.1 and 0.5 < shares[-1] < 1.0
     assert [share for share, _ in steps] == sorted(share for share, _ in steps)
+
+
+def test_the_panel_has_the_bar_of_the_operator_at_work(home, monkeypatch):
+    """Of an operator itself Blender gives another form of its name than that of its class."""
+    screen = SimpleNamespace(screen=SimpleNamespace(areas=()))
+    context = SimpleNamespace(
+        window=screen,
+        window_manager=SimpleNamespace(progress_update=lambda share: None),
+        workspace=SimpleNamespace(status_text_set=lambda text: None),
+    )
+
+    def execute(operator, _context):
+        operator._left = TimeLeft()
+        operator._show(context, Doing(0.5, "frame 3, path-tracing the light's reference"))
+        return {"FINISHED"}
+
+    monkeypatch.setattr(ANGEN_OT_simulate, "execute", execute)
+    try:
+        simulate(1, 2)
+        CACHE.running = True
+        text = drawn("ANGEN_PT_simulation").text
+    finally:
+        CACHE.running, CACHE.working = False, None
+    assert "50 %. Esc ends" in text and "Frame 3, path-tracing the light's reference" in text

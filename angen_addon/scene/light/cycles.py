@@ -170,8 +170,8 @@ class CyclesScene(LightScene):
         of: int = 0,
     ) -> Steps[Array]:
         """The light paths `first` … `last` of each pixel: sums (groups, requests, pixels, 3) of
-        their radiance; of the request of that number `only`, if told. `of` so many paths, it is
-        told how far they are."""
+        their radiance; of the request of that number `only`, if told. `of`: how many paths a
+        reference has in all, to tell how much of it is `done`."""
         total = np.zeros((1, *picture.pixels.shape, 3))
         self._show_only(picture)
         at_once = engine.at_once(self.scene)
@@ -179,9 +179,8 @@ class CyclesScene(LightScene):
             count = min(at_once, last - start)
             parts = picture.parts(self._paths_at_once // count)
             for part in parts if only is None else [picture.part_of(only)]:
-                far = f": {100 * start // of} % done" if of else ""
                 self.done = start / of if of else self.done
-                yield FIRST_PICTURE if self._is_new else doing + far
+                yield FIRST_PICTURE if self._is_new else doing
                 began, was_new = time.perf_counter(), self._is_new
                 total = total + count * self._render(start, count, part, picture)
                 if not was_new:
@@ -231,7 +230,7 @@ METHODS: dict[str, Any] = {"FOUR_WALL": views, "ILLUMINANCE": faces}
 # So many times the light paths are traced where a reference tells too little: where more of the
 # light than this share has come or gone since the first frame.
 CLOSER, ALIKE = 16, 0.1
-CLOSELY, REFERENCE = "a closer look at the light", "the light's reference"
+CLOSELY, REFERENCE = "a closer look at the light", "path-tracing the light's reference"
 NOWHERE = np.zeros(0)
 # Where the light scene stands: at the present frame, one of an earlier update, or at a reference's.
 PRESENT, EARLIER = "present", "earlier"

@@ -44,6 +44,11 @@ def is_still_fresh(operator: Any, context: Context) -> bool:
 UNDONE_IN = {"OBJECT", "POSE"}
 
 
+def can_undo(context: Context) -> bool:
+    """Whether undo brings a recording back."""
+    return context.mode in UNDONE_IN and bool(context.preferences.edit.use_global_undo)
+
+
 class ANGEN_OT_clear_recording(Operator):
     bl_idname = "angen.clear_recording"
     bl_label = "Clear Recording"
@@ -60,7 +65,7 @@ class ANGEN_OT_clear_recording(Operator):
         )
 
     def invoke(self, context: Context, event: Event) -> set[str]:
-        if context.mode in UNDONE_IN and context.preferences.edit.use_global_undo:
+        if can_undo(context):
             return self.execute(context)
         # Nothing restores the recording then.
         found: set[str] = context.window_manager.invoke_confirm(self, event)

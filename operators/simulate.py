@@ -30,6 +30,7 @@ from ..sensor_logic.recording.tracks import Recording
 from ..sensor_logic.wording import capital
 from .long_work import LongWork
 from .polls import cancelled, is_idle, needs
+from .recording import can_undo
 
 SCENES_OWN = -(2**31)
 
@@ -73,9 +74,7 @@ def plan_of(
     if not is_lost:
         return RunPlan(first, last, sensors)
     left_out = "" if recorded <= names else ", without light sensors,"
-    question = (
-        f"The recording has {there}.\n{capital(asked)}{left_out} replace it; undo brings it back."
-    )
+    question = f"The recording has {there}.\n{capital(asked)}{left_out} replace it"
     return RunPlan(first, last, sensors, question=question)
 
 
@@ -142,7 +141,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             self,
             event,
             title="Replace the Recording?",
-            message=plan.question,
+            message=plan.question + ("; undo brings it back." if can_undo(context) else "."),
             confirm_text="Replace",
             icon="WARNING",
         )
@@ -248,7 +247,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         text = f"{how} frames {first} to {last}{left_out}: {self._updates()} updates"
         if former is not None:
             begin, end = former.recording.frame_start, former.recording.frame_end
-            if begin < first or last < end:
+            if can_undo(context) and (begin < first or last < end):
                 text += f". Undo brings back frames {begin} to {end}"
         self.report({"INFO"}, text)
         return True

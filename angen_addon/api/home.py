@@ -216,7 +216,7 @@ class Home:
         for step in simulate(scene, found, max(first, scene.frame_start), last, run):
             if progress is not None:
                 progress(min(step.share, 1.0))
-        CACHE.keep(scene, stored_run(run, scene, evaluated_depsgraph()))
+        CACHE.keep_alone(scene, stored_run(run, scene, evaluated_depsgraph()))
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
 
     def save(self, path: str | Path) -> None:

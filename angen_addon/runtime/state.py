@@ -85,8 +85,8 @@ def _driver_targets() -> Iterator[Any]:
                 yield from variable.targets
 
 
-# So many recordings of a scene are kept, for undo and redo.
-UNDONE = 4
+# So many recordings of a scene are kept for undo and redo, or fewer of more bytes, but two.
+UNDONE, UNDONE_BYTES = 4, 1 << 28
 # In place of a recording's mark.
 CLEARED = -1
 
@@ -215,11 +215,16 @@ class Cache:
         """From now on this is the last run; undo brings the former one back."""
         made = self._kept.setdefault(scene.session_uid, {})
         made[kept.mark] = kept
-        while len(made) > UNDONE:
+        while len(made) > UNDONE or (len(made) > 2 and _bytes_of(made.values()) > UNDONE_BYTES):
             made.pop(next(iter(made)))
         if scene.angen_recording != kept.mark:
             scene.angen_recording = kept.mark
         self.notice = ""
+
+    def keep_alone(self, scene: Any, kept: StoredRecording) -> None:
+        """The same where nobody can undo."""
+        self._kept.pop(scene.session_uid, None)
+        self.keep(scene, kept)
 
     def clear_recording(self, scene: Any) -> None:
         """Forgets the last run, until undo takes back what is noted in the scene."""
@@ -270,6 +275,10 @@ class Cache:
         self.lacks = []
         self.notice = ""
         self.findings = self.places = None
+
+
+def _bytes_of(recordings: Iterable[StoredRecording]) -> int:
+    return sum(t.nbytes for kept in recordings for t in kept.recording.tracks.values())
 
 
 def _have_their_names(sensors: list[Sensor]) -> bool:

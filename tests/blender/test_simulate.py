@@ -154,6 +154,8 @@ class Asked(LongWork):
             window_manager=self,
             scene=bpy.context.scene,
             view_layer=bpy.context.view_layer,
+            mode="OBJECT",
+            preferences=bpy.context.preferences,
             evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
         )
         ANGEN_OT_simulate.invoke(self, context, None)

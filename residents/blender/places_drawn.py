@@ -17,10 +17,10 @@ from ...angen_addon.view.overlay.settings import redraw_views
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
-from .marks import FACING, SLIDES, leaf_of, look_of, marked, turns_by
+from .marks import FACING, NONE, SLIDES, leaf_of, look_of, marked, turns_by
 
-# Colours by what is done there.
-REST, USED, LEAF, LIT = (0.2, 0.65, 1.0), (1.0, 0.6, 0.1), (0.25, 0.85, 0.4), (1.0, 0.9, 0.3)
+# Colours by what is done there, none of them that of a sensor's state.
+REST, USED, LEAF, LIT = (0.6, 0.5, 1.0), (0.15, 0.8, 0.7), (0.3, 0.85, 0.3), (0.75, 1.0, 0.55)
 COLOURS = {SIT: REST, LIE: REST, STAND: REST, DOOR: LEAF, CURTAIN: LEAF, LAMP: LIT}
 # m: of an arrow, of that along a bed, and of an arrow's head; above what it lies on.
 LONG_M, BED_M, HEAD_M, ABOVE_M = 0.45, 0.9, 0.12, 0.04
@@ -113,13 +113,20 @@ def _batch(objects: list[Any], metres: float, shader: Any) -> Any:
     return batch_for_shader(shader, "LINES", {"pos": points, "color": colours})
 
 
+def shown(context: Any) -> list[Any]:
+    """The marked objects that have arrows: all, or else the selected ones."""
+    if context.scene.angen_show_places:
+        return marked(context.view_layer)
+    return [o for o in context.selected_objects if o.angen_place.use != NONE]
+
+
 def draw() -> None:
     """In the world; nothing is written but what was drawn last."""
     context = bpy.context
     scene, space = context.scene, context.space_data
-    if not scene.angen_show_places or not space.overlay.show_overlays or state.CACHE.running:
+    if not scene.angen_overlay.show or not space.overlay.show_overlays or state.CACHE.running:
         return
-    objects = [o for o in marked(context.view_layer) if o.visible_in_viewport_get(space)]
+    objects = [o for o in shown(context) if o.visible_in_viewport_get(space)]
     if not objects:
         return
     import gpu
@@ -148,8 +155,8 @@ _handles: list[Any] = []
 def register() -> None:
     bpy.types.Scene.angen_show_places = BoolProperty(
         name="Show Places",
-        description="Draw arrows for the marked places of residents, and how doors swing",
-        default=True,
+        description="Draw arrows for all marked places of residents, and how doors swing; "
+        "off: for the selected ones alone. Show in View hides them, too",
         options=set(),
         update=_changed,
     )

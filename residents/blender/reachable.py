@@ -249,7 +249,9 @@ RED = (0.85, 0.12, 0.1, 1.0)
 
 
 def show(scene: Any, places: Places, lost: list[Unreached]) -> None:
-    """Draws how far residents get towards each lost place, instead of earlier drawings."""
+    """Draws how far residents get towards each lost place, instead of earlier drawings, and the
+    arrows of all places."""
+    scene.angen_show_places = True
     remove(scene)
     drawn = [one for one in lost if len(one.way) > 1]
     if not drawn:

@@ -87,6 +87,8 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
         row = layout.row(align=True)
         if not draw_working(row, "angen.places_check"):
             row.operator("angen.places_check", icon="VIEWZOOM")
+        row = row.row(align=True)
+        row.active = context.scene.angen_overlay.show
         row.prop(context.scene, "angen_show_places", text="", icon="HIDE_OFF", toggle=True)
         count = len(marked(context.view_layer))
         if state.CACHE.places is None:

@@ -88,7 +88,6 @@ def day() -> Iterator[None]:
     window.view_from(space, (4.6, 4.3, 0.0), 13.0, 18.0)
     window.only_panels("day")
     window.plain(space)
-    bpy.context.scene.angen_show_places = False
     settings = bpy.context.scene.angen_day
     settings.routine = str(ROUTINE)
     settings.date = "2026-03-02"
@@ -171,7 +170,8 @@ def places() -> Iterator[None]:
     window.only_panels("places")
     window.plain(space)
     space.shading.light = "FLAT"
-    bpy.context.scene.angen_overlay.show = False
+    overlay = bpy.context.scene.angen_overlay
+    overlay.fields = overlay.names = overlay.values = False
     inside = window.region_of(view)
     with bpy.context.temp_override(window=main, area=view, region=inside):
         window.select("Door kitchen")

@@ -280,6 +280,30 @@ def test_arrows_of_a_leaf(world, addon_part, use, count):
         assert lines[-1, 1] == pytest.approx((2.07, 1.51, 0.05), abs=0.02)
 
 
+def test_arrows_are_those_of_the_selected_places_until_the_places_are_checked(world, addon_part):
+    flat = Flat(world)
+    leaf, bed = flat.door(), world.box((2, 1, 0.4), (1, 3, 0.2), "Bed")
+    leaf.angen_place.use, bed.angen_place.use = "DOOR", "LIE"
+    drawn = addon_part("residents.blender.places_drawn")
+    for obj in bpy.context.selected_objects:
+        obj.select_set(False)
+    assert drawn.shown(bpy.context) == []
+    bed.select_set(True)
+    assert drawn.shown(bpy.context) == [bed]
+    assert bpy.ops.angen.places_check() == {"FINISHED"}
+    assert set(drawn.shown(bpy.context)) == {
+        obj for obj in bpy.data.objects if obj.angen_place.use != "NONE"
+    }
+
+
+def test_no_arrow_has_the_colour_of_a_sensors_state(addon_part):
+    drawn = addon_part("residents.blender.places_drawn")
+    looks = addon_part("angen_addon.view.overlay.picture").LOOKS
+    for arrow in (drawn.REST, drawn.USED, drawn.LEAF, drawn.LIT):
+        for look in looks.values():
+            assert np.linalg.norm(np.subtract(arrow, look.colour)) > 0.25
+
+
 # Rooms of places
 
 

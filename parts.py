@@ -20,6 +20,7 @@ MODULES = (
     "angen_addon.view.active",
     "angen_addon.view.overlay.settings",
     "angen_addon.view.overlay.hover",
+    "angen_addon.view.gizmos",
     "angen_addon.view.overlay.draw",
     "angen_addon.view.overlay.refresh",
     "residents.blender.places_drawn",

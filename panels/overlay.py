@@ -37,6 +37,7 @@ class ANGEN_PT_overlay(ClosedSidebar, Panel):
         column = layout.column(heading="Show")
         column.prop(settings, "names")
         column.prop(settings, "values")
+        column.prop(settings, "handles")
         column.prop(settings, "fields")
         row = layout.row()
         row.active = settings.fields

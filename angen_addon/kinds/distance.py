@@ -18,6 +18,7 @@ from ..explain.facts import Explanation, Facts, at_frame
 from ..explain.replay import Replay
 from ..runtime.trace import RaysMet, SensorRays, Trace
 from ..view.appearance import Appearance
+from ..view.handles import ahead, edge
 from ..view.overlay.figures import Figure, corners_of, pairs
 
 # Explains the reading of a distance sensor: its nearest zone, and what the rays there hit.
@@ -186,5 +187,15 @@ HOUSINGS = {
 
 
 APPEARANCE = Appearance(
-    HOUSINGS, looking_level, plan_rays, rays_figure=zones_figure, explain=explain_distance
+    HOUSINGS,
+    looking_level,
+    plan_rays,
+    rays_figure=zones_figure,
+    handles=(
+        ahead("range_max"),
+        ahead("threshold"),
+        edge("horizontal_fov", (1.0, 0.0), 0.5),
+        edge("vertical_fov", (0.0, 1.0), 0.5),
+    ),
+    explain=explain_distance,
 )

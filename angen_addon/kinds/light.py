@@ -24,6 +24,7 @@ from ..runtime.trace import RaysMet, SensorRays, Trace
 from ..scene.light.views import view_rays
 from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
+from ..view.handles import ahead, edge
 from ..view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 
 # Explains the reading of a light sensor: the share of each lamp, and the lamp that changed.
@@ -230,6 +231,7 @@ APPEARANCE = Appearance(
     plan_rays=plan_rays,
     figure=figure,
     rays_figure=view_figure,
+    handles=(ahead("clip_end"), edge("field_of_view", (1.0, 0.0), 0.5, "clip_end")),
     explain=explain_light,
     lacking=lacking,
     details=draw,

@@ -16,6 +16,7 @@ from ..explain.facts import Explanation, Facts, at_frame
 from ..explain.replay import Replay
 from ..runtime.trace import RaysMet
 from ..view.appearance import Appearance
+from ..view.handles import ahead
 from ..view.overlay.figures import Figure, beams, dashes, ends_of
 
 # Explains why an optical switch is open or closed: what breaks its beam, or no longer does.
@@ -249,5 +250,10 @@ HOUSINGS = {
 
 
 APPEARANCE = Appearance(
-    HOUSINGS, beside_it, rays_figure=beam_figure, explain=explain_switch, lacking=lacking
+    HOUSINGS,
+    beside_it,
+    rays_figure=beam_figure,
+    handles=(ahead("range_max"), ahead("threshold")),
+    explain=explain_switch,
+    lacking=lacking,
 )

@@ -25,6 +25,7 @@ from ..explain.replay import Replay
 from ..scene.lengths import UNITS, lengths_of
 from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
+from ..view.handles import SizeHandle
 from ..view.overlay.figures import OFF_SURFACE, Figure, circle, pairs, triangles
 
 # Draws the outline of a pad, and the force on it.
@@ -338,6 +339,7 @@ APPEARANCE = Appearance(
     figure=figure,
     reading_figure=force_of_reading,
     drawn_fields=FIELDS,
+    handles=(SizeHandle(0), SizeHandle(1)),
     outlined=True,
     explain=explain_pad,
     lacking=lacking,

@@ -11,6 +11,7 @@ from ..authoring.housing import Housing, Stand, looking_out
 from ..explain.facts import Explanation
 from ..explain.replay import Replay, explain_plainly
 from ..runtime.trace import RaysMet, SensorRays, Trace
+from .handles import Handle, SizeHandle
 from .overlay.figures import Figure, beams, plain_figure
 
 
@@ -51,6 +52,7 @@ class Appearance:
     `scan_figure`: a bundle that it cast at its last update; `lit_figure`: what moved there, seen
     from the ranges (n,) that the bundle found before.
     `reading_figure`: what a reading with the `drawn_fields` adds to these.
+    `handles`: what of it can be dragged in 3D views.
     `outlined`: the upper side of its body is what it senses with.
     `explain`: why an update is as it is; else its fields and parameters. `lacking`: that with what
     would have to change for one that is not active to be so.
@@ -67,6 +69,7 @@ class Appearance:
     lit_figure: Callable[[Any, int, RaysMet, Any, float], Figure | None] = nothing_lit
     reading_figure: Callable[[Any, Mapping[str, Any], float], Figure | None] = no_figure
     drawn_fields: tuple[str, ...] = ()
+    handles: tuple[Handle | SizeHandle, ...] = ()
     outlined: bool = False
     explain: Callable[[Replay, int], Explanation] = explain_plainly
     lacking: Callable[[Replay, int, Explanation], Explanation] = nothing_lacking

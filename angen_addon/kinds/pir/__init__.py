@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from ...authoring.housing import looking_level
 from ...view.appearance import Appearance
+from ...view.handles import ahead, edge
 from .explain import explain_motion, lacking
 from .figure import HOUSINGS, draw, lit_figure, plan_rays, rays_figure, scan_figure
 
@@ -15,6 +16,11 @@ APPEARANCE = Appearance(
     rays_figure=rays_figure,
     scan_figure=scan_figure,
     lit_figure=lit_figure,
+    handles=(
+        ahead("range_max"),
+        edge("horizontal_fov", (1.0, 0.0), 0.5),
+        edge("vertical_fov", (0.0, -1.0), 1.0),
+    ),
     explain=explain_motion,
     lacking=lacking,
     details=draw,

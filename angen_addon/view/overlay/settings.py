@@ -44,6 +44,12 @@ SETTINGS = property_group(
             description="Draw what each sensor sees: its own rays, to where they end",
             default=True,
         ),
+        "handles": BoolProperty(
+            name="Handles",
+            description="Show handles of the active sensor to drag: its range, its field of view, "
+            "the size of a pad. They are gizmos, and hidden with all others",
+            default=True,
+        ),
         "names": BoolProperty(
             name="Names", description="Write each sensor's name beside it", default=True
         ),

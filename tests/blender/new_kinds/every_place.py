@@ -75,6 +75,16 @@ def test_it_is_added_placed_and_assigned(world, kind):
     assert (box.angen_sensor.kind, box.angen_sensor.update_rate) == (kind, 24.0)
 
 
+def test_its_reach_can_be_dragged(world, sensor, kind, addon_part):
+    gizmos = addon_part("angen_addon.view.gizmos")
+    sensor.select_set(True)
+    found = gizmos.handles_of(gizmos.handled(bpy.context))
+    assert len(found) == (kind == "RANGER")
+    for handle in found:
+        handle.set(gizmos.handled(bpy.context), 2.0)
+        assert parameters_of(sensor, kind).reach == 2.0
+
+
 def test_panels_and_presets(world, sensor, kind):
     shown = drawn("ANGEN_PT_active_sensor")
     assert {"limit", "update_rate", "room"} <= set(shown.props)

@@ -8,6 +8,7 @@ the mouse. Ctrl snaps, Shift is for small steps, Esc and the right button bring 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import bpy
@@ -84,6 +85,21 @@ def in_world(
         return found
 
     return place
+
+
+def pixels_of_handles(context: Any) -> list[Pixel]:
+    """Where a 3D view shows handles."""
+    sensor = handled(context) if context.space_data.show_gizmo else None
+    if sensor is None:
+        return []
+    region, view, found = context.region, context.region_data, []
+    for handle in handles_of(sensor):
+        with suppress(AngenError):
+            place = in_world(sensor, handle, unit_scale(context.scene))
+            found.append(
+                location_3d_to_region_2d(region, view, Vector(place(handle.value(sensor))))
+            )
+    return [at for at in found if at is not None]
 
 
 def dragged(

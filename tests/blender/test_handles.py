@@ -155,12 +155,12 @@ def drag(world, gizmos, monkeypatch):
     pixels a metre; ends as a release does, or as Esc. Returns the messages of undo steps."""
     part, messages = types.SimpleNamespace, []
     matrix = Matrix.Translation((0, 0, -5)) @ Matrix.Rotation(-math.pi / 2, 4, "X")
-    lens = Matrix.Diagonal((1 / 4, 1 / 3, -0.01, 1.0))
+    lens = Matrix.Diagonal((PIXELS_A_METRE / 400, PIXELS_A_METRE / 300, -0.01, 1.0))
     ops = part(ops=part(ed=part(undo_push=lambda message: messages.append(message))))
     monkeypatch.setattr(gizmos, "bpy", ops)
 
-    def run(handle, x, y, cancel=False, tweak=()):
-        context = part(
+    def context():
+        return part(
             scene=world.scene,
             view_layer=bpy.context.view_layer,
             window_manager=bpy.context.window_manager,
@@ -168,19 +168,22 @@ def drag(world, gizmos, monkeypatch):
             region=part(width=800, height=600),
             region_data=part(perspective_matrix=lens @ matrix, view_matrix=matrix),
         )
+
+    def run(handle, x, y, cancel=False, tweak=()):
         gizmo = part(handle=handle)
         own = gizmos.ANGEN_GT_handle
         gizmo._project = lambda *given: own._project(gizmo, *given)
         event = part(mouse_region_x=300, mouse_region_y=300)
-        assert own.invoke(gizmo, context, event) == {"RUNNING_MODAL"}
+        assert own.invoke(gizmo, context(), event) == {"RUNNING_MODAL"}
         for share in (0.25, 0.5, 1.0):
             event = part(mouse_region_x=300 + share * x, mouse_region_y=300 + share * y)
-            assert own.modal(gizmo, context, event, set(tweak)) == {"RUNNING_MODAL"}
+            assert own.modal(gizmo, context(), event, set(tweak)) == {"RUNNING_MODAL"}
             world.update()
-        own.exit(gizmo, context, cancel)
+        own.exit(gizmo, context(), cancel)
         done, messages[:] = messages[:], []
         return done
 
+    run.context = context
     return run
 
 
@@ -214,3 +217,17 @@ def test_a_handle_turns_its_arrows_along_its_path(world, gizmos, active):
     assert tuple(found.translation) == pytest.approx((2, 0, 0), abs=1e-5)
     assert np.abs(found.col[0][:3]) == pytest.approx((1, 0, 0), abs=1e-5)
     assert np.abs(found.col[2][:3]) == pytest.approx((0, 1, 0), abs=1e-5), "to the eye"
+
+
+def test_labels_leave_room_for_handles(world, gizmos, active, drag):
+    """In pixels of the view; none where Blender hides gizmos."""
+    obj = world.pir(range_max=2.0, vertical_fov=0.0)
+    obj.rotation_euler = (math.pi / 2, 0, -math.pi / 2)
+    active(obj)
+    context = drag.context()
+    context.space_data = types.SimpleNamespace(show_gizmo=True)
+    found = gizmos.pixels_of_handles(context)
+    assert len(found) == 3
+    assert tuple(found[0]) == pytest.approx((400 + 2 * PIXELS_A_METRE, 300), abs=1e-3)
+    context.space_data.show_gizmo = False
+    assert gizmos.pixels_of_handles(context) == []

@@ -509,7 +509,7 @@ def test_a_label_stays_until_an_active_sensor_needs_its_place(labels_of):
 
 
 @pytest.fixture
-def labels_of(addon_part):
+def labels_of(world, addon_part):
     """The numbers of the sensors that have labels in a small view with two that are in these
     states."""
     labels, part = addon_part("angen_addon.view.overlay.labels"), types.SimpleNamespace
@@ -520,6 +520,8 @@ def labels_of(addon_part):
     context = part(
         area=part(regions=[region]),
         region=region,
+        scene=world.scene,
+        view_layer=bpy.context.view_layer,
         space_data=part(show_gizmo=False, overlay=overlay),
         preferences=part(system=system, view=view),
     )

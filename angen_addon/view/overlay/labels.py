@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ....panels.readings import ACTIVE, IDLE, UNKNOWN, ReadingText
 from ....sensor_logic.wording import NOTHING
+from ..gizmos import pixels_of_handles
 from .picture import LOOKS, DrawnSensors, SensorRow, disc
 
 # Which labels find a place beside their markers, where it is plain whose they are. Pixels.
@@ -143,7 +144,8 @@ def _navigation(right: float, top: float, view: Any, scale: float) -> list[Rect]
     return found
 
 
-# Pixels at a scale of 1.
+# Pixels at a scale of 1; half of the room for a handle.
+HANDLE = 12.0
 SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0
 # Farther away than this many pixels a metre, a sensor has a sign only.
 LEAST_PIXELS_A_METRE = 22.0
@@ -280,6 +282,9 @@ def _find_places(
     had since, or an active sensor has none: labels stay where they are while numbers change."""
     region, scale = context.region, context.preferences.system.ui_scale
     hidden = covered(context.area, region, context.space_data, context.preferences)
+    size = HANDLE * scale
+    for x, y in pixels_of_handles(context):
+        hidden.append((x - size, y - size, x + size, y + size))
     there = [wide > 0.0 for wide in widths]
     places = markers, near, there, wanted, hidden, region.width, region.height
     if places == board.places:

@@ -53,11 +53,13 @@ class ANGEN_OT_sign_select(Operator):
         if event.shift and obj.select_get() and obj == context.view_layer.objects.active:
             obj.select_set(False)
             return {"FINISHED"}
-        # Pressed on one of many that are selected: dragging moves all of them.
-        select(sensor, context, extend=event.shift or (_presses(event) and obj.select_get()))
         if not _presses(event):
+            select(sensor, context, extend=event.shift)
             return {"FINISHED"}
-        self._begin = place
+        # Pressed on one of many that are selected: a drag moves all of them, a click is for it.
+        self._sensor, self._alone = sensor, not event.shift
+        self._begin, self._button = place, event.type
+        select(sensor, context, extend=event.shift or obj.select_get())
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -70,6 +72,11 @@ class ANGEN_OT_sign_select(Operator):
             if max(abs(x), abs(y)) < far * context.preferences.system.ui_scale:
                 return {"RUNNING_MODAL"}
             bpy.ops.transform.translate("INVOKE_DEFAULT", release_confirm=True)
+            return {"FINISHED"}
+        if event.type not in {self._button, "ESC"}:
+            return {"RUNNING_MODAL"}
+        if self._alone:
+            select(self._sensor, context)
         return {"FINISHED"}
 
 

@@ -660,6 +660,31 @@ def test_a_click_on_a_sign_or_label_selects_the_sensor_and_no_other_click_does(w
     assert click((1, 0, 0)) == {"PASS_THROUGH"}
 
 
+def test_a_press_on_one_of_many_selects_it_alone_when_released(world, view, signs, addon_part):
+    """In the tool Tweak, where a drag moves all that are selected."""
+    for name, x in (("left", -1.0), ("right", 1.0)):
+        sensor = world.pir(name)
+        sensor.location.x = x
+        sensor.select_set(True)
+    signs()
+    view.selected_objects, part = bpy.context.selected_objects, types.SimpleNamespace
+    view.window_manager = part(
+        keyconfigs=bpy.context.window_manager.keyconfigs, modal_handler_add=lambda operator: True
+    )
+    view.preferences.inputs = part(drag_threshold_mouse=3)
+    own, operator = addon_part("operators.sign_select").ANGEN_OT_sign_select, part()
+
+    def event(kind, value, x=300):
+        return part(type=kind, value=value, shift=False, mouse_region_x=x, mouse_region_y=150)
+
+    assert own.invoke(operator, view, event("LEFTMOUSE", "PRESS")) == {"RUNNING_MODAL"}
+    assert chosen() == ("right", ["left", "right"])
+    for before in (event("MOUSEMOVE", "NOTHING", 301), event("TIMER", "NOTHING")):
+        assert own.modal(operator, view, before) == {"RUNNING_MODAL"}
+    assert own.modal(operator, view, event("LEFTMOUSE", "RELEASE")) == {"FINISHED"}
+    assert chosen() == ("right", ["right"])
+
+
 def test_a_housing_stands_for_its_sensor(world, click, addon_part):
     """A click on it selects the sensor; panels and operators take it for the sensor."""
     sensor = world.pir("hall")

@@ -161,6 +161,11 @@ def _sensor_group(groups: dict[str, type]) -> type:
             search=known_rooms,
             search_options={"SUGGESTION"},
         ),
+        "preset": StringProperty(
+            name="Preset",
+            description="Identifier of the preset that was applied last",
+            options={"HIDDEN"},
+        ),
         "active": BoolProperty(
             name="Active", description="Output: moved, open, pressed or lit. Drivers can read it"
         ),

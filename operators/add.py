@@ -60,7 +60,8 @@ class ANGEN_OT_sensor_add(Operator):
             return cancelled(self, error)
         sensor = new_sensor(context, self.kind, preset)
         sensor.matrix_world = context.scene.cursor.matrix
-        self.report({"INFO"}, f"Added '{sensor.name}' at the 3D cursor")
+        part = f" ({preset.label})" if preset is not None else ""
+        self.report({"INFO"}, f"Added '{sensor.name}'{part} at the 3D cursor")
         return {"FINISHED"}
 
 
@@ -82,7 +83,8 @@ class ANGEN_MT_sensor_add(Menu):
 def _draw_kinds(layout: Any, operator: str, text: str) -> None:
     for kind in KINDS.values():
         item = layout.operator(operator, text=text.format(kind.label), icon=kind.icon)
-        item.kind = kind.identifier
+        # A real part, named; scripts without a preset get the defaults.
+        item.kind, item.preset = kind.identifier, kind.part
 
 
 def draw_in_add_menu(self: Any, context: Context) -> None:

@@ -79,6 +79,8 @@ class ANGEN_OT_copy_to_selected(Operator):
                 continue
             for name in names:
                 setattr(_owner(obj, kind, name), name, getattr(_owner(source, kind, name), name))
+            if not self.parameter:
+                obj.angen_sensor.preset = source.angen_sensor.preset
             done += 1
         what = f"{len(names)} settings" if len(names) > 1 else names[0]
         report = f"Copied {what} of '{source.name}' to {done} sensor{'' if done == 1 else 's'}"

@@ -131,6 +131,7 @@ class ANGEN_OT_user_preset_apply(Operator):
             return cancelled(self, f"The preset '{self.name}' cannot be read: {error}")
         former = _replace_former(obj, kind, values)
         unknown = _set(getattr(obj.angen_sensor, kind.attribute), kind, values)
+        obj.angen_sensor.preset = ""
         if unknown:
             self.report({"WARNING"}, f"Not known in this version, left out: {', '.join(unknown)}")
         else:

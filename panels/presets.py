@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Menu
 
-from ..angen_addon.authoring.presets import is_applied
+from ..angen_addon.authoring.presets import preset_of, preset_text
 from ..angen_addon.scene.instances import stands_for
 from ..operators.preset import ANGEN_OT_preset_apply
 from ..operators.user_preset import (
@@ -29,12 +29,14 @@ class ANGEN_MT_presets(Menu):
         sensor = sensor_of(stands_for(context.object))
         if sensor is None:
             return
+        chosen, is_edited = preset_of(sensor.object)
         for preset in sensor.kind.presets:
-            applied = is_applied(sensor.object, preset)
+            edited = " (edited)" if is_edited and preset is chosen else ""
+            ticked = preset is chosen and not is_edited
             item = self.layout.operator(
                 ANGEN_OT_preset_apply.bl_idname,
-                text=preset.label,
-                icon="CHECKMARK" if applied else "BLANK1",
+                text=f"{preset.label}{edited}",
+                icon="CHECKMARK" if ticked else "BLANK1",
                 translate=False,
             )
             item.preset = preset.identifier
@@ -60,10 +62,8 @@ def _draw_own(layout: Any, sensor: Any) -> None:
 
 
 def draw_choice(layout: Any, sensor: Any) -> None:
-    """Draws the menu's button, with the name of the matching preset."""
-    found = sensor.kind.presets
-    applied = [preset.label for preset in found if is_applied(sensor.object, preset)]
-    text = applied[0] if applied else "Presets"
+    """Draws the menu's button, with the name of the preset."""
+    text = preset_text(sensor.object) or "Presets"
     layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)
 
 

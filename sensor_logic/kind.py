@@ -73,7 +73,8 @@ class Kind:
     whose changes the event log lists, `samples` the columns of a sensor's sample file. `model`
     makes the `Model` of one sensor. `needs`: the quantities that the model asks the scene for, each
     with the choices of parameters with which it does. `in_room`: the sensor observes the room it
-    is mounted in, unlike one that is part of a door or of furniture.
+    is mounted in, unlike one that is part of a door or of furniture. `part`: the preset of the
+    real part that the window's menus add; empty: they add one with the defaults.
     """
 
     identifier: str
@@ -92,6 +93,7 @@ class Kind:
     needs: Mapping[str, UsedWhen] = field(default_factory=dict)
     in_room: bool = False
     presets: tuple[Preset, ...] = ()
+    part: str = ""
 
     def requires(self, need: str, parameters: Any = None) -> bool:
         """Whether its model asks the scene for this quantity with these parameters; None: with any

@@ -122,9 +122,10 @@ def looking(housing: Housing) -> Housing:
     return housing.lines([tuple(c * VIEW_LENGTH for c in p) for p in VIEW_POINTS], VIEW_EDGES)  # type: ignore[misc]
 
 
-def pad(side: float, thickness: float) -> Housing:
-    """A flat box whose origin is the middle of its underside."""
-    return Housing().box((-side / 2, -side / 2, 0.0), (side / 2, side / 2, thickness))
+def pad(side: float, thickness: float, length: float = 0.0) -> Housing:
+    """A flat box whose origin is the middle of its underside, square without a `length`."""
+    x, y = side / 2, (length or side) / 2
+    return Housing().box((-x, -y, 0.0), (x, y, thickness))
 
 
 def marker() -> Housing:

@@ -38,12 +38,32 @@ def apply(obj: Any, preset: Preset) -> None:
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
+    obj.angen_sensor.preset = preset.identifier
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
     """Whether the parameters have the preset's values."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
+
+
+def preset_of(obj: Any) -> tuple[Preset | None, bool]:
+    """The preset of a sensor, and whether values were edited since it was applied. Without a name
+    in the file it is the one of the most values that match."""
+    settings = obj.angen_sensor
+    presets = KINDS[settings.kind].presets
+    named = next((p for p in presets if p.identifier == settings.preset), None)
+    if named is not None and is_applied(obj, named):
+        return named, False
+    matching = [preset for preset in presets if is_applied(obj, preset)]
+    best = max(matching, key=lambda preset: len(preset.values), default=None)
+    return (best, False) if best is not None else (named, named is not None)
+
+
+def preset_text(obj: Any) -> str:
+    """The name of a sensor's preset, and whether it was edited; empty without one."""
+    found, is_edited = preset_of(obj)
+    return "" if found is None else f"{found.label} (edited)" if is_edited else found.label
 
 
 def _same(stored: Any, value: Any) -> bool:

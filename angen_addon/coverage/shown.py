@@ -228,7 +228,7 @@ def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
 
 def copy_settings(source: Any, target: Any) -> None:
     """Gives a sensor the parameters and the update rate of another one."""
-    target.update_rate = source.update_rate
+    target.update_rate, target.preset = source.update_rate, source.preset
     old, new = (getattr(owner, DETECTOR.attribute) for owner in (source, target))
     for name in specs(DETECTOR.parameters):
         setattr(new, name, getattr(old, name))

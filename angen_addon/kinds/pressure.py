@@ -93,6 +93,9 @@ def _fsr_402() -> Housing:
 
 HOUSINGS = {
     "": lambda: pad(0.3, 0.01),
+    # Their thickness is chosen.
+    "SMART_CAREGIVER_CHAIR": lambda: pad(0.254, 0.01, 0.381),
+    "SMART_CAREGIVER_MAT": lambda: pad(0.6096, 0.01, 1.2192),
     **dict.fromkeys(("FSR_402_IDEAL", "FSR_402", "FSR_402_3K3"), _fsr_402),
     **dict.fromkeys(("FSR_402_47K", "FSR_402_100K"), _fsr_402),
     "FSR_400": lambda: _force_resistor(0.0051, 0.038),

@@ -176,6 +176,9 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
     group = getattr(settings, plan.kind.attribute)
     for name, value in plan.parameters.items():
         rollback.set(group, name, value)
+    preset = plan.entry.values.get("preset", settings.preset)
+    if preset != settings.preset:
+        rollback.set(settings, "preset", preset)
 
 
 def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:

@@ -26,10 +26,10 @@ from .marks import COVERAGE_MARK
 
 OUTPUTS = {"active", "value"}
 OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
-# Properties without influence on readings: sensors' outputs and rooms, the places of residents, and
-# the resolution of images, which Blender reads from the image's file.
+# Properties without influence on readings: sensors' outputs, rooms and names of presets, the places
+# of residents, and the resolution of images, which Blender reads from the image's file.
 WITHOUT_INFLUENCE = {
-    "AngenSensor": OUTPUTS | {"room"}, "Image": {"resolution"}, "Object": {"angen_place"},
+    "AngenSensor": OUTPUTS | {"room", "preset"}, "Image": {"resolution"}, "Object": {"angen_place"},
 }  # fmt: skip
 # The parameters of each kind of sensor, of which one that is of another kind reads none.
 PARAMETERS = frozenset(kind.attribute for kind in KINDS.values())

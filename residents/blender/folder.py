@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from ...angen_addon.authoring.presets import is_applied
+from ...angen_addon.authoring.presets import preset_of
 from ...angen_addon.output.describe import parameters_of
 from ...angen_addon.output.run_log import about, sensor_facts
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
@@ -145,14 +145,13 @@ def _sensor(sensor: Sensor) -> Mapping[str, Any]:
     """Where it is (m), and what it is."""
     depsgraph = evaluated_depsgraph()
     at = sensor.world_matrix(depsgraph).translation * unit_scale(depsgraph.scene)
-    presets = [p for p in sensor.kind.presets if is_applied(sensor.object, p)]
-    best = max(presets, key=lambda p: len(p.values), default=None)
+    preset, is_edited = preset_of(sensor.object)
     return {
         "name": sensor.name,
         "kind": sensor.kind.identifier,
         "room": sensor.room,
         "place": [round(float(x), 4) for x in at],
-        "preset": best.identifier if best is not None else "",
+        "preset": preset.identifier if preset is not None and not is_edited else "",
         "update_rate": float(decimal(sensor.settings.update_rate)),
         "parameters": parameters_of(sensor),
     }

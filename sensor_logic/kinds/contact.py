@@ -122,4 +122,5 @@ KIND = Kind(
     model=DoorContact,
     needs={POSES: ()},
     presets=PRESETS,
+    part="MS_214_1_NDC_L",
 )

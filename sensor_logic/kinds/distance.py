@@ -392,4 +392,5 @@ KIND = Kind(
     needs={RAYS: (), REFLECTANCE: (("target", "MATERIAL"),)},
     in_room=True,
     presets=PRESETS,
+    part="VL53L1X",
 )

@@ -488,4 +488,5 @@ KIND = Kind(
     needs={LIGHT: ()},
     in_room=True,
     presets=PRESETS,
+    part="BH1750FVI",
 )

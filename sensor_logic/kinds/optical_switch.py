@@ -382,4 +382,5 @@ KIND = Kind(
     model=SlottedSwitch,
     needs={RAYS: (), CROSSINGS: (("swept", True),)},
     presets=PRESETS,
+    part="TCST1103",
 )

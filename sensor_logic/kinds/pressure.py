@@ -461,11 +461,42 @@ FSR_402 = {**FSR_400_SERIES, "area": 1.267e-4}
 
 
 def _with_load(part: Mapping[str, Any], ohms: float) -> dict[str, Any]:
-    """A part in a divider with this load resistor at 5 V, the voltage of Interlink's figures."""
-    return {**part, "load_resistor": ohms, "supply_voltage": 5.0}
+    """A part in a divider with this load resistor at 5 V, the voltage of Interlink's figures, and
+    the default threshold: a part whose switch has one may have been there before."""
+    return {"threshold": 1.0, **part, "load_resistor": ohms, "supply_voltage": 5.0}
+
+
+# Pads whose switch closes at a force, and which measure none: resistance, voltage and ADC of their
+# samples are those of an ideal FSR 402, and mean nothing.
+POUND_FORCE = 4.4482
+INCH = 0.0254
+SMART_CAREGIVER = (
+    "All Sensors, Pressure Sensing Floor Mats (allsensors.com/blog), on pads of Smart Caregiver: "
+    "{} × {} inch, at least 35 lbs. A switch: resistance and voltage mean nothing"
+)
+
+
+def _switch_pad(identifier: str, label: str, inches: tuple[int, int]) -> Preset:
+    wide, long = inches
+    values = _with_load({**FSR_402, **IDEAL}, 10_000.0)
+    values |= {"area": wide * long * INCH**2, "threshold": round(35.0 * POUND_FORCE, 1)}
+    return Preset(identifier, label, values, SMART_CAREGIVER.format(wide, long))
 
 
 PRESETS: tuple[Preset, ...] = (
+    Preset(
+        "PAD",
+        "Any pad (no part)",
+        {
+            **_with_load({**FSR_402, **IDEAL}, 10_000.0),
+            "subtract_own_weight": True,
+            "noise_sigma": 0.0,
+        },
+        "no part: the pad of the thesis, of any size, which tells each force; the resistor is an "
+        "ideal FSR 402",
+    ),
+    _switch_pad("SMART_CAREGIVER_CHAIR", "Smart Caregiver chair pad (25 × 38 cm)", (10, 15)),
+    _switch_pad("SMART_CAREGIVER_MAT", "Smart Caregiver floor mat (61 × 122 cm)", (24, 48)),
     Preset(
         "FSR_402_IDEAL",
         "FSR 402, ideal part, 10 kΩ",
@@ -545,4 +576,5 @@ KIND = Kind(
     model=PressurePad,
     needs={FORCES: ()},
     presets=PRESETS,
+    part="SMART_CAREGIVER_CHAIR",
 )

@@ -26,7 +26,7 @@ class Layout:
         self.whole = whole or self
         if whole is None:
             self.labels, self.props, self.operators, self.menus, self.icons = [], [], [], [], []
-            self.sections, self.fields = [], {}
+            self.sections, self.fields, self.menu_texts = [], {}, []
             self.opened = opened
 
     def _part(self, function, **arguments):
@@ -108,6 +108,7 @@ class Layout:
         self._check("menu", icon, **arguments)
         assert hasattr(bpy.types, idname)
         self.whole.menus.append(idname)
+        self.whole.menu_texts.append(arguments.get("text"))
 
     @property
     def text(self):

@@ -70,7 +70,7 @@ def test_presets_are_in_the_header_with_a_tick(world):
     layout = drawn("ANGEN_MT_presets")
     assert [text for text, icon, _ in layout.operators if icon == "CHECKMARK"] == ["FSR 406, 10 kΩ"]
     parts = [item.preset for _, _, item in layout.operators if hasattr(item, "preset")]
-    assert len(parts) == 7
+    assert len(parts) == 10
     for part in parts:
         assert ops.preset_apply(preset=part) == {"FINISHED"}
 

@@ -8,11 +8,16 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from bl_ext.user_default.angen_sensors.angen_addon.authoring.presets import is_applied
+from bl_ext.user_default.angen_sensors.angen_addon.authoring.presets import (
+    is_applied,
+    preset_of,
+    preset_text,
+)
 from bl_ext.user_default.angen_sensors.operators import user_preset as module
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS as kinds
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
+from panel_layout import Layout, drawn
 
 ops = bpy.ops.angen
 
@@ -182,20 +187,67 @@ def test_every_preset_sets_what_it_names_and_nothing_else(world, presets):
 
 
 def test_one_preset_at_most_is_ticked_for_each_part(world, presets):
-    """No two presets of a kind are the same; the ideal part is what a new pad has."""
+    """No two presets of a kind are the same; a new pad is no part."""
     pad = activate(world, world.sensor("PRESSURE", "pad"))
     of_kind = [preset for kind, preset in presets if kind.identifier == "PRESSURE"]
-    assert [p.identifier for p in of_kind if is_applied(pad, p)] == ["FSR_402_IDEAL"]
+    assert preset_text(pad) == "Any pad (no part)"
     for preset in of_kind:
         ops.preset_apply(preset=preset.identifier)
-        assert [p for p in of_kind if is_applied(pad, p)] == [preset]
+        assert preset_of(pad) == (preset, False)
     pad.angen_sensor.pressure.load_resistor = 4700.0
-    assert not any(is_applied(pad, p) for p in of_kind)
+    assert preset_of(pad) == (of_kind[-1], True)
 
 
-def test_an_unknown_preset_changes_nothing(world):
-    pad = activate(world, world.sensor("PRESSURE", "pad", load_resistor=4700.0))
-    before = all_values(world, pad)
-    with pytest.raises(RuntimeError, match=r"'THESIS'.*there are FSR_402_IDEAL, FSR_402,"):
-        ops.preset_apply(preset="THESIS")
-    assert all_values(world, pad) == before
+def test_an_edited_preset_keeps_its_name_and_says_so(world, presets):
+    pir = activate(world, world.sensor("PIR", "pir"))
+    ops.preset_apply(preset="EKMC1601111")
+    label = "Panasonic EKMC1601111 (5 m)"
+    assert drawn("ANGEN_PT_active_sensor").menu_texts == [label]
+    before = pir.angen_sensor.pir.hold_time
+    pir.angen_sensor.pir.hold_time = 7.0
+    assert drawn("ANGEN_PT_active_sensor").menu_texts == [f"{label} (edited)"]
+    pir.angen_sensor.pir.hold_time = before
+    assert preset_text(pir) == label
+    other = world.sensor("PIR", "other")
+    other.select_set(True)
+    pir.angen_sensor.pir.hold_time = 7.0
+    ops.copy_to_selected()
+    assert preset_text(other) == f"{label} (edited)"
+    ops.preset_apply(preset="THESIS")
+    assert preset_text(pir) == "Thesis (Gazebo range scan)"
+
+
+def test_a_preset_is_no_change_that_makes_a_recording_stale(world):
+    pir = activate(world, world.sensor("PIR", "pir"))
+    world.scene.frame_end = 4
+    ops.simulate()
+    ops.preset_apply(preset="THESIS")
+    world.update()
+    assert pir.angen_sensor.preset == "THESIS"
+    assert not drawn("ANGEN_PT_simulation").text.count("stale")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_menus_add_a_real_part_by_its_name(world, kind):
+    part = next(p for p in KINDS[kind].presets if p.identifier == KINDS[kind].part)
+    layout = Layout()
+    addon_menu = bpy.types.ANGEN_MT_sensor_add
+    addon_menu.draw(SimpleNamespace(layout=layout), bpy.context)
+    items = [item for *_, item in layout.operators if getattr(item, "kind", "") == kind]
+    assert [item.preset for item in items] == [part.identifier] * 2
+    assert "no part" not in part.source and "thesis" not in part.source.lower()
+    ops.sensor_add(kind=kind, preset=part.identifier)
+    assert preset_text(bpy.context.object) == part.label
+
+
+def test_a_script_without_a_preset_gets_the_defaults(world):
+    ops.sensor_add(kind="PRESSURE")
+    assert bpy.context.object.angen_sensor.pressure.threshold == 1.0
+    assert preset_text(bpy.context.object) == "Any pad (no part)"
+
+
+def test_a_pad_is_as_large_as_its_part(world):
+    ops.sensor_add(kind="PRESSURE", preset="SMART_CAREGIVER_CHAIR")
+    pad = bpy.context.object
+    assert pad.dimensions[:2] == pytest.approx((0.254, 0.381))
+    assert pad.angen_sensor.pressure.area == pytest.approx(0.254 * 0.381)

@@ -57,4 +57,5 @@ KIND = Kind(
     needs={RAYS: SCAN["used_when"], WARMTH: PYRO["used_when"]},
     in_room=True,
     presets=PRESETS,
+    part="MI_NODE_SCAN",
 )

@@ -104,9 +104,10 @@ def _draw_explanation(layout: Any, explanation: Explanation) -> None:
     of_names = int(LABEL_SHARE / (1.0 - LABEL_SHARE) * letters)
     for name, text in explanation.facts:
         if len(name) > of_names:
-            # The column would cut it.
-            column.label(text=name, translate=False)
-            name = ""
+            # The column of names would cut it.
+            for line in textwrap.wrap(f"{name}: {text}", of_names + letters):
+                column.label(text=line, translate=False)
+            continue
         for line in textwrap.wrap(text, letters, break_on_hyphens=False):
             draw_row(column, name, line)
             name = ""

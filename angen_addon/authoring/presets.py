@@ -63,7 +63,10 @@ def preset_of(obj: Any) -> tuple[Preset | None, bool]:
 def preset_text(obj: Any) -> str:
     """The name of a sensor's preset, and whether it was edited; empty without one."""
     found, is_edited = preset_of(obj)
-    return "" if found is None else f"{found.label} (edited)" if is_edited else found.label
+    if found is None:
+        return ""
+    # Fields are narrow: what stands in brackets would leave no room for the other word.
+    return f"{found.label.partition(' (')[0]} (edited)" if is_edited else found.label
 
 
 def _same(stored: Any, value: Any) -> bool:

@@ -324,7 +324,8 @@ class Live:
         for number, sensor in enumerate(sensors):
             taken = self._taken_now(scene, view_layer, sensor)
             for words in self._measure(scene, view_layer, [taken]):
-                yield Doing(number / len(sensors), f"{sensor.name}, {words}", slow=True)
+                text = ", ".join(filter(None, (sensor.name, words)))
+                yield Doing(number / len(sensors), text, slow=True)
         yield len(sensors)
 
     def _taken_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:

@@ -55,6 +55,7 @@ MODULES = (
     "operators.warmth",
     "residents.operators.resident_add",
     "residents.operators.day",
+    "residents.operators.day_run",
     "operators.coverage",
     "operators.propose",
     "operators.doctor",

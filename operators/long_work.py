@@ -129,8 +129,9 @@ class LongWork:
         how = ", ".join(filter(None, [far, doing.text]))
         label = self.bl_label  # type: ignore[attr-defined]
         context.workspace.status_text_set(f"{label}: {how}. Esc {self.esc}")
-        # Of an operator itself Blender gives another form of the name.
-        state.CACHE.working = type(self).bl_idname, doing.share, f"{far}\n{doing.text}"  # type: ignore[attr-defined]
+        # Blender calls a running operator ANGEN_OT_work, its class angen.work.
+        idname = type(self).bl_idname  # type: ignore[attr-defined]
+        state.CACHE.working = idname, doing.share, f"{far}\n{doing.text}"
         for area in context.window.screen.areas:
             if area.type == "VIEW_3D":
                 area.tag_redraw()

@@ -8,11 +8,9 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterable
-from datetime import datetime
 from typing import Any, TextIO
 
 import bpy
-import numpy as np
 
 from ...angen_addon.commands.console import DONE, FAILED, note, tell
 from ...angen_addon.commands.home import open_home, sensors_of
@@ -28,8 +26,8 @@ from ...sensor_logic.wording import part_is, percent
 from ..acting.timeline import Acted
 from ..days.truth import DAY_S
 from . import reachable
-from .folder import Folder
-from .run import LARGEST_SEED, Household, Plan, run_days
+from .folder import Folder, check_dates
+from .run import LARGEST_SEED, Household, Plan, moved_share, run_days
 from .shared_days import WORKER, SharedDays, days_of_worker
 
 # How far a run of days is, on standard error.
@@ -59,7 +57,7 @@ class DayLine:
         self._shown = now
         whole = self._whole()
         part = step.share if step is not None else 0.0
-        moved = _moved(acted, part) if acted is not None else part
+        moved = moved_share(acted.spans(0.0, DAY_S), part) if acted is not None else part
         made = whole - self._had + moved
         text = f"day {min(whole + 1, self._days)} of {self._days}"
         text += f", {percent(part)} of it" if step is not None else ""
@@ -79,15 +77,6 @@ class DayLine:
         """What was made, and how fast."""
         made, took = self._whole() - self._had, time.perf_counter() - self._begin
         return f"; {made} made in {_rounded(took)}" if made else ""
-
-
-def _moved(acted: Acted, part: float) -> float:
-    """How much of a day's movement is in the first part of its time: while all rest, a run takes
-    no time."""
-    spans = acted.spans(0.0, DAY_S)
-    moving = float(np.diff(spans).sum())
-    before = float(np.diff(np.minimum(spans, part * DAY_S)).sum())
-    return before / moving if moving else part
 
 
 def _rounded(seconds: float) -> str:
@@ -161,7 +150,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     told = simulated(chosen(sensors, choice_of(options)))
     if not told:
         raise InputError("no sensor is switched on")
-    _check_dates(options)
+    check_dates(options.start, options.days, options.format)
     check_not_read([options.out / "events.csv"])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
@@ -173,13 +162,6 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
     # What cannot be acted is told before anything is written.
     household.acted(0)
     return _all(household, Folder(options.out, household, options.format), options)
-
-
-def _check_dates(options: argparse.Namespace) -> None:
-    """Raises InputError where the days, or a format, do not hold such dates."""
-    start = datetime.combine(options.start, datetime.min.time())
-    for name in ("events", *options.format):
-        FORMATS[name].check_dates(start, 0.0, options.days * DAY_S)
 
 
 def _all(household: Household, folder: Folder, options: argparse.Namespace) -> bool:

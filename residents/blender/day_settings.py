@@ -8,12 +8,25 @@ import math
 import bpy
 from bpy.props import (
     CollectionProperty,
+    EnumProperty,
     FloatProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
 )
 from bpy.types import PropertyGroup, Text
+
+from ...sensor_logic.formats import FORMATS
+
+# Files keep the bit of a format.
+BITS = {
+    name: 1 << k
+    for k, name in enumerate(
+        ("casas", "casas-csv", "pyadlml", "mcap", "xes", "ocel", "influx", "home-assistant",
+         "parquet")
+    )
+}  # fmt: skip
+FORMAT_ITEMS = [(name, name, FORMATS[name].tip, "NONE", bit) for name, bit in BITS.items()]
 
 
 class AngenSite(PropertyGroup):
@@ -64,6 +77,18 @@ class AngenDay(PropertyGroup):
         soft_max=31, options=set(),
     )  # fmt: skip
     seed: IntProperty(name="Seed", description="Of all chance in the routine", min=0, options=set())
+    out: StringProperty(
+        name="Folder", description="A new folder for the days, or one of earlier days of the same "
+        "run to go on with", subtype="DIR_PATH", options=set(),
+    )  # fmt: skip
+    days: IntProperty(
+        name="Days", description="How many days are run, from the first day on", default=1, min=1,
+        soft_max=31, options=set(),
+    )  # fmt: skip
+    formats: EnumProperty(
+        name="Also for Other Tools", description="Formats that are written beside the tables",
+        items=FORMAT_ITEMS, options={"ENUM_FLAG"},
+    )  # fmt: skip
     done: CollectionProperty(type=AngenDone)
     active: IntProperty(options=set())
     # The activity that is shown: `active` is the chosen row of the list.

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
@@ -22,11 +23,19 @@ from ...sensor_logic.formats import FORMATS
 from ...sensor_logic.formats.outputs import check_installed, check_out, output_files
 from ...sensor_logic.formats.source import format_labels
 from ..days.rows import Day, DayRows, toml
+from ..days.truth import DAY_S
 from .daylight import site_of
 from .run import Household
 
 # The folder of whole days in that of a run, and the file that says which run that is.
 DAYS, MARK = "days", "days/run.txt"
+
+
+def check_dates(start: date, days: int, formats: Iterable[str]) -> None:
+    """Raises InputError where the days, or a format, do not hold such dates."""
+    begin = datetime.combine(start, time())
+    for name in ("events", *formats):
+        FORMATS[name].check_dates(begin, 0.0, days * DAY_S)
 
 
 class Folder:
@@ -45,6 +54,7 @@ class Folder:
 
     def _claim(self) -> None:
         path, mark = self._path, self._path / MARK
+        self._is_new = not path.exists()
         check_folder(path if path.exists() else path.resolve().parent, "--out")
         if not mark.is_file():
             if path.is_dir() and any(path.iterdir()):
@@ -80,6 +90,17 @@ class Folder:
     def keep(self, day: Day) -> None:
         """Raises AngenError, and keeps nothing then."""
         write_files({self._file(day.date): day.as_json(self._digest)})
+
+    def discard(self) -> None:
+        """Removes what was made here for a run, unless it has any day."""
+        if list((self._path / DAYS).iterdir()) != [self._path / MARK]:
+            return
+        (self._path / MARK).unlink()
+        (self._path / DAYS).rmdir()
+        if self._is_new:
+            with suppress(OSError):
+                # Somebody else may have put something into it.
+                self._path.rmdir()
 
     def finish(self, days: int) -> tuple[int, list[str]]:
         """Writes the tables of the whole days from the first on, `days` at most; how many there

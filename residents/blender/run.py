@@ -5,7 +5,7 @@ are put aside for that."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from itertools import pairwise
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ...angen_addon.process.standalone import give_back
 from ...angen_addon.progress import Shares, finished
@@ -398,14 +399,35 @@ def run_days(
     between: tuple[float, float] | None = None,
 ) -> Iterator[Day]:
     """The days of these numbers, counted from 0, or the s `between` of them. Raises AngenError."""
+    with closing(running_days(household, numbers, between)) as steps:
+        for step in steps:
+            if isinstance(step, Day):
+                yield step
+            else:
+                progress(*step)
+
+
+def running_days(
+    household: Household, numbers: Iterable[int], between: tuple[float, float] | None = None
+) -> Generator[tuple[int, Progress] | Day, None, None]:
+    """The same in steps: the number of a day with how far it is, and last the day itself."""
     with household.keyed() as keys:
         for number in numbers:
-            run = household.run(number, keys, between=between)
-            while True:
-                try:
-                    step = next(run)
-                except StopIteration as end:
-                    yield end.value
-                    give_back()
-                    break
-                progress(number, step)
+            with closing(household.run(number, keys, between=between)) as run:
+                while True:
+                    try:
+                        step = next(run)
+                    except StopIteration as end:
+                        day: Day = end.value
+                        break
+                    yield number, step
+            yield day
+            give_back()
+
+
+def moved_share(spans: Array, part: float) -> float:
+    """How much of a day's movement, `spans` (n, 2) in s, is in the first part of its time: while
+    all rest, a run takes no time."""
+    moving = float(np.diff(spans).sum())
+    before = float(np.diff(np.minimum(spans, part * DAY_S)).sum())
+    return before / moving if moving else part

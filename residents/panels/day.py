@@ -49,6 +49,23 @@ class ANGEN_UL_done(UIList):
         row.operator("angen.day_show", text=text, icon_value=icon, emboss=False).index = index
 
 
+def _draw_run(layout: Any, asked: Any) -> None:
+    """Draws what a run of whole days needs, closed at first."""
+    header, body = layout.panel("ANGEN_day_run", default_closed=True)
+    header.label(text="Run into a Folder")
+    if body is None:
+        draw_working(layout, "angen.day_run")
+        return
+    column = body.column()
+    column.use_property_split = True
+    column.prop(asked, "out")
+    column.prop(asked, "days")
+    body.label(text="Also for Other Tools")
+    body.grid_flow(columns=3, even_columns=True, align=True).prop(asked, "formats")
+    if not draw_working(body, "angen.day_run"):
+        body.operator("angen.day_run", icon="PLAY")
+
+
 class ANGEN_PT_day(ClosedSidebar, Panel):
     bl_label = "Day"
 
@@ -69,6 +86,7 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
                 body.prop(context.scene.angen_site, name)
         if not draw_working(layout, "angen.day_read"):
             layout.operator("angen.day_read", icon="FILE_REFRESH")
+        _draw_run(layout, asked)
         if not asked.done:
             return
         layout.label(text=asked.told)

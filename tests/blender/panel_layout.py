@@ -44,6 +44,9 @@ class Layout:
     def row(self, **arguments):
         return self._part("row", **arguments)
 
+    def grid_flow(self, **arguments):
+        return self._part("grid_flow", **arguments)
+
     def box(self):
         return self._part("box")
 

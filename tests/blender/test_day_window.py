@@ -15,7 +15,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.commands.parser import parse
 from bl_ext.user_default.angen_sensors.residents.blender.api import Home
 from bl_ext.user_default.angen_sensors.residents.days.rows import hours_minutes
-from lived_home import ROUTINE
+from lived_home import ROUTINE, content
 from lived_home import rows as read_rows
 from panel_layout import drawn
 
@@ -28,6 +28,13 @@ def state(scene: Any) -> Any:
     times = [scene.frame_start, scene.frame_end, scene.frame_current, scene.render.fps]
     placed = [np.array(part.matrix_basis).ravel() for part in parts]
     return np.concatenate([[bpy.data.lights["Lamp"].energy], times, *placed])
+
+
+def state_of_home() -> Any:
+    rig = bpy.data.objects["Adult"]
+    parts = [bpy.data.objects["Door"], rig, *rig.pose.bones]
+    placed = [np.array(part.matrix_basis).ravel() for part in parts]
+    return np.concatenate([[bpy.data.lights["Lamp"].energy], *placed])
 
 
 @pytest.fixture
@@ -241,3 +248,109 @@ def test_a_tile_of_the_strip_has_the_colours_of_its_hour(addon_part: Any) -> Non
     assert row(8) == [strip.NOTHING] * 32
     # The numbers of the hours differ.
     assert len({strip.hour_pixels(hour, []).tobytes() for hour in range(24)}) == 24
+
+
+@pytest.fixture
+def running(lived_home: Path) -> Any:
+    """The settings of a run as `lived` has it."""
+    asked = bpy.context.scene.angen_day
+    asked.routine, asked.seed, asked.formats = str(lived_home.parent / "week.toml"), 1, {"casas"}
+    asked.out, asked.days = str(lived_home.parent / "window"), 2
+    return asked
+
+
+def begun(addon_part: Any) -> Any:
+    """A run of days as the window advances it."""
+    run = addon_part("residents.operators.day_run").ANGEN_OT_day_run
+    stand_in = type("Run", (), {"_work": run._work})()
+    return run._begin(stand_in, bpy.context)
+
+
+@pytest.mark.slow
+def test_a_run_in_the_window_writes_what_the_command_writes(
+    running: Any, lived: Any, lived_home: Path
+) -> None:
+    before, actions = state_of_home(), set(bpy.data.actions.keys())
+    bpy.context.scene.frame_set(7)
+    assert bpy.ops.angen.day_run() == {"FINISHED"}
+    assert bpy.context.scene.frame_current == 7
+    assert np.allclose(state_of_home(), before, atol=1e-6)
+    assert set(bpy.data.actions.keys()) == actions
+    made = content(lived_home.parent / "window")
+    assert {"events.csv", "activities.csv", "people.csv", "home.toml", "casas.txt"} <= set(made)
+    assert made == content(lived(2))
+    # It is whole, and changes nothing more.
+    assert bpy.ops.angen.day_run() == {"FINISHED"}
+    assert content(lived_home.parent / "window") == made
+
+
+def test_esc_keeps_whole_days_or_nothing(running: Any, addon_part: Any, lived: Any) -> None:
+    enough, folder = addon_part("angen_addon.progress").Enough, Path(running.out)
+    before = state_of_home()
+    # While the home is read nothing is written; in the first day nothing is kept.
+    for text, ends in (("floors", True), ("day 1 of 2", False)):
+        work = begun(addon_part)
+        for step in work:
+            if step.text.startswith(text):
+                break
+        assert folder.exists() != ends
+        if ends:
+            with pytest.raises(enough):
+                work.throw(enough)
+        else:
+            assert work.throw(enough).whole == 0
+        work.close()
+        assert not folder.exists() and np.allclose(state_of_home(), before, atol=1e-6)
+    work = begun(addon_part)
+    shares = []
+    for step in work:
+        shares.append(step.share)
+        if step.text.startswith("day 2 of 2"):
+            break
+    assert shares == sorted(shares) and shares[-1] == pytest.approx(0.53, abs=0.02)
+    assert work.throw(enough).whole == 1
+    work.close()
+    assert np.allclose(state_of_home(), before, atol=1e-6)
+    assert content(folder)["days/2026-03-02.json"] == content(lived(2))["days/2026-03-02.json"]
+    assert {"events.csv", "home.toml"} <= set(content(folder))
+    # The same again goes on with the second day.
+    assert bpy.ops.angen.day_run() == {"FINISHED"}
+    assert content(folder) == content(lived(2))
+
+
+@pytest.mark.parametrize(
+    ("setting", "text"),
+    [
+        ({"out": "none/there"}, r"Folder: the folder .*none does not exist"),
+        ({"out": "."}, r"Folder: .* is not empty and holds no days; give a new folder"),
+        ({"routine": ""}, "choose a routine"),
+        ({"date": "9999-12-31", "days": 2}, r"First Day: '9999-12-31'|years 1 and 9999"),
+    ],
+)
+def test_what_is_wrong_is_told_before_anything_runs(
+    running: Any, lived_home: Path, setting: dict[str, Any], text: str
+) -> None:
+    before = set(lived_home.parent.rglob("*"))
+    for name, value in setting.items():
+        setattr(running, name, str(lived_home.parent / value) if name == "out" else value)
+    with pytest.raises(RuntimeError, match=text):
+        bpy.ops.angen.day_run()
+    assert set(lived_home.parent.rglob("*")) == before
+
+
+def test_an_unreachable_place_is_told_before_anything_is_written(running: Any) -> None:
+    bpy.data.objects["Door"].angen_place.use = "NONE"
+    with pytest.raises(RuntimeError, match="finds no way to it from"):
+        bpy.ops.angen.day_run()
+    assert not Path(running.out).exists()
+
+
+def test_a_shown_activity_is_left_before_days_are_run(running: Any) -> None:
+    bpy.ops.angen.day_read()
+    assert bpy.ops.angen.day_run.poll()
+    bpy.ops.angen.day_show(index=1)
+    assert not bpy.ops.angen.day_run.poll()
+    bpy.ops.angen.day_leave()
+    assert bpy.ops.angen.day_run.poll()
+    running.out = ""
+    assert not bpy.ops.angen.day_run.poll()

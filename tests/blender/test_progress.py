@@ -7,6 +7,7 @@ import itertools
 import re
 import types
 
+import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon import progress
@@ -14,6 +15,8 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands import home
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
 from bl_ext.user_default.angen_sensors.operators import long_work
+from bl_ext.user_default.angen_sensors.panels.lines import draw_working
+from panel_layout import Layout
 
 
 class Clock:
@@ -130,6 +133,26 @@ def test_a_window_shows_progress_to_the_end(parts):
     assert window.timers == 0 and window.shares[-1] == "end"
     assert "75 %" in window.texts[-2] and "part 3. Esc cancels" in window.texts[-2]
     assert window.texts[-1] is None
+
+
+def test_the_panel_finds_the_work_of_a_real_operator():
+    class ANGEN_OT_test_work(long_work.LongWork, bpy.types.Operator):
+        bl_idname, bl_label = "angen.test_work", "Work"
+
+        def execute(self, context):
+            self._left = progress.TimeLeft()
+            self._show(Window(), progress.Doing(0.25, "part 1"))
+            return {"FINISHED"}
+
+    bpy.utils.register_class(ANGEN_OT_test_work)
+    try:
+        bpy.ops.angen.test_work()
+        layout = Layout()
+        assert draw_working(layout, "angen.test_work") and not draw_working(layout, "angen.other")
+        assert layout.labels == ["25 %, part 1. Esc ends"]
+    finally:
+        state.CACHE.working = None
+        bpy.utils.unregister_class(ANGEN_OT_test_work)
 
 
 def test_escape_keeps_what_a_search_has(parts):

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs days of the routine into a folder, as `angen day` does."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.types import Context, Operator
+
+from ...angen_addon.progress import Doing, Enough, doing, scaled
+from ...angen_addon.scene.sensors import all_sensors, simulated
+from ...operators.long_work import LongWork
+from ...operators.polls import can_look, needs
+from ...sensor_logic.error import AngenError
+from ...sensor_logic.files import check_folder
+from ...sensor_logic.wording import part_is
+from ..blender.day_settings import BITS
+from ..blender.folder import Folder, check_dates
+from ..blender.run import Household, moved_share, running_days
+from ..days.rows import Day
+from ..days.truth import DAY_S
+from .day import settings_of
+
+# Shares of the time of one day in the sample home: until the first day begins.
+READ, ACTED = 0.04, 0.06
+
+
+@contextmanager
+def _named_as_here() -> Iterator[None]:
+    """Errors name the panel's field, not the option of the command line."""
+    try:
+        yield
+    except AngenError as error:
+        raise AngenError(str(error).replace("--out:", "Folder:")) from None
+
+
+class ANGEN_OT_day_run(LongWork, Operator):
+    bl_idname = "angen.day_run"
+    bl_label = "Run Days"
+    bl_description = (
+        "Simulate whole days of the routine, and write events, activities, whereabouts and the "
+        "home into the folder, as `angen day` does. The home stays as it is. Esc keeps whole days"
+    )
+    bl_options = {"REGISTER"}
+    esc = "keeps whole days"
+    _stood = (0, 0.0)
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        settings = context.scene.angen_day
+        return (
+            can_look(cls, context)
+            and needs(
+                cls, not settings.before, "Leave Day first: days are run from the home as it is"
+            )
+            and needs(
+                cls, simulated(all_sensors(context.view_layer)), "Add a sensor first, or enable one"
+            )
+            and needs(cls, settings.out, "Choose a folder")
+        )
+
+    def _begin(self, context: Context) -> Generator[Any, None, None]:
+        scene = context.scene
+        settings = scene.angen_day
+        plan, start, seed = settings_of(scene)
+        path = Path(bpy.path.abspath(settings.out))
+        formats = [name for name in BITS if name in settings.formats]
+        check_dates(start, settings.days, formats)
+        check_folder(path if path.exists() else path.resolve().parent, "Folder")
+        sensors = simulated(all_sensors(context.view_layer))
+        # The household is read at the first frame.
+        self._stood = scene.frame_current, scene.frame_subframe
+        household = Household(scene, sensors, plan, start, seed, read=False)
+        return self._work(household, path, formats, settings.days)
+
+    def _work(
+        self, household: Household, path: Path, formats: list[str], days: int
+    ) -> Generator[Any, None, None]:
+        """Yields Doing, and last a Result."""
+        scene = household.scene
+        frame, subframe = self._stood
+        try:
+            with _named_as_here():
+                yield from doing("floors and places", scaled(household.reading(), 0.0, READ))
+                # What cannot be acted is told before anything is written.
+                acting = scaled(household.acting(0), READ, ACTED)
+                yield from doing("what everybody does", acting)
+                folder = Folder(path, household, formats)
+                result = yield from _days(household, folder, days)
+        finally:
+            scene.frame_set(frame, subframe=subframe)
+        yield result
+
+    def _finish(self, context: Context, result: Result) -> set[str] | None:
+        settings = context.scene.angen_day
+        for text in result.notes:
+            self.report({"WARNING"}, text)
+        if result.whole and bpy.data.is_dirty and bpy.data.filepath:
+            self.report({"WARNING"}, "home.toml names the file as it is saved: it has changes")
+        kept = f"{part_is(result.whole, settings.days, 'day')} in {settings.out}"
+        if not result.whole:
+            kept = "No day is whole: nothing is kept"
+        elif result.whole < settings.days:
+            kept += "; Run Days again goes on with the next"
+        if result.problem is not None:
+            raise AngenError(f"{result.problem}. {kept}")
+        self.report({"INFO"}, kept)
+        return None if result.whole else {"CANCELLED"}
+
+
+@dataclass(frozen=True)
+class Result:
+    """How many days from the first on are whole, what formats could not hold, and what ended the
+    run early, if not the user."""
+
+    whole: int
+    notes: list[str]
+    problem: AngenError | None
+
+
+def _days(household: Household, folder: Folder, days: int) -> Generator[Doing, None, Result]:
+    """Makes the days that the folder lacks."""
+    left = [number for number in range(days) if not folder.has(number)]
+    problem, made = None, 0
+    spans: dict[int, Any] = {}
+    try:
+        with closing(running_days(household, left)) as steps:
+            for step in steps:
+                if isinstance(step, Day):
+                    folder.keep(step)
+                    made += 1
+                    continue
+                number, now = step
+                if number not in spans:
+                    spans = {number: household.acted(number).spans(0.0, DAY_S)}
+                part = made + moved_share(spans[number], now.share)
+                text = f"day {number + 1} of {days}" + (f", {now.doing}" if now.doing else "")
+                yield Doing(ACTED + (1.0 - ACTED) * part / len(left), text, slow=bool(now.doing))
+    except Enough:
+        pass
+    except AngenError as error:
+        problem = error
+    whole, notes = folder.finish(days)
+    if not whole:
+        folder.discard()
+    return Result(whole, notes, problem)
+
+
+register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_day_run,))

@@ -31,7 +31,7 @@ class Clip:
 
     def at(self, times: Array) -> BodyPose:
         pose = self.pose(np.clip(times - self.start, 0.0, self.end - self.start))
-        return pose if len(pose) == len(times) else pose.spread(len(times))
+        return pose if len(pose) == len(times) else pose.repeated(len(times))
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Timeline:
             index = np.flatnonzero(which == number)
             part = self.clips[number].at(times[index])
             if pose is None:
-                pose = part.spread(len(times))
+                pose = part.repeated(len(times))
             pose.put(index, part)
         assert pose is not None
         return pose

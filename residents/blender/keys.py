@@ -25,7 +25,7 @@ from ..acting.timeline import Acted, Gesture, Hold, Timeline, swung
 from ..body.pose import BodyPose
 from ..body.poses import palm, upright
 from ..body.solve import Bones, channels, solve
-from ..body.turns import ease, mix, mix_turns, times, turned
+from ..body.turns import compose, ease, lerp, rotated, slerp
 from ..days.rows import FPS
 from .person import body_of
 
@@ -263,7 +263,7 @@ class KeyedStretch:
                 new, turns = _carried(hold, at[begun], tilt[begun], shown[hold.person], turn,
                                       (origin - middle) * metres)  # fmt: skip
             where[begun], how[begun] = (
-                mix(where[begun], new, share), mix_turns(how[begun], turns, share),
+                lerp(where[begun], new, share), slerp(how[begun], turns, share),
             )  # fmt: skip
         placed = [
             Matrix.LocRotScale(w / metres, Quaternion(q), before.to_scale())
@@ -330,7 +330,7 @@ def _carried(
     index = np.maximum(np.searchsorted(keyed, at, side="right") - 1, 0)
     carried = upright(pose.take(index), tilt)
     hand = palm(bones, hold.hand or 0, pose.build.scale)[index]
-    return hand + turned(carried, offset), times(carried, turn)
+    return hand + rotated(carried, offset), compose(carried, turn)
 
 
 def _until_wound(yaw: Array) -> Index:

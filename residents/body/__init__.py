@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The body of a resident: its bones, its poses for whole arrays of times, its skin as shapes.
+"""The body of a resident: bones, poses as arrays, and the shapes of the skin.
 
-Everything is numpy; a leading axis n counts moments. Lengths are metres, angles radians; a turn is
-a unit quaternion (w, x, y, z) from a bone's rest to its pose, in world axes; left is side 0.
+Only numpy. The first axis of each array, n, counts poses, one for each time. Lengths are in metres,
+angles in radians. A rotation is a unit quaternion (w, x, y, z) in world axes, from a bone's rest to
+its pose. Side 0 is the left one.
 """

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a cat stands, walks on its four paws, sits and lies; and its fur.
+"""The poses of a cat: standing, walking, sitting and lying; and the shapes of its fur.
 
-A cat at a point has its middle over it; its paws are hind left, hind right, fore left, fore right.
+A cat's position is the point under the middle of its body. Its paws are in the order hind left,
+hind right, fore left, fore right.
 """
 
 from __future__ import annotations
@@ -20,18 +21,18 @@ from .pose import Arms, BodyPose, Feet
 from .skeleton import Build
 from .skin import Part
 from .surface import Shape
-from .turns import X, about_y, about_z, ease, times, turned
+from .turns import X, compose, ease, rotated, rotation_y, rotation_z
 
 _PAWS = tuple((leg.names[3], leg.names[2], side) for leg in CAT.legs for side in "LR")
-# Where a paw bears on the floor, and where the joint above it is from there, at rest, (4, 3) m.
+# Contact points of the paws, and the joints above the paws from there, at rest, (4, 3) m.
 _BALLS = np.array([CAT.head[f"{tip}.{side}"] for tip, _, side in _PAWS])
 _ABOVE = np.array([CAT.head[f"{foot}.{side}"] for _, foot, side in _PAWS]) - _BALLS
 _KNEES = np.array([X, X, -X, -X])
-# Of a cycle: when each paw lands, and for how much of it a paw bears.
+# Shares of a cycle: when each paw lands, and how long a paw stays on the floor.
 _LANDS, _BEARS = np.array([0.0, 0.5, 0.25, 0.75]), 0.62
-_STRIDE = 0.30  # m a cycle, at the usual speed
+_STRIDE = 0.30  # length of a cycle at the usual speed, m
 _LIFT = 0.035
-_TURN_LENGTH = 0.12  # m of walking that a rad of turning is worth
+_TURN_LENGTH = 0.12  # m of walking that take as long as a turn by 1 rad
 _PELVIS = CAT.head["pelvis"]
 
 
@@ -39,19 +40,22 @@ def _posture(
     build: Build, middle: Array, yaw: Array, balls: Array, soles: Array,
     bend: tuple[Array, Array, Array], pitch: float = 0.0, sink: tuple[float, float] = (0.0, 0.0),
 ) -> BodyPose:  # fmt: skip
-    """A cat over points `middle` (n, 3) on what bears it, its paws at `balls` (n, 4, 3) and turned
-    by `soles` (n, 4, 4). `bend`: of spine, head and tail. `sink` moves the hips forward and down at
-    rest; pitch lifts the chest."""
+    """Return the poses of a cat over points `middle` (n, 3).
+
+    The paws are at `balls` (n, 4, 3) and rotated by `soles` (n, 4, 4). `bend` has the angles of
+    spine, head and tail. A positive `pitch` lifts the chest. `sink` moves the hips forward and down
+    against standing, m.
+    """
     scale = build.scale
-    ahead = about_z(yaw)
+    ahead = rotation_z(yaw)
     hips = _PELVIS + np.array([sink[0], 0.0, -sink[1]])
     feet = Feet(
-        balls + turned(soles, _ABOVE * scale), soles, soles, turned(ahead[:, None], _KNEES)
+        balls + rotated(soles, _ABOVE * scale), soles, soles, rotated(ahead[:, None], _KNEES)
     )  # fmt: skip
     spine, look, tail = bend
-    turn = times(ahead, about_y(np.full(len(yaw), -pitch)))
+    turn = compose(ahead, rotation_y(np.full(len(yaw), -pitch)))
     return BodyPose(
-        build, yaw, middle + turned(ahead, hips * scale), turn, feet, Arms(), spine, look,
+        build, yaw, middle + rotated(ahead, hips * scale), turn, feet, Arms(), spine, look,
         np.concatenate([middle, yaw[:, None]], 1), tail,
     )  # fmt: skip
 
@@ -61,29 +65,29 @@ def _at(x: float, y: float, z: float, yaw: float) -> tuple[Array, Array]:
 
 
 def _under(middle: Array, yaw: Array, offsets: Array, scale: float) -> Array:
-    """Points (n, 4, 3) at offsets (4, 3) from the middle of a cat."""
-    return middle[:, None] + turned(about_z(yaw)[:, None], offsets * scale)
+    """Return the points (n, 4, 3) at offsets (4, 3) from the middle of the body."""
+    return middle[:, None] + rotated(rotation_z(yaw)[:, None], offsets * scale)
 
 
 _TAIL_DOWN = np.array([[0.0, 0.10, 0.0]])
 
 
 def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
-    """The pose on four paws."""
+    """Return the single pose on four paws."""
     middle, yaw = _at(*stand.centre, floor, stand.yaw)
-    soles = np.broadcast_to(about_z(yaw)[:, None], (1, 4, 4))
+    soles = np.broadcast_to(rotation_z(yaw)[:, None], (1, 4, 4))
     balls = _under(middle, yaw, _BALLS, build.scale)
     still = np.zeros((1, 3))
     return _posture(build, middle, yaw, balls, soles, (still, still, _TAIL_DOWN))
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
-    """The pose on its haunches at a point, looking along its heading."""
+    """Return the single pose on the haunches at a point (3,), with the heading of `stand`."""
     build, yaw = stand.build, stand.heading[:1]
     middle = np.asarray(seat, float)[None]
     offsets = _BALLS + np.array([[0.02, 0.0, 0.0]] * 2 + [[0.0, 0.0, 0.0]] * 2)
     flat = np.array([-1.265, -1.265, 0.0, 0.0])
-    soles = times(about_z(yaw)[:, None], about_y(flat))
+    soles = compose(rotation_z(yaw)[:, None], rotation_y(flat))
     bend = (
         np.array([[0.0, -0.10, 0.0]]), np.array([[0.0, 0.62, 0.0]]), np.array([[0.0, -0.16, 0.45]]),
     )  # fmt: skip
@@ -92,12 +96,14 @@ def sitting(stand: BodyPose, seat: Array) -> BodyPose:
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """The pose on its belly, curled to the left (side 1) or the right (-1)."""
+    """Return the single pose on the belly, straight, or curled to the left (1) or right (−1)."""
     build = seated.build
     x, y, z = map(float, bed)
     middle, heading = _at(x, y, z, near_turn(yaw, float(seated.heading[0])))
     offsets = _BALLS + np.array([[0.06, 0.0, 0.0]] * 2 + [[0.05, 0.0, 0.0]] * 2)
-    soles = times(about_z(heading)[:, None], about_y(np.array([-1.265, -1.265, -1.3, -1.3])))
+    soles = compose(
+        rotation_z(heading)[:, None], rotation_y(np.array([-1.265, -1.265, -1.3, -1.3]))
+    )
     bend = (
         np.array([[0.0, 0.0, 0.45 * side]]),
         np.array([[0.0, 0.30 - 0.1 * abs(side), 0.5 * side]]),
@@ -109,7 +115,10 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
 
 
 def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """The poses from one posture (t = 0) to another (1): a leap if one of them is higher."""
+    """Return the poses from one posture (t = 0) to another (t = 1).
+
+    If the two are at different heights, the cat leaps.
+    """
     s = ease(t)
     pose = before.mixed(after, s)
     way = float(np.linalg.norm(after.walker[0, :3] - before.walker[0, :3]))
@@ -122,13 +131,13 @@ def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
 
 
 def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
-    """The head raised and turned."""
+    """Return the poses with the head raised and turned."""
     w = weight[:, None]
     return replace(pose, look=pose.look + w * (0.0, -0.35, 0.6), tail=pose.tail + w * (0, 0, 0.35))
 
 
 def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """Points of the way of a cat's middle with its heading there, turns on the spot among them."""
+    """Return points of the cat's path with its heading, turns on the spot included."""
     found = [Footstep(0, *start.centre, start.yaw)]
 
     def turn(to: float) -> None:
@@ -152,7 +161,7 @@ def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) ->
 
 
 class CatWalk:
-    """A walk along the points of `footsteps`, at a speed in m/s, on a floor at a height in m."""
+    """A walk along the points of `footsteps`, at `speed` m/s, on a floor at height `floor` m."""
 
     def __init__(self, steps: list[Footstep], speed: float, floor: float, build: Build) -> None:
         self.build, self.floor, self.speed = build, floor, speed
@@ -169,15 +178,16 @@ class CatWalk:
 
     @property
     def end(self) -> Stand:
+        """The stand in which the walk ends."""
         x, y, yaw = map(float, self._way[-1])
         return Stand.at(x, y, yaw, self.build)
 
     def track(self) -> tuple[Array, Array]:
-        """Seconds (k,) since the start, and where the body is then on the floor (k, 2)."""
+        """Return the times (k,) since the start, s, and the body's positions (k, 2) then, m."""
         return (self._along + self.stride / 2) / self.speed, self._way[:, :2]
 
     def _body(self, w: Array) -> Array:
-        """How far along the way (…,) the middle is when the paws have gone for w m."""
+        """Return the distance (…,) of the body along the path once the paws have gone `w` m."""
 
         def ramp(x: Array) -> Array:
             soft = max(self.soft, 1e-9)
@@ -186,7 +196,7 @@ class CatWalk:
         return self.length - ramp(self.length - ramp(w - self.stride / 2))
 
     def _place(self, along: Array) -> Array:
-        """x, y and yaw (…, 3); the heading is that of half a body's length around."""
+        """Return x, y and yaw (…, 3) at distances along the path; the yaw is a local mean."""
         xy = [np.interp(along, self._along, self._way[:, k]) for k in (0, 1)]
         offsets = np.linspace(-0.08, 0.08, 9) * self.build.scale
         room = np.minimum(along, self.length - along)[..., None]
@@ -195,16 +205,16 @@ class CatWalk:
         return np.stack([*xy, yaw], -1)
 
     def pose(self, seconds: Array) -> BodyPose:
-        """The body so many seconds (n,) after the start of the walk."""
+        """Return the poses at times `seconds` (n,) since the start of the walk."""
         w = np.clip(np.asarray(seconds, float) / self.duration, 0.0, 1.0) * self.last
         body = self._place(self._body(w))
         yaw = np.ascontiguousarray(body[:, 2])
         middle = np.concatenate([body[:, :2], np.full((len(w), 1), self.floor)], 1)
         balls, paws_yaw = self._paws(w)
         scale = self.build.scale
-        # The joint above a paw goes on with the body while the paw stays.
-        local = turned(about_z(-yaw)[:, None], balls - middle[:, None]) / scale - _BALLS
-        soles = times(about_z(paws_yaw), about_y(np.clip(-6.0 * local[..., 0], -0.8, 0.8)))
+        # A paw tilts while it stays on the floor and the body moves on.
+        local = rotated(rotation_z(-yaw)[:, None], balls - middle[:, None]) / scale - _BALLS
+        soles = compose(rotation_z(paws_yaw), rotation_y(np.clip(-6.0 * local[..., 0], -0.8, 0.8)))
         ahead = self._place(np.minimum(self._body(w) + 0.12 * scale, self.length))[:, 2] - yaw
         beat = 2 * pi * w / self.stride
         busy = ease(np.minimum(w, self.last - w) / (self.stride / 2))
@@ -218,18 +228,18 @@ class CatWalk:
         return replace(pose, pelvis=pose.pelvis + bob[:, None] * np.array([0.0, 0.0, 1.0]))
 
     def _paws(self, w: Array) -> tuple[Array, Array]:
-        """Where the paws bear or swing (n, 4, 3), and their yaws (n, 4)."""
+        """Return the positions (n, 4, 3) and yaws (n, 4) of the paws."""
         phase = w[:, None] / self.stride - _LANDS
         number = np.floor(phase)
         lands = (number + _LANDS) * self.stride
         here = self._place(self._body(lands + _BEARS / 2 * self.stride))
         after = self._place(self._body(lands + (1 + _BEARS / 2) * self.stride))
-        # The walk begins with all paws on the floor.
+        # At the start all paws are on the floor.
         leaves = np.maximum(lands + _BEARS * self.stride, 0.0)
         air = np.clip((w[:, None] - leaves) / (lands + self.stride - leaves), 0.0, 1.0)
         feet = [
             np.concatenate([at[..., :2], np.full((*at.shape[:2], 1), self.floor)], -1)
-            + turned(about_z(at[..., 2]), _BALLS * self.build.scale)
+            + rotated(rotation_z(at[..., 2]), _BALLS * self.build.scale)
             for at in (here, after)
         ]
         balls = feet[0] + ease(air)[..., None] * (feet[1] - feet[0])
@@ -239,7 +249,7 @@ class CatWalk:
         return balls, here[..., 2] + ease(air) * (after[..., 2] - here[..., 2])
 
 
-# The fur of a cat as shapes, at rest, and which bones move it.
+# The shapes of the fur at rest, and the weights of its bones.
 
 _AHEAD = ((0, 0, 1), (0, 1, 0), (1, 0, 0))  # rings along the trunk: height, width, length
 
@@ -281,6 +291,7 @@ def _leg(above: Array, joint: Array, ankle: Array, ball: Array, thick: float) ->
 
 
 def fur() -> Shape:
+    """Return the shape of a cat's fur."""
     at = CAT.head
     hind = _leg(HIP - np.array([0.0, 0.0, 0.01]), at["shin.L"], HOCK, at["toes.L"], 0.046)
     fore = _leg(SHOULDER, at["forearm.L"], WRIST, at["fingers.L"], 0.032)
@@ -291,6 +302,7 @@ def fur() -> Shape:
 
 
 def cat_parts() -> list[Part]:
+    """Return the closed surfaces of a cat: fur and eyes."""
     low, high = (-0.42, -0.085, -0.005), (0.26, 0.085, 0.34)
     parts = [Part("fur", "fur", fur(), low, high, 0.008, 2200, "cat")]
     for sign, side in ((1.0, "L"), (-1.0, "R")):
@@ -301,16 +313,16 @@ def cat_parts() -> list[Part]:
 
 
 def cat_weights(points: Array, _region: str) -> dict[str, Array]:
-    """The weights of bones at points, by their distance: (n,) a bone, with the sum 1."""
+    """Return the weights (n,) of each bone at points (n, 3), by distance; they sum to 1."""
     near = {}
-    # The pelvis moves the rump too.
+    # The pelvis also moves the rump behind it.
     ends = {bone.name: (np.array(bone.head), np.array(bone.tail)) for bone in CAT.bones[1:]}
     ends["pelvis"] = CAT.head["pelvis"] - np.array([0.04, 0, 0]), CAT.head["spine"]
     for name, (start, end) in ends.items():
         axis = end - start
         along = np.clip((points - start) @ axis / (axis @ axis), 0.0, 1.0)
         away = np.linalg.norm(points - start - along[:, None] * axis, axis=1)
-        # A leg moves nothing of the other side.
+        # A leg moves no point of the other side.
         other = {"L": points[:, 1] < -0.002, "R": points[:, 1] > 0.002}.get(name[-1:])
         weight = 1.0 / (away + 0.004) ** 4
         near[name] = weight if other is None else np.where(other, 0.0, weight)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bones of a cat: rest positions in metres, on its four paws, looking along +X."""
+"""The bones of a cat at rest, in metres: it stands on four paws and looks along +x."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from .skeleton import Bone, Skeleton, bone, mirrored_limbs
 
 HIP, HOCK = np.array([-0.125, 0.034, 0.195]), np.array([-0.158, 0.040, 0.075])
 SHOULDER, WRIST = np.array([0.105, 0.034, 0.185]), np.array([0.088, 0.040, 0.045])
-BACK_HEIGHT = 0.215  # of the pelvis
+BACK_HEIGHT = 0.215  # height of the pelvis, m
 
 
 def _bones() -> tuple[Bone, ...]:
+    """Return all bones of a cat."""
     line = {
         "pelvis": (-0.130, 0.0, BACK_HEIGHT), "spine": (-0.055, 0.0, 0.222),
         "chest": (0.030, 0.0, 0.218), "neck": (0.118, 0.0, 0.222), "head": (0.165, 0.0, 0.262),

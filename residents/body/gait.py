@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The walk, with or without a walking frame: where the feet land along a path, and the body's pose
-at any moment between.
+"""The walk of a person, with or without a walking frame.
 
-Phase counts steps: foot i carries the body alone at phase i. It lands at i − 0.55 and leaves
-at i + 0.6, so both feet carry for 0.15 of each step. What is on the floor stays where it
-landed; only the roll from heel to ball turns it. Lengths are those of the skeleton, times the
-build's scale.
+The phase counts steps. Foot i carries the body alone at phase i, lands at i − 0.55 and leaves the
+floor at i + 0.6: both feet carry for 0.15 of each step. A foot on the floor stays where it landed,
+apart from the roll from heel to ball. Lengths are those of the skeleton, times the scale of the
+build.
 """
 
 from __future__ import annotations
@@ -16,23 +15,26 @@ from math import ceil, cos, hypot, pi, radians, sin
 import numpy as np
 
 from ...sensor_logic.model import Array, Index
-from .pose import Arms, BodyPose, Feet, held
+from .pose import Arms, BodyPose, Feet, single
 from .skeleton import ADULT, ANKLE, BALL, HEEL_X, PERSON, SIGN, TOE, Build
 from .solve import SHIN, THIGH
 from .surface import smooth_min, smooth_table
-from .turns import X, about_x, about_y, about_z, chained, ease, times, turned
+from .turns import X, compose, compose_all, ease, rotated, rotation_x, rotation_y, rotation_z
 
-# The walking frame: where it rolls before who walks with it, and the hands on its handles.
+# The walking frame and the hands on its handles.
 
-# Lengths for one of the skeleton's size, m: the frame's middle before the hips; its handles, from
-# there back, to the sides and above the floor.
+# For an unscaled skeleton, m: the frame's centre ahead of the hips; its handles from the centre
+# (x, y) and above the floor.
 AHEAD = 0.40
 HANDLE_BACK, HANDLE_SIDE, HANDLE_HEIGHT = -0.16, 0.25, 0.86
 _WRIST = 0.07  # behind the knuckles and above the handle
 
 
 def placed_frame(x: Array, y: Array, yaw: Array, floor: float, build: Build) -> Array:
-    """Where the frame stands (n, 4): x, y, z and yaw, before one who stands at x, y (n,)."""
+    """Return position and yaw (n, 4) of the walking frame of a person who stands at x, y (n,).
+
+    The columns are x, y, z in m and the yaw in rad.
+    """
     ahead = AHEAD * build.scale
     return np.stack(
         [x + ahead * np.cos(yaw), y + ahead * np.sin(yaw), np.full(len(x), floor), yaw], -1
@@ -40,12 +42,12 @@ def placed_frame(x: Array, y: Array, yaw: Array, floor: float, build: Build) -> 
 
 
 def pushing(pose: BodyPose) -> BodyPose:
-    """Both hands on the handles, where one walks with a frame."""
+    """Return the poses with both hands on the handles, if the person uses a walking frame."""
     if not pose.build.frame:
         return pose
     at = [(HANDLE_BACK - _WRIST, sign * HANDLE_SIDE, HANDLE_HEIGHT + 0.03) for sign in SIGN]
-    turn = about_z(pose.walker[:, 3])[:, None]
-    target = pose.walker[:, None, :3] + turned(turn, np.array(at) * pose.build.scale)
+    turn = rotation_z(pose.walker[:, 3])[:, None]
+    target = pose.walker[:, None, :3] + rotated(turn, np.array(at) * pose.build.scale)
     spine = pose.spine + np.array([0.0, 0.10, 0.0])
     look = pose.look - np.array([0.0, 0.10, 0.0])
     arms = replace(pose.arms, target=target, grip=np.ones((len(target), 2)))
@@ -53,18 +55,18 @@ def pushing(pose: BodyPose) -> BodyPose:
 
 
 ANKLE_HEIGHT = float(ANKLE[2])
-BALL_AHEAD = float(BALL[0] - ANKLE[0])  # of the ankle, along the sole
+BALL_AHEAD = float(BALL[0] - ANKLE[0])  # from the ankle, along the sole
 TOE_AHEAD = float(TOE[0] - ANKLE[0])
 HEEL_BEHIND = float(ANKLE[0] - HEEL_X)
-STAND_HEIGHT = 0.932  # of the pelvis above the sole: the knees are not quite straight
+STAND_HEIGHT = 0.932  # pelvis above the sole, with slightly bent knees
 STAND_HALF_WIDTH = 0.088
 WALK_HALF_WIDTH = 0.055
 TOE_OUT = radians(6)
-TURN_STEP = radians(55)  # the most a step turns on the spot
-LIFT, LAND = 0.6, 0.55  # of the phase after and before the middle of stance
+TURN_STEP = radians(55)  # largest turn of one step on the spot
+LIFT, LAND = 0.6, 0.55  # phase after and before mid-stance
 LEG = 0.998 * (THIGH + SHIN)
 _HIPS = [PERSON.head[f"thigh.{side}"] - PERSON.head["pelvis"] for side in "LR"]
-# Pitch of the sole (degrees, toes up positive) by phase from the middle of stance.
+# Pitch of the sole (degrees, toes up positive) by phase from mid-stance.
 _PITCH = np.array(
     [
         (-0.55, 18.0), (-0.40, 0.0), (0.10, 0.0), (0.40, -20.0), (0.60, -40.0),
@@ -75,7 +77,7 @@ _PITCH = np.array(
 
 @dataclass(frozen=True)
 class Footstep:
-    """One foot on the floor: the point under its ankle and the body's yaw there."""
+    """A foot on the floor: the point under its ankle, and the body's yaw at that step."""
 
     side: int
     x: float
@@ -85,45 +87,50 @@ class Footstep:
 
 @dataclass(frozen=True)
 class Stand:
-    """Both feet on the floor: left, right."""
+    """Both feet on the floor."""
 
     left: Footstep
     right: Footstep
 
     @staticmethod
     def at(x: float, y: float, yaw: float, build: Build = ADULT) -> Stand:
+        """Return the stand with its centre at x, y (m) that faces along `yaw`."""
         half = STAND_HALF_WIDTH * build.scale
         return Stand(_beside(x, y, yaw, 0, half), _beside(x, y, yaw, 1, half))
 
     @property
     def centre(self) -> tuple[float, float]:
+        """The point midway between the feet, m."""
         return (self.left.x + self.right.x) / 2, (self.left.y + self.right.y) / 2
 
     @property
     def yaw(self) -> float:
+        """The mean yaw of both feet, rad."""
         return (self.left.yaw + self.right.yaw) / 2
 
 
 def _beside(x: float, y: float, yaw: float, side: int, width: float) -> Footstep:
+    """Return the footstep of a side, `width` m beside the point x, y."""
     w = float(SIGN[side]) * width
     return Footstep(side, x - w * sin(yaw), y + w * cos(yaw), yaw)
 
 
 def near_turn(angle: float, near: float) -> float:
-    """The angle, plus whole turns, that is nearest to another."""
+    """Return the angle, plus whole turns, that is nearest to `near`."""
     return near + (angle - near + pi) % (2 * pi) - pi
 
 
-# x, y, yaw, half of the width between the feet.
+# x, y, yaw, and half of the distance between the feet.
 _Landing = tuple[float, float, float, float]
 
 
 def footsteps(
     start: Stand, path: Array, end_yaw: float | None, build: Build = ADULT
 ) -> list[Footstep]:  # fmt: skip
-    """Steps from a stand along the points of a path (n, 2), with turns on the spot at its ends.
+    """Return the footsteps from a stand along the points of a path (n, 2).
 
-    The list starts with the two feet that stand and ends with the two that come to stand.
+    Turns on the spot at both ends are included. The list begins with the two feet that stand, and
+    ends with the two feet of the last stand.
     """
     scale, yaw = build.scale, start.yaw
     landings: list[_Landing] = []
@@ -138,7 +145,7 @@ def footsteps(
     if not landings:
         return [start.right, start.left]
     landings.append((x, y, yaw, STAND_HALF_WIDTH * scale))
-    # The foot on the inside of the first bend goes first.
+    # The foot on the inside of the first bend leads.
     first_side = 0 if landings[0][2] >= start.yaw else 1
     standing = [start.left, start.right]
     steps = [standing[first_side], standing[1 - first_side]]
@@ -150,12 +157,13 @@ def footsteps(
 def _on_the_spot(
     x: float, y: float, yaw: float, turn: float, count: int, scale: float
 ) -> list[_Landing]:
+    """Return `count` landings that turn on the spot."""
     half = STAND_HALF_WIDTH * scale
     return [(x, y, yaw + turn * k / count, half) for k in range(1, count + 1)]
 
 
 def _along(path: Array, yaw: float, build: Build) -> list[_Landing]:
-    """The turn into a path, and the steps along it."""
+    """Return the landings of the turn into a path and of the steps along it."""
     gaps = np.diff(path, axis=0)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*gaps.T))])
     walked = float(along[-1])
@@ -173,7 +181,7 @@ def _along(path: Array, yaw: float, build: Build) -> list[_Landing]:
     shares[0] -= 0.25 * (count > 1)
     shares[-1] -= 0.15 * (count > 1)
     for s in np.cumsum(shares) / shares.sum() * walked:
-        # A foot that is about to carry looks a little ahead.
+        # Feet land with the heading of the path a little ahead.
         heading = float(np.interp(s + 0.15, middle, bends))
         width = STAND_HALF_WIDTH if s > walked - 1e-6 else WALK_HALF_WIDTH
         x, y = (float(np.interp(s, along, path[:, axis])) for axis in (0, 1))
@@ -182,7 +190,19 @@ def _along(path: Array, yaw: float, build: Build) -> list[_Landing]:
 
 
 def spline(points: Array, at: Array) -> Array:
-    """Uniform cubic B-spline near the points (k, d) at places (n,), held at its ends: (n, d)."""
+    """Evaluate a uniform cubic B-spline.
+
+    Parameters
+    ----------
+    points : array, shape (k, d)
+        Control points; the first and last are repeated.
+    at : array, shape (n,)
+        Parameters: i is near control point i.
+
+    Returns
+    -------
+    array, shape (n, d)
+    """
     i = np.floor(at).astype(int)
     t = (at - i)[:, None]
     a, b, c, d = (points[np.clip(i + k, 0, len(points) - 1)] for k in (-1, 0, 1, 2))
@@ -194,24 +214,26 @@ def spline(points: Array, at: Array) -> Array:
 
 
 class Walk:
-    """A walk over given steps from phase −1.5 (both feet stand) to its end (they stand again), at
-    a speed in m/s, on a floor at a height in m."""
+    """A walk over given footsteps, from standing (phase −1.5) to standing.
+
+    `speed` is in m/s, and `floor` is the height of the floor in m.
+    """
 
     def __init__(
         self, steps: list[Footstep], speed: float, floor: float, build: Build = ADULT
     ) -> None:  # fmt: skip
-        # steps[0] and steps[1] are the feet −1 and 0.
+        # steps[0] and steps[1] have the numbers −1 and 0.
         self.steps, self.floor, self.build = steps, floor, build
-        self.last = len(steps) - 2  # number of the last foot that lands
+        self.last = len(steps) - 2  # number of the last landing
         self.places = np.array([[a.x, a.y, a.yaw] for a in steps])
-        self.middles = (self.places[:-1] + self.places[1:]) / 2  # at phase k − 0.5, k from 0
+        self.middles = (self.places[:-1] + self.places[1:]) / 2  # row k holds at phase k − 0.5
         length = build.step_length
         travel = [0.0, 0.0] + [
             min(1.0, hypot(b.x - a.x, b.y - a.y) / (2 * length) + abs(b.yaw - a.yaw) * 0.12)
             for a, b in zip(steps, steps[2:], strict=False)
         ]
-        self.effort = np.array(travel)  # of the swing that brings each foot
-        # Seconds a step: short steps are a little quicker, the ends are settling.
+        self.effort = np.array(travel)  # share of a full swing, by footstep
+        # Seconds a step: short steps are quicker; the first and last only shift the weight.
         step_time = length / speed
         seconds = [0.30] + [step_time * (0.84 + 0.16 * e) for e in travel[2:]] + [0.35]
         self.clock = np.concatenate([[0.0], np.cumsum(seconds)])
@@ -222,33 +244,36 @@ class Walk:
 
     @property
     def end(self) -> Stand:
+        """The stand in which the walk ends."""
         a, b = self.steps[-2:]
         return Stand(a, b) if a.side == 0 else Stand(b, a)
 
     def track(self) -> tuple[Array, Array]:
-        """Seconds (k,) since the start, and where the body is then on the floor (k, 2)."""
+        """Return the times (k,) since the start, s, and the body's positions (k, 2) then, m."""
         return self.clock[1 : len(self.steps)], self.middles[:, :2]
 
     def _effort_at(self, phase: Array) -> Array:
-        """How much of a full stride the body does now; foot k swings about phase k − 1."""
+        """Return the share of a full stride at phases (n,); foot k swings about phase k − 1."""
         at: Array = np.array([-1.5, *range(self.last), self.last + 0.3])
         full: Array = np.array([0.0, *self.effort[2:], 0.0])
         return self.stride * smooth_table(at, full, phase)
 
     def pose(self, seconds: Array) -> BodyPose:
-        """The body so many seconds (n,) after the start of the walk."""
+        """Return the poses at times `seconds` (n,) since the start of the walk."""
         phase = smooth_table(self.clock, self.phases, np.asarray(seconds, float))
         x, y, yaw = np.ascontiguousarray(spline(self.middles, phase + 0.5).T)
         ahead = (spline(self.middles, phase + 1.6)[:, 2] - yaw) * ease((phase + 1.5) / 0.2)
         effort = self._effort_at(phase)
         scale = self.build.scale
         beat = pi * (phase - self.left_step)
-        forth, carry = np.sin(beat), np.cos(beat)  # left arm forward; weight on the left foot
+        forth, carry = np.sin(beat), np.cos(beat)  # +1: left arm forward; weight on the left foot
         sway = 0.022 * scale * carry * np.minimum(1.0, 1.6 * effort)
         dip = 0.012 * np.minimum(1.0, 2 * effort)
         dip += 0.030 * effort**2 * (1 - np.cos(2 * beat)) / 2
         pelvis_yaw, roll = radians(5) * effort * forth, radians(2.5) * effort * carry
-        turn = chained(about_z(yaw + pelvis_yaw), about_y(radians(2) * effort), about_x(roll))
+        turn = compose_all(
+            rotation_z(yaw + pelvis_yaw), rotation_y(radians(2) * effort), rotation_x(roll)
+        )
         stoop = self.build.stoop
         spine = np.stack([-0.9 * roll, stoop + radians(1.5) * effort, -1.9 * pelvis_yaw], -1)
         glance = 0.9 * pelvis_yaw + np.clip(0.8 * ahead, -0.6, 0.6)
@@ -270,7 +295,7 @@ class Walk:
         return Feet(*(np.stack(pair, 1) for pair in zip(left, right, strict=True)))
 
     def _foot(self, side: int, phase: Array) -> tuple[Array, Array, Array, Array]:
-        """The foot of a side: the step it stands on or swings from, rolled and lifted."""
+        """Return ankle, sole, toes and knee direction of one foot at phases (n,)."""
         mine: Index = np.array([k for k, step in enumerate(self.steps) if step.side == side])
         numbers = mine - 1
         i = np.maximum(np.searchsorted(numbers - LAND, phase, side="right") - 1, 0)
@@ -283,7 +308,7 @@ class Walk:
         pitch = np.radians(smooth_table(_PITCH[:, 0], _PITCH[:, 1], np.minimum(u, 1.45)))
         pitch = pitch * np.where(pitch < 0, leaving, arriving)
         air = np.where(last, 0.0, np.clip((u - LIFT) / (2 - LIFT - LAND), 0.0, 1.0))
-        go = air * air * (3 - 2 * air) - 0.4 * air * air * (1 - air)  # lands a little late
+        go = air * air * (3 - 2 * air) - 0.4 * air * air * (1 - air)  # slower towards the landing
         x, y, yaw = (here + go[:, None] * (after - here)).T
         clearance = 0.02 + 0.012 * (1 - leaving)
         yaw = yaw + SIGN[side] * TOE_OUT
@@ -291,7 +316,7 @@ class Walk:
 
 
 def _swinging(effort: Array, forth: Array) -> Arms:
-    """Arms that swing against the legs."""
+    """Return arms that swing against the legs."""
     swing = radians(23) * effort[:, None]
     both = SIGN * forth[:, None]
     whole = np.broadcast_to(effort[:, None], both.shape)
@@ -303,10 +328,10 @@ def _swinging(effort: Array, forth: Array) -> Arms:
 
 
 def _within_reach(pelvis: Array, turn: Array, feet: Feet, scale: float) -> Array:
-    """Height (n,) of the pelvis, lowered softly where a leg would be too short."""
+    """Return the pelvis height (n,), smoothly lowered where a leg would be too short."""
     height = pelvis[:, 2]
     for k, hip in enumerate(_HIPS):
-        joint = turned(turn, hip * scale)
+        joint = rotated(turn, hip * scale)
         ankle = feet.ankle[:, k]
         flat = np.hypot(*(pelvis + joint - ankle)[:, :2].T)
         leg = np.sqrt(np.maximum(0.01, (LEG * scale) ** 2 - flat**2))
@@ -319,40 +344,57 @@ def rolled_foot(
     x: Array, y: Array, yaw: Array, floor: float, pitch: Array, air: Array, clearance: Array,
     scale: float,
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-    """Feet over (x, y), turned about the heel (toes up) or the ball (heel up): ankle, turn, toes
-    and the knee's direction.
+    """Return one foot at n times, rolled about the heel (toes up) or the ball (heel up).
 
-    air: 0 on the floor, 0 … 1 through the swing; clearance: of the sole in mid-swing.
+    Parameters
+    ----------
+    x, y, yaw : array, shape (n,)
+        The point under the ankle of the flat foot, m, and its yaw, rad.
+    floor : float
+        Height of the floor, m.
+    pitch : array, shape (n,)
+        Pitch of the sole, toes up positive, rad.
+    air : array, shape (n,)
+        0 on the floor; 0 … 1 through the swing.
+    clearance : array, shape (n,)
+        Height of the sole in mid-swing, m.
+    scale : float
+        Scale of the build.
+
+    Returns
+    -------
+    ankle, sole, toes, knee
+        Position (n, 3), rotations (n, 4) of sole and toes, and the knee's direction (n, 3).
     """
-    flat, tilt = about_z(yaw), about_y(-pitch)
+    flat, tilt = rotation_z(yaw), rotation_y(-pitch)
     nothing = np.zeros_like(pitch)
     pivot = np.stack([np.where(pitch > 0, -HEEL_BEHIND, BALL_AHEAD), nothing, nothing], -1)
-    ankle = pivot + turned(tilt, np.array([0.0, 0.0, ANKLE_HEIGHT]) - pivot)
-    # On the floor the toes stay flat behind the heel that rises; in the air they follow.
-    toe_tilt = about_y(-np.where(pitch > 0, pitch, pitch * ease(air / 0.3)))
-    ball = ankle + turned(tilt, (BALL_AHEAD, 0.0, -ANKLE_HEIGHT))
-    tip = ball + turned(toe_tilt, (TOE_AHEAD + 0.012 - BALL_AHEAD, 0.0, 0.0))
-    heel = ankle + turned(tilt, (-HEEL_BEHIND, 0.0, -ANKLE_HEIGHT))
+    ankle = pivot + rotated(tilt, np.array([0.0, 0.0, ANKLE_HEIGHT]) - pivot)
+    # On the floor the toes stay flat while the heel rises; in the air they follow the sole.
+    toe_tilt = rotation_y(-np.where(pitch > 0, pitch, pitch * ease(air / 0.3)))
+    ball = ankle + rotated(tilt, (BALL_AHEAD, 0.0, -ANKLE_HEIGHT))
+    tip = ball + rotated(toe_tilt, (TOE_AHEAD + 0.012 - BALL_AHEAD, 0.0, 0.0))
+    heel = ankle + rotated(tilt, (-HEEL_BEHIND, 0.0, -ANKLE_HEIGHT))
     lowest = np.minimum(np.minimum(ball, tip), heel)[:, 2]
     ankle[:, 2] += np.where(air > 0, clearance * np.sin(pi * air) - lowest, 0.0)
-    ankle = turned(flat, ankle * scale) + np.stack([x, y, nothing + floor], -1)
-    return ankle, times(flat, tilt), times(flat, toe_tilt), turned(flat, X)
+    ankle = rotated(flat, ankle * scale) + np.stack([x, y, nothing + floor], -1)
+    return ankle, compose(flat, tilt), compose(flat, toe_tilt), rotated(flat, X)
 
 
 def standing(stand: Stand, floor: float, build: Build = ADULT) -> BodyPose:
-    """Both feet flat, arms down; what a walk starts from and ends in. One moment."""
+    """Return the single pose with both feet flat and the arms down, as a walk begins and ends."""
     x, y = stand.centre
     scale = build.scale
     steps = (stand.left, stand.right)
-    turn = about_z([[step.yaw + SIGN[step.side] * TOE_OUT for step in steps]])
-    ankle = held([(step.x, step.y, floor + ANKLE_HEIGHT * scale) for step in steps])
+    turn = rotation_z([[step.yaw + SIGN[step.side] * TOE_OUT for step in steps]])
+    ankle = single([(step.x, step.y, floor + ANKLE_HEIGHT * scale) for step in steps])
     yaw = np.array([stand.yaw])
-    feet = Feet(ankle, turn, turn, turned(turn, X))
-    pelvis = held((x, y, floor + STAND_HEIGHT * scale))
-    pelvis[:, 2] = _within_reach(pelvis, about_z(yaw), feet, scale)
+    feet = Feet(ankle, turn, turn, rotated(turn, X))
+    pelvis = single((x, y, floor + STAND_HEIGHT * scale))
+    pelvis[:, 2] = _within_reach(pelvis, rotation_z(yaw), feet, scale)
     pose = BodyPose(
-        build, yaw, pelvis, about_z(yaw), feet, Arms(),
-        held((0.0, build.stoop, 0.0)), held((0.0, -build.stoop, 0.0)),
+        build, yaw, pelvis, rotation_z(yaw), feet, Arms(),
+        single((0.0, build.stoop, 0.0)), single((0.0, -build.stoop, 0.0)),
         placed_frame(np.array([x]), np.array([y]), yaw, floor, build),
     )  # fmt: skip
     return pushing(pose)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ways in which any body stands, walks, sits and lies: a person's or a cat's."""
+"""Poses and movements of any body: each function takes a person's or a cat's."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from .skeleton import Build
 
 
 def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """The steps for a `Walk`: from a stand along the points of a path (n, 2), with turns on the
-    spot at its ends. Two steps are no walk."""
+    """Return the footsteps from a stand along the points of a path (n, 2).
+
+    Turns on the spot at both ends are included. A list of two footsteps is no walk.
+    """
     if build.is_cat:
         return cat.footsteps(start, path, end_yaw, build)
     return gait.footsteps(start, path, end_yaw, build)
@@ -21,55 +23,63 @@ def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) ->
 def Walk(
     steps: list[Footstep], speed: float, floor: float, build: Build
 ) -> gait.Walk | cat.CatWalk:  # fmt: skip
+    """Return the walk over `steps` at `speed` m/s on a floor at height `floor` m."""
     if build.is_cat:
         return cat.CatWalk(steps, speed, floor, build)
     return gait.Walk(steps, speed, floor, build)
 
 
 def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
+    """Return the single pose on both feet, or on four paws."""
     if build.is_cat:
         return cat.standing(stand, floor, build)
     return gait.standing(stand, floor, build)
 
 
 def sitting(stand: BodyPose, at: Array) -> BodyPose:
-    """The pose on a seat, before which the body stood; a cat sits on the point itself."""
+    """Return the single pose on a seat at point `at` (3,), from the pose that stands before it.
+
+    A cat sits on the point itself.
+    """
     if stand.build.is_cat:
         return cat.sitting(stand, at)
     return poses.sitting(stand, at)
 
 
 def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
-    """The poses from standing (t = 0) to sitting (1)."""
+    """Return the poses from standing (t = 0) to sitting (t = 1), `t` of shape (n,)."""
     if stand.build.is_cat:
         return cat.going(stand, seated, t)
     return poses.sitting_down(stand, seated, t)
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """The pose with the hips over a point and the head towards the yaw; side 1: to the left, -1:
-    the right."""
+    """Return the single pose with the hips over the point `bed` (3,).
+
+    The head points along `yaw`. `side` is 0 for a person on the back, 1 on the left and −1 on the
+    right side.
+    """
     if seated.build.is_cat:
         return cat.lying(seated, bed, yaw, side)
     return poses.lying(seated, bed, yaw, side)
 
 
 def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
-    """The poses from sitting (t = 0) to lying (1)."""
+    """Return the poses from sitting (t = 0) to lying (t = 1), `t` of shape (n,)."""
     if seated.build.is_cat:
         return cat.going(seated, lying_pose, t)
     return poses.lying_down(seated, lying_pose, t)
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """The poses from one way of lying (t = 0) to another (1)."""
+    """Return the poses from one way of lying (t = 0) to another (t = 1), `t` of shape (n,)."""
     if before.build.is_cat:
         return cat.going(before, after, t)
     return poses.turning_over(before, after, t)
 
 
 def shifted(pose: BodyPose, times: Array, weight: Array) -> BodyPose:
-    """A gesture on the spot: the body moves a little."""
+    """Return the poses with a small movement on the spot added, by `weight` (n,)."""
     if pose.build.is_cat:
         return cat.shifted(pose, times, weight)
     return poses.shifted(pose, times, weight)

@@ -9,103 +9,111 @@ import numpy as np
 
 from ...sensor_logic.model import Array
 from .gait import ANKLE_HEIGHT, HEEL_BEHIND
-from .pose import Arms, BodyPose, Feet, held
+from .pose import Arms, BodyPose, Feet, single
 from .skeleton import FOREARM, SIDES, SIGN, UPPER_ARM, Build
 from .solve import SHIN, THIGH, Bones, joint, trunk
 from .turns import (
     X,
-    about_y,
-    about_z,
-    back,
-    chained,
+    add_axes,
+    compose,
+    compose_all,
     cross,
     ease,
     from_columns,
-    mix,
-    share,
-    times,
-    turned,
-    unit,
+    inverse,
+    lerp,
+    normalised,
+    rotated,
+    rotation_y,
+    rotation_z,
 )
 
-# Sitting down, sitting, getting up, lying down, turning over. Poses of people; `cat` has its own.
+# Sitting, lying and the movements between.
 #
-# A seat is the point (3,) m in the world that carries the hips; a bed the point under the hips of
-# who lies on it.
+# A seat is the point (3,) under the hips of a sitting person, a bed that of a lying person,
+# in the world, m.
 
-PELVIS_OVER_SEAT = 0.130  # of the pelvis bone, the cushion pressed in a little
+PELVIS_OVER_SEAT = 0.130  # height of the pelvis bone; the cushion is a little compressed
 LEAN_BACK = 0.20
 PELVIS_OVER_BED = 0.118
 PELVIS_ON_SIDE = 0.195
-_LYING_LEG = 0.806  # from the hips to the ankles of one who lies
+_LYING_LEG = 0.806  # from the hips to the ankles while lying
 _Z = np.array([0.0, 0.0, 1.0])
 
 
 def seat_distance(build: Build) -> float:
-    """The distance in m from standing feet to the seat behind them."""
+    """Return the distance from the standing feet to the seat behind them, m."""
     return 0.57 * build.scale
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
-    """The pose on a seat: the feet where they stand, the hands on the thighs. The legs of a body
-    that is too short hang."""
+    """Return the single pose on a seat (3,), with the hands on the thighs.
+
+    The feet stay where they stand. Legs that are too short to reach the floor hang.
+    """
     scale = stand.build.scale
-    ahead = about_z(stand.heading)
+    ahead = rotation_z(stand.heading)
     pelvis = np.asarray(seat, float) + PELVIS_OVER_SEAT * scale * _Z + np.zeros((1, 3))
-    hips = pelvis[:, None] + turned(
+    hips = pelvis[:, None] + rotated(
         ahead[:, None], np.stack([0 * SIGN, 0.09 * SIGN, 0 * SIGN - 0.02], -1) * scale
     )
-    feet = replace(stand.feet, ankle=_hung(stand.feet.ankle, hips, turned(ahead, X), scale))
+    feet = replace(
+        stand.feet, ankle=_reachable_ankles(stand.feet.ankle, hips, rotated(ahead, X), scale)
+    )
     along = (feet.ankle - hips) * (1.0, 1.0, 0.0)
-    rest = hips + scale * (0.24 * unit(along) + 0.115 * _Z)
+    rest = hips + scale * (0.24 * normalised(along) + 0.115 * _Z)
     arms = Arms(
         forward=np.full((1, 2), 0.5), away=np.full((1, 2), 0.12), elbow=np.full((1, 2), 0.9),
         target=rest, grip=np.ones((1, 2)),
     )  # fmt: skip
-    turn = times(ahead, about_y(-LEAN_BACK))
+    turn = compose(ahead, rotation_y(-LEAN_BACK))
     return replace(stand, pelvis=pelvis, turn=turn, feet=feet, arms=arms,
-                   spine=held((0.0, 0.10, 0.0)), look=held((0.0, 0.08, 0.0)))  # fmt: skip
+                   spine=single((0.0, 0.10, 0.0)), look=single((0.0, 0.08, 0.0)))  # fmt: skip
 
 
-def _hung(ankle: Array, hips: Array, ahead: Array, scale: float) -> Array:
-    """Ankles (n, 2, 3): where they stand, or under the knees where the floor is too far below."""
+def _reachable_ankles(ankle: Array, hips: Array, ahead: Array, scale: float) -> Array:
+    """Return the ankles (n, 2, 3), under the knees where the floor is out of reach."""
     way = np.linalg.norm(ankle - hips, axis=-1) / scale
     hanging = hips + scale * (0.95 * THIGH + 0.02) * ahead[:, None]
     hanging[..., 2] -= 0.97 * SHIN * scale
-    return mix(ankle, hanging, ease((way - 0.97 * (THIGH + SHIN)) / 0.05))
+    return lerp(ankle, hanging, ease((way - 0.97 * (THIGH + SHIN)) / 0.05))
 
 
 def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
-    """The poses from standing (t = 0) to sitting (1): first the trunk bends, then the hips go back
-    and down."""
+    """Return the poses from standing (t = 0) to sitting (t = 1).
+
+    The trunk bends first, then the hips move back and down.
+    """
     s = ease(t)
     pose = stand.mixed(seated, s)
     bend = np.sin(np.pi * s) ** 2
     # The hips go back before they go down, so that the weight stays over the feet.
     pelvis = pose.pelvis.copy()
-    pelvis[:, :2] = mix(stand.pelvis, seated.pelvis, ease(np.minimum(1.0, 1.25 * t)))[:, :2]
+    pelvis[:, :2] = lerp(stand.pelvis, seated.pelvis, ease(np.minimum(1.0, 1.25 * t)))[:, :2]
     hands = np.maximum(ease((s - 0.55) / 0.45), stand.arms.grip[:, 0] * ease((0.3 - s) / 0.3))
     target = np.where(s[:, None, None] > 0.3, seated.arms.target, stand.arms.target)
     arms = replace(pose.arms, grip=np.stack([hands, hands], -1), target=target)
-    return replace(pose, pelvis=pelvis, arms=arms, turn=times(pose.turn, about_y(0.42 * bend)),
+    return replace(pose, pelvis=pelvis, arms=arms, turn=compose(pose.turn, rotation_y(0.42 * bend)),
                    spine=pose.spine + bend[:, None] * (0.0, 0.30, 0.0),
                    look=pose.look - bend[:, None] * (0.0, 0.25, 0.0))  # fmt: skip
 
 
 def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
-    """Hips to the side, trunk the other way."""
+    """Return the poses with the hips moved aside and the trunk the other way."""
     w = weight[:, None]
-    aside = turned(about_z(pose.heading), np.array((0.03, 0.05, 0.008)) * pose.build.scale)
-    turn = times(times(pose.turn, about_y(0.10 * weight)), about_z(0.08 * weight))
+    aside = rotated(rotation_z(pose.heading), np.array((0.03, 0.05, 0.008)) * pose.build.scale)
+    turn = compose(compose(pose.turn, rotation_y(0.10 * weight)), rotation_z(0.08 * weight))
     return replace(pose, pelvis=pose.pelvis + aside * w, turn=turn,
                    spine=pose.spine + w * (-0.10, 0.04, -0.06),
                    look=pose.look + w * (0.0, 0.08, 0.3))  # fmt: skip
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """The pose on the back (side 0), the left (1) or the right side (-1), the knees drawn up on a
-    side. The yaw (rad) is the direction from the feet to the head."""
-    up = turned(about_z(yaw), X)
+    """Return the single pose on the back (side 0), the left (1) or the right side (−1).
+
+    On a side the knees are drawn up. `yaw` is the direction from the feet to the head, rad.
+    """
+    up = rotated(rotation_z(yaw), X)
     front = _Z if side == 0 else side * cross(up, _Z)
     left = cross(front, -up)
     turn = from_columns(front, left, up)
@@ -114,53 +122,56 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
 
 def _on_back(seated: BodyPose, bed: Array, turn: Array, _side: int) -> BodyPose:
     scale = seated.build.scale
-    front, left, up = (turned(turn, axis) for axis in np.eye(3))
+    front, left, up = (rotated(turn, axis) for axis in np.eye(3))
     pelvis = bed + PELVIS_OVER_BED * scale * _Z
     ankle = pelvis - scale * (_LYING_LEG * up - 0.12 * SIGN[:, None] * left)
     ankle[:, 2] = bed[2] + (HEEL_BEHIND - 0.005) * scale
-    sole = times(turn, about_y(0.45))
-    out = turned(turn, np.stack([1 + 0 * SIGN, 0.15 * SIGN, 0 * SIGN], -1))
+    sole = compose(turn, rotation_y(0.45))
+    out = rotated(turn, np.stack([1 + 0 * SIGN, 0.15 * SIGN, 0 * SIGN], -1))
     feet = Feet(ankle[None], np.tile(sole, (1, 2, 1)), np.tile(sole, (1, 2, 1)), out[None])
     hand = pelvis + scale * (up * 0.15 + left * -0.06 + front * 0.125)
     arms = Arms(
-        forward=held((-0.16, -0.10)), away=held((0.30, 0.28)), inward=held((0.5, 0.3)),
-        elbow=held((0.35, 0.5)), target=np.stack([0 * hand, hand])[None], grip=held((0.0, 1.0)),
+        forward=single((-0.16, -0.10)), away=single((0.30, 0.28)), inward=single((0.5, 0.3)),
+        elbow=single((0.35, 0.5)), target=np.stack([0 * hand, hand])[None], grip=single((0.0, 1.0)),
     )  # fmt: skip
     return replace(seated, pelvis=pelvis[None], turn=turn[None], feet=feet, arms=arms,
-                   spine=held((0.0, 0.02, 0.0)), look=held((0.0, 0.28, 0.10)))  # fmt: skip
+                   spine=single((0.0, 0.02, 0.0)), look=single((0.0, 0.28, 0.10)))  # fmt: skip
 
 
 def _on_side(seated: BodyPose, bed: Array, turn: Array, side: int) -> BodyPose:
     scale = seated.build.scale
-    front, _, up = (turned(turn, axis) for axis in np.eye(3))
+    front, _, up = (rotated(turn, axis) for axis in np.eye(3))
     pelvis = bed + PELVIS_ON_SIDE * scale * _Z
     # The upper leg lies a little before the lower one.
     upper = side * SIGN < 0
     forward = np.where(upper, 0.20, 0.08)[:, None]
     ankle = pelvis + scale * (forward * front - 0.66 * up)
     ankle[:, 2] = bed[2] + scale * np.where(upper, 0.15, 0.055)
-    sole = times(turn, about_y(0.35))
-    knee = np.stack([turned(turn, (1.0, 0.0, 0.15))] * 2)
+    sole = compose(turn, rotation_y(0.35))
+    knee = np.stack([rotated(turn, (1.0, 0.0, 0.15))] * 2)
     feet = Feet(ankle[None], np.tile(sole, (1, 2, 1)), np.tile(sole, (1, 2, 1)), knee[None])
     # The lower arm lies before the chest, the other hand rests on the bed before the hips.
     hand = pelvis + scale * (0.10 * up + 0.24 * front)
     hand[2] = bed[2] + 0.075 * scale
     arms = Arms(
-        forward=held((1.3, 1.3)), away=held((0.0, 0.0)), inward=held((0.0, 0.0)),
-        elbow=held((0.9, 0.9)), target=np.stack([hand, hand])[None], grip=held(upper),
+        forward=single((1.3, 1.3)), away=single((0.0, 0.0)), inward=single((0.0, 0.0)),
+        elbow=single((0.9, 0.9)), target=np.stack([hand, hand])[None], grip=single(upper),
     )  # fmt: skip
     return replace(seated, pelvis=pelvis[None], turn=turn[None], feet=feet, arms=arms,
-                   spine=held((-0.05 * side, 0.16, 0.0)),
-                   look=held((0.12 * side, 0.10, 0.0)))  # fmt: skip
+                   spine=single((-0.05 * side, 0.16, 0.0)),
+                   look=single((0.12 * side, 0.10, 0.0)))  # fmt: skip
 
 
 def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
-    """The poses from the bed's edge (t = 0) to lying (1): a turn on the hips, the legs lifted."""
+    """Return the poses from the bed's edge (t = 0) to lying (t = 1).
+
+    The body turns on the hips while the legs are lifted.
+    """
     s = ease(t)
     a, b, scale = seated.feet, lying_pose.feet, seated.build.scale
     middle = seated.mixed(lying_pose, 0.5)
     # The control point of a parabola: its middle is half as far off the straight line.
-    ankle = mix(a.ankle, b.ankle, 0.35)
+    ankle = lerp(a.ankle, b.ankle, 0.35)
     ankle[..., 2] = b.ankle[..., 2] + 0.62 * scale
     feet = replace(middle.feet, ankle=ankle, knee=middle.feet.knee + 1.2 * _Z)
     middle = replace(middle, feet=feet, pelvis=middle.pelvis + 0.05 * scale * _Z,
@@ -169,22 +180,24 @@ def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """The poses from one way of lying (t = 0) to another (1): the hips a little lifted, the knees
-    drawn up on the way."""
+    """Return the poses from one way of lying (t = 0) to another (t = 1).
+
+    On the way the hips are lifted a little and the knees drawn up.
+    """
     s = ease(t)
     pose = before.mixed(after, s)
     lift = np.sin(np.pi * s) ** 2
     scale = pose.build.scale
     pelvis = pose.pelvis + 0.04 * scale * lift[:, None] * _Z
-    up = turned(pose.turn, _Z)
-    ankle = pose.feet.ankle + share(lift, pose.feet.ankle) * scale * (
+    up = rotated(pose.turn, _Z)
+    ankle = pose.feet.ankle + add_axes(lift, pose.feet.ankle) * scale * (
         0.16 * up[:, None] + 0.05 * _Z
     )
-    knee = pose.feet.knee + share(lift, pose.feet.knee) * 0.8 * _Z
+    knee = pose.feet.knee + add_axes(lift, pose.feet.knee) * 0.8 * _Z
     # The hands let go before the body turns over them.
-    first = share(s, pose.arms.grip) < 0.5
+    first = add_axes(s, pose.arms.grip) < 0.5
     grip = np.where(first, before.arms.grip, after.arms.grip) * ease(
-        share(np.abs(2 * s - 1), pose.arms.grip)
+        add_axes(np.abs(2 * s - 1), pose.arms.grip)
     )
     target = np.where(first[..., None], before.arms.target, after.arms.target)
     arms = replace(pose.arms, target=target, grip=grip)
@@ -193,68 +206,85 @@ def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
                    spine=pose.spine + lift[:, None] * (0.0, 0.15, 0.0))  # fmt: skip
 
 
-# Lets hands and eyes of a pose reach, look, carry and drink.
+# Reaching, looking, carrying and drinking.
 
 ARM_REACH = 0.97 * (UPPER_ARM + FOREARM)
-PALM = 0.08  # from the wrist to where a hand holds a thing
-# What is lower than this above the soles is bent down for, in the knees too.
+PALM = 0.08  # from the wrist to a thing in the hand
+# For points lower than _BEND_BELOW above the soles a standing person also bends the knees.
 _BEND_BELOW, _STANDS_ABOVE, _DEEPEST = 0.75, 0.75, 0.60
-_MOUTH = np.array([0.255, 0.035, -0.030])  # of the wrist that drinks, from the head's joint
+_MOUTH = np.array([0.255, 0.035, -0.030])  # the drinking wrist, from the head's joint
 
 
 def palm(bones: Bones, side: int, scale: float) -> Array:
-    """The points (n, 3) in the world where a hand holds things."""
+    """Return the points (n, 3) in the world at which a hand holds things."""
     name, sign = f"hand.{SIDES[side]}", SIGN[side]
     down, inward = np.array([0.0, 0.5 * sign, -0.866]), np.array([0.0, -0.866 * sign, -0.5])
-    return bones.at[name] + turned(bones.turn[name], scale * (down * PALM + inward * 0.035))
+    return bones.at[name] + rotated(bones.turn[name], scale * (down * PALM + inward * 0.035))
 
 
 def looking(pose: BodyPose, target: Array, weight: Array) -> BodyPose:
-    """The head turned towards points (n, 3)."""
+    """Return the poses with the head turned towards points `target` (n, 3), by `weight` (n,)."""
     bones = trunk(pose)
-    local = turned(back(bones.turn["chest"]), target - bones.at["head"])
+    local = rotated(inverse(bones.turn["chest"]), target - bones.at["head"])
     x, y, z = np.ascontiguousarray(np.moveaxis(local, -1, 0))
     yaw = np.clip(np.arctan2(y, x), -1.1, 1.1)
     pitch = np.clip(np.arctan2(-z, np.maximum(np.hypot(x, y), 0.1)), -0.5, 0.65)
-    return replace(pose, look=mix(pose.look, np.stack([0 * yaw, pitch, yaw], -1), weight))
+    return replace(pose, look=lerp(pose.look, np.stack([0 * yaw, pitch, yaw], -1), weight))
 
 
 def looking_around(pose: BodyPose, since: Array, seconds: float, weight: Array) -> BodyPose:
-    """Looks to both sides, once in so many seconds."""
+    """Return the poses looking to both sides once in `seconds`; `since` (n,) is the time, s."""
     yaw = 0.75 * np.sin(2 * np.pi * since / seconds) * weight
     about = np.stack([0 * yaw, 0 * yaw, yaw], -1)
     return replace(pose, look=pose.look + about, spine=pose.spine + 0.25 * about)
 
 
 def _leaning(pose: BodyPose, lean: Array, slide: float) -> BodyPose:
-    """Bent forward; lean 1 is as far as one goes without a step."""
+    """Return the poses bent forward by `lean` (n,); 1 is the furthest without a step."""
     scale = pose.build.scale
     nothing = np.zeros_like(lean)
     offset = np.stack([slide * scale * lean, nothing, -0.012 * scale * lean], -1)
     return replace(
         pose,
-        turn=times(pose.turn, about_y(0.45 * lean)),
-        pelvis=pose.pelvis + turned(about_z(pose.heading), offset),
+        turn=compose(pose.turn, rotation_y(0.45 * lean)),
+        pelvis=pose.pelvis + rotated(rotation_z(pose.heading), offset),
         spine=pose.spine + np.stack([nothing, 0.75 * lean, nothing], -1),
     )
 
 
 def _crouching(pose: BodyPose, height: Array, weight: Array) -> BodyPose:
-    """The knees bent by who stands and reaches for what is low; height (n,) m in the world."""
+    """Return the poses of standing people with bent knees, for a target at `height` (n,) m."""
     scale = pose.build.scale
     sole = pose.feet.ankle[..., 2].min(-1) - ANKLE_HEIGHT * scale
     stands = ease((pose.pelvis[:, 2] - sole) / scale / 0.10 - _STANDS_ABOVE / 0.10)
     depth = _DEEPEST * scale * ease((_BEND_BELOW - (height - sole) / scale) / _BEND_BELOW)
     down = depth * stands * weight
     offset = np.stack([-0.35 * down, 0 * down, -down], -1)
-    return replace(pose, pelvis=pose.pelvis + turned(about_z(pose.heading), offset))
+    return replace(pose, pelvis=pose.pelvis + rotated(rotation_z(pose.heading), offset))
 
 
 def reaching(
     pose: BodyPose, side: int, point: Array, weight: Array, slide: float = -0.03, most: float = 1.0
 ) -> BodyPose:
-    """The hand drawn to points (n, 3), the body bent (0 … most) only as far as the arm is too
-    short. The hips slide forward with that: 0.12 m of who sits."""
+    """Return the poses with a hand at points.
+
+    The body bends only as far as the arm is too short.
+
+    Parameters
+    ----------
+    pose : BodyPose
+        The poses at n times.
+    side : int
+        The hand: 0 left, 1 right.
+    point : array, shape (n, 3)
+        The targets in the world, m.
+    weight : array, shape (n,)
+        0 leaves the pose as it is, 1 reaches the point.
+    slide : float
+        How far the hips slide forward with the lean, m: 0.12 for a sitting person.
+    most : float
+        Limit of the lean, 0 … 1.
+    """
     scale, weight = pose.build.scale, np.broadcast_to(weight, len(pose))
     point = np.broadcast_to(point, (len(pose), 3))
     pose = _crouching(pose, point[:, 2], weight)
@@ -265,31 +295,33 @@ def reaching(
         return joint(trunk(leaning, head=False), leaning, bone)
 
     lean = np.zeros(len(pose))
-    for _ in range(4):  # Newton with a fixed slope: always the same smooth function
+    for _ in range(4):  # Newton's method with a fixed slope and count, so that it stays smooth
         way = np.linalg.norm(point - shoulder(lean), axis=-1)
         lean = np.clip(lean + (way / scale - ARM_REACH - PALM) / 0.5, 0.0, most)
-    wrist = point + unit(shoulder(lean) - point) * PALM * scale
+    wrist = point + normalised(shoulder(lean) - point) * PALM * scale
     pose = looking(_leaning(pose, lean * weight, slide), point, 0.75 * weight)
-    return _drawn(pose, side, wrist, weight)
+    return _with_wrist_at(pose, side, wrist, weight)
 
 
-def _drawn(pose: BodyPose, side: int, wrist: Array, weight: Array) -> BodyPose:
-    """One wrist drawn to points (n, 3)."""
+def _with_wrist_at(pose: BodyPose, side: int, wrist: Array, weight: Array) -> BodyPose:
+    """Return the poses with one wrist at points (n, 3)."""
     arms = pose.arms.mixed(pose.arms.one(side, target=wrist, grip=1.0), weight)
     return replace(pose, arms=arms)
 
 
 def drinking(pose: BodyPose, side: int, weight: Array) -> BodyPose:
-    """The hand at the mouth, the head back a little."""
+    """Return the poses with a hand at the mouth and the head tilted back."""
     bones = trunk(pose)
     offset = _MOUTH * (1.0, SIGN[side], 1.0) * pose.build.scale
-    pose = _drawn(pose, side, bones.at["head"] + turned(bones.turn["head"], offset), weight)
+    pose = _with_wrist_at(
+        pose, side, bones.at["head"] + rotated(bones.turn["head"], offset), weight
+    )
     nod = np.stack([0 * weight, -0.2 * weight, 0 * weight], -1)
     return replace(pose, look=pose.look + nod)
 
 
 def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
-    """The forearm held level."""
+    """Return the poses with the forearm held level."""
     arms = pose.arms
     level = arms.one(
         side, forward=0.12 + 0.3 * (arms.forward[:, side] - 0.03), away=0.10, inward=0.30,
@@ -299,5 +331,5 @@ def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
 
 
 def upright(pose: BodyPose, tilt: Array) -> Array:
-    """How a carried thing is turned (n, 4): with the body, its top tilted back towards the face."""
-    return chained(about_z(pose.heading), about_y(-tilt))
+    """Return the rotations (n, 4) of a carried thing, its top tilted towards the face."""
+    return compose_all(rotation_z(pose.heading), rotation_y(-tilt))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bones of a person: rest positions in metres, looking along +X, left is +Y, z = 0 the sole;
-and the builds of residents.
+"""The bones of a person at rest, and the builds of residents.
 
-Rest is a stance with the arms a little away from the body, so that the skin has room.
+Rest positions are in metres. The person looks along +x, left is +y, and z = 0 is the sole. At rest
+the arms are a little away from the body, so that the skin has room.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ HEEL_X = -0.065  # the back of the sole
 
 @dataclass(frozen=True)
 class Bone:
-    """From head to tail; the parent of the first bone is ""."""
+    """A bone from `head` to `tail`, m; the root bone's parent is ""."""
 
     name: str
     parent: str
@@ -45,13 +45,22 @@ class Bone:
 
 
 def bone(name: str, parent: str, head: Array, tail: Array) -> Bone:
+    """Return a bone from two points (3,)."""
     return Bone(name, parent, tuple(map(float, head)), tuple(map(float, tail)))
 
 
 def mirrored_limbs(
     limbs: tuple[tuple[str, str, Array, Array], ...], trunk: tuple[str, ...]
 ) -> list[Bone]:
-    """The bones (name, parent, head, tail) of the left side, and of the right."""
+    """Return the bones of the left side and, mirrored, of the right side.
+
+    Parameters
+    ----------
+    limbs : tuples
+        Name, parent, head and tail of each bone of the left side, without the suffix of the side.
+    trunk : tuple of str
+        The parents that have no side.
+    """
     bones = []
     for side, sign in zip(SIDES, SIGN, strict=True):
         mirror = np.array([1.0, sign, 1.0])
@@ -85,8 +94,11 @@ def _bones() -> tuple[Bone, ...]:
 
 
 class Leg:
-    """A pair of limbs that feet end: upper and lower bone, foot and toes, by name without side.
-    `hinge` is +1 where the knee points forward, -1 where it points back."""
+    """The lengths and names of a pair of legs, or of a cat's forelegs.
+
+    `names` are the upper bone, lower bone, foot and toes, without the suffix of the side. `hinge`
+    is +1 where the knee points forward, −1 where it points back.
+    """
 
     def __init__(self, heads: dict[str, Array], names: tuple[str, ...], hinge: float) -> None:
         self.names = names
@@ -97,7 +109,7 @@ class Leg:
 
 
 class Skeleton:
-    """The bones of a sort of body, with where each begins at rest and what it hangs on."""
+    """The bones of a person or cat, with each bone's head at rest and its parent, by name."""
 
     def __init__(
         self, bones: tuple[Bone, ...], legs: tuple[tuple[tuple[str, ...], float], ...]
@@ -111,11 +123,11 @@ class Skeleton:
 PERSON = Skeleton(_bones(), ((("thigh", "shin", "foot", "toes"), 1.0),))
 
 
-# The build of a resident: sorts, sizes, speeds.
+# The builds of residents.
 
 
 class Sort(StrEnum):
-    """The sorts of residents."""
+    """The kinds of bodies that a resident can have."""
 
     OLDER_ADULT = "OLDER_ADULT"
     ADULT = "ADULT"
@@ -125,8 +137,11 @@ class Sort(StrEnum):
 
 @dataclass(frozen=True)
 class Build:
-    """One resident's body. Stature in m (of a cat: the height of its back), mass in kg, the speed
-    of its usual walk in m/s; `frame`: walks with a walking frame."""
+    """The size, mass and walking speed of a resident's body.
+
+    `stature` is in m (for a cat, the height of its back), `mass` in kg, and `speed` in m/s at the
+    usual walk. `frame` tells whether the resident uses a walking frame.
+    """
 
     sort: Sort
     stature: float
@@ -136,31 +151,32 @@ class Build:
 
     @property
     def scale(self) -> float:
-        """The scale of the bones against the skeleton's."""
+        """The scale of this body against the skeleton."""
         return self.stature / SKELETON_STATURE[self.sort]
 
     @property
     def stoop(self) -> float:
-        """How far the back is bent forward on its feet, rad."""
+        """The angle by which the back is bent forward while standing, rad."""
         return 0.14 if self.sort is Sort.OLDER_ADULT else 0.0
 
     @property
     def is_cat(self) -> bool:
+        """Whether the body is a cat's."""
         return self.sort is Sort.CAT
 
     @property
     def step_length(self) -> float:
-        """m from one foot's landing to the other's at the usual speed.
+        """The distance between the landings of the two feet at the usual speed, m.
 
-        Steps grow with the root of the speed, about: 0.60 m at 1.1 m/s for an adult.
+        It grows roughly with the square root of the speed: 0.60 m at 1.1 m/s for an adult.
         """
         pace = self.speed / (1.1 * self.scale**0.5)
         return float(0.60 * self.scale * pace**0.5)
 
 
-# How much larger a child's head is against its bones.
+# The scale of a child's head against the child's other bones.
 CHILD_HEAD = 1.29
-# The stature of one with the skeleton's own bones, m: 1.535 to the head's joint, 0.2 above it.
+# Stature of an unscaled skeleton, m: 1.535 up to the head's joint and 0.2 above it.
 SKELETON_STATURE = {
     Sort.OLDER_ADULT: 1.735,
     Sort.ADULT: 1.735,

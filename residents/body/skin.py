@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The skin and the clothes of the person as shapes, in the rest pose of `skeleton`, and the bones
-that move them."""
+"""The skin and clothes of a person as shapes, in the rest pose, and the weights of the bones."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from .turns import ease
 
 @dataclass(frozen=True)
 class Part:
-    """One closed surface: where it lies, how fine its grid is, what is left of it."""
+    """A closed surface: its shape, bounding box (m), grid cell (m) and number of triangles."""
 
     name: str
     material: str
@@ -27,11 +26,11 @@ class Part:
     high: Corner
     cell: float
     triangles: int
-    region: str  # which bones may move it: see `weights`
+    region: str  # the set of bones that move it: see `weights`
 
 
 def _along(a: Array, b: Array, forward: tuple[float, float, float]) -> Array:
-    """Axes of a limb: front, side, along; the front as near to forward as can be."""
+    """Return the axes of a limb as rows: front (nearest to `forward`), side, and along it."""
     w = (b - a) / np.linalg.norm(b - a)
     u = np.asarray(forward) - w * (w @ forward)
     u /= np.linalg.norm(u)
@@ -39,6 +38,7 @@ def _along(a: Array, b: Array, forward: tuple[float, float, float]) -> Array:
 
 
 def shirt_body() -> Shape:
+    """Return the shape of the shirt without sleeves."""
     torso = sf.loft(
         (
             (0.875, -0.008, 0.136, 0.186),
@@ -63,6 +63,7 @@ def shirt_body() -> Shape:
 
 
 def sleeve() -> Shape:
+    """Return the shape of the left sleeve."""
     axes = _along(SHOULDER, WRIST, (1, 0, 0))
     upper = sf.loft(
         (
@@ -84,12 +85,14 @@ def sleeve() -> Shape:
 
 
 def shirt() -> Shape:
+    """Return the shape of the shirt with both sleeves."""
     hollow = sf.ball((-0.006, 0, 0.855), (0.118, 0.168, 0.045))
     body = sf.cut(0.01, shirt_body(), hollow)
     return sf.union(0.035, body, sleeve(), sf.mirrored(sleeve()))
 
 
 def trouser_leg() -> Shape:
+    """Return the shape of the left trouser leg."""
     thigh = sf.loft(
         (
             (-0.05, 0.0, 0.080, 0.060),
@@ -120,6 +123,7 @@ def trouser_leg() -> Shape:
 
 
 def trousers() -> Shape:
+    """Return the shape of the trousers."""
     hips = sf.loft(
         (
             (0.80, -0.004, 0.070, 0.090),
@@ -137,6 +141,7 @@ def trousers() -> Shape:
 
 
 def shoe() -> Shape:
+    """Return the shape of the left shoe."""
     x0 = ANKLE[0]
     turned = ((0, 0, 1), (0, 1, 0), (1, 0, 0))  # rings along the foot: height, width, length
     upper = sf.loft(
@@ -164,7 +169,7 @@ def shoe() -> Shape:
 
 
 def hand() -> Shape:
-    """Palm towards the thigh, fingers a little bent forward; before the arm's tilt."""
+    """Return the shape of the left hand, palm to the thigh, with slightly bent fingers."""
     axes = _along(WRIST, KNUCKLES, (1, 0, 0))  # front, side, down the arm
 
     def at(front: float, side: float, down: float) -> Array:
@@ -210,6 +215,7 @@ SKULL = ((-0.008, 0.0, 1.622), (0.096, 0.076, 0.097))
 
 
 def head() -> Shape:
+    """Return the shape of head and neck."""
     skull = sf.ball(*SKULL)
     face = sf.ball((0.030, 0.0, 1.585), (0.060, 0.056, 0.082))
     jaw = sf.union(
@@ -247,6 +253,7 @@ def head() -> Shape:
 
 
 def hair() -> Shape:
+    """Return the shape of the hair."""
     cap = sf.union(
         0.03,
         sf.ball((-0.012, 0.0, 1.628), (0.106, 0.087, 0.104)),
@@ -263,7 +270,7 @@ def hair() -> Shape:
 
 
 def face_details() -> list[Part]:
-    """Eyes, brows and mouth: a hint of a face."""
+    """Return eyes, brows and mouth."""
     parts = []
 
     def add(name: str, material: str, shape: Shape, low: Corner, high: Corner, n: int) -> None:
@@ -297,7 +304,7 @@ def face_details() -> list[Part]:
 
 
 def person_parts() -> list[Part]:
-    """Everything that makes the person, about 5500 triangles."""
+    """Return the closed surfaces of a person, about 5500 triangles."""
     whole = [
         Part("shirt", "shirt", shirt(), (-0.16, -0.50, 0.86), (0.17, 0.50, 1.50), 0.013, 1500,
              "upper"),
@@ -331,16 +338,19 @@ def _shoes_and_hands() -> list[Part]:
     return [*left, *right]
 
 
-# Which bones move the skin of a person: smooth steps across the joints, in the rest pose.
+# The weights of the bones.
 
 
 def _step(t: ArrayLike) -> Array:
-    """0 below -1, 1 above +1, smooth between."""
+    """Return a smooth step from 0 at −1 to 1 at +1."""
     return ease(np.asarray(t) * 0.5 + 0.5)
 
 
 def weights(points: Array, region: str) -> dict[str, Array]:
-    """How much each bone moves each point: smooth steps across the joints, (n,) a bone."""
+    """Return the weights (n,) of each bone at points (n, 3) of a region of the skin.
+
+    They change smoothly across the joints. Points are in the rest pose, m.
+    """
     if region == "head":
         found = _head(points)
     elif region in ("upper", "hand"):
@@ -358,7 +368,7 @@ def _head(points: Array) -> dict[str, Array]:
 
 
 def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
-    """Trunk and arms, or a hand."""
+    """Return the weights on trunk and arms, or on the hands."""
     along_arm = (WRIST - SHOULDER) / np.linalg.norm(WRIST - SHOULDER)
     found: dict[str, Array] = {}
     rest = np.ones(len(points))
@@ -385,7 +395,7 @@ def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
 
 
 def _lower(points: Array, is_foot: bool) -> dict[str, Array]:
-    """Hips and legs, or a foot."""
+    """Return the weights on hips and legs, or on the feet."""
     x, y, z = points.T
     left = (y > 0) * 1.0 if is_foot else _step(y / 0.02)
     found: dict[str, Array] = {}

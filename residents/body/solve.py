@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Computes the turn of each bone and the place of its head from a pose, and from these the channels
-of an armature."""
+"""Compute bone rotations and positions from a pose, and from these the armature's channels."""
 
 from __future__ import annotations
 
@@ -14,18 +13,18 @@ from .cat_skeleton import CAT
 from .pose import BodyPose
 from .skeleton import FOREARM, PERSON, SIDES, SIGN, UPPER_ARM, Build, Leg, Skeleton
 from .turns import (
-    about_axis,
-    about_x,
-    about_y,
-    about_z,
-    back,
-    chained,
+    axis_angle,
+    compose,
+    compose_all,
     cross,
     from_columns,
-    mix_turns,
-    times,
-    turned,
-    unit,
+    inverse,
+    normalised,
+    rotated,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+    slerp,
 )
 
 THIGH, SHIN = PERSON.legs[0].upper, PERSON.legs[0].lower
@@ -34,23 +33,23 @@ _ARM_HINGE = np.array([0.0, -1.0, 0.0])
 
 @dataclass(frozen=True)
 class Bones:
-    """The turn (n, 4) of each bone and the place (n, 3) of its head, both in the world."""
+    """The rotation (n, 4) of each bone and the position (n, 3) of its head, in the world."""
 
     turn: dict[str, Array]
     at: dict[str, Array]
 
 
 def _frame(along: Array, hinge: Array) -> Array:
-    """The turn of a frame along a bone, its second axis as near to the hinge as can be."""
-    a = unit(along)
-    h = unit(hinge - a * (hinge * a).sum(-1, keepdims=True))
+    """Return the rotation of a frame along a bone, with its second axis nearest to `hinge`."""
+    a = normalised(along)
+    h = normalised(hinge - a * (hinge * a).sum(-1, keepdims=True))
     return from_columns(a, h, cross(a, h))
 
 
 def _rest(skeleton: Skeleton, bone: str, child: str, hinge: Array) -> Array:
-    """Back from the frames of a limb's bones at rest, (2, 4): left and right."""
+    """Return the inverse frames (2, 4) of a limb's bones at rest, left and right."""
     along = [skeleton.head[f"{child}.{side}"] - skeleton.head[f"{bone}.{side}"] for side in SIDES]
-    return back(_frame(np.array(along), hinge))
+    return inverse(_frame(np.array(along), hinge))
 
 
 _ARM = (("upper_arm", "forearm"), ("forearm", "hand"))
@@ -63,44 +62,60 @@ _RESTS = {(PERSON, pair[0]): _rest(PERSON, *pair, _ARM_HINGE) for pair in _ARM} 
 
 
 def skeleton_of(build: Build) -> Skeleton:
+    """Return the skeleton of a build."""
     return CAT if build.is_cat else PERSON
 
 
 def _limb(skeleton: Skeleton, bone: str, along: Array, hinge: Array) -> Array:
-    """Turns (n, 2, 4) of both sides' bones."""
-    return times(_frame(along, hinge), _RESTS[skeleton, bone])
+    """Return the rotations (n, 2, 4) of a bone of both sides."""
+    return compose(_frame(along, hinge), _RESTS[skeleton, bone])
 
 
 def two_bones(
     start: Array, end: Array, first: float, second: float, pole: Array
 ) -> tuple[Array, Array, Array]:
-    """Directions of two bones from start to end, and the hinge between them, all (…, 3).
+    """Solve the two-bone inverse kinematics by the law of cosines.
 
-    The joint lies on the pole's side. Law of cosines; an end out of reach is reached for.
+    Parameters
+    ----------
+    start, end : array, shape (…, 3)
+        Head of the first bone, and target of the second bone's tail, m.
+    first, second : float
+        Lengths of the bones, m.
+    pole : array, shape (…, 3)
+        The direction in which the joint between the bones points.
+
+    Returns
+    -------
+    first_direction, second_direction : array, shape (…, 3)
+        Unit vectors along the bones. A target out of reach is pointed at.
+    hinge : array, shape (…, 3)
+        The axis of the joint.
     """
     span = end - start
     length = np.linalg.norm(span, axis=-1, keepdims=True)
     reach = np.clip(length, abs(first - second) + 1e-4, first + second - 1e-4)
-    along = unit(span)
-    side = unit(pole - along * (pole * along).sum(-1, keepdims=True))
+    along = normalised(span)
+    side = normalised(pole - along * (pole * along).sum(-1, keepdims=True))
     cosine = (first**2 + reach**2 - second**2) / (2 * first * reach)
     joint = first * (along * cosine + side * np.sqrt(np.maximum(0.0, 1 - cosine**2)))
-    return unit(joint), unit(along * reach - joint), cross(along, -side)
+    return normalised(joint), normalised(along * reach - joint), cross(along, -side)
 
 
 def _bend(angles: Array, share: float) -> Array:
+    """Return the rotations by shares of roll, pitch and yaw (…, 3)."""
     x, y, z = np.moveaxis(angles * share, -1, 0)
-    return chained(about_z(z), about_y(y), about_x(x))
+    return compose_all(rotation_z(z), rotation_y(y), rotation_x(x))
 
 
 def _follow(found: Bones, pose: BodyPose, bone: str, bend: Array, share: float) -> None:
-    """A bone that is bent against the one above it."""
+    """Add a bone that is bent against its parent."""
     found.at[bone] = joint(found, pose, bone)
-    found.turn[bone] = times(found.turn[skeleton_of(pose.build).parent[bone]], _bend(bend, share))
+    found.turn[bone] = compose(found.turn[skeleton_of(pose.build).parent[bone]], _bend(bend, share))
 
 
 def trunk(pose: BodyPose, head: bool = True) -> Bones:
-    """Pelvis, spine and chest; neck and head."""
+    """Return the bones of the trunk: pelvis, spine, chest and, unless left out, neck and head."""
     pose = pose.take(slice(None))
     found = Bones({"pelvis": pose.turn}, {"pelvis": pose.pelvis})
     follows = [("spine", pose.spine, 0.5), ("chest", pose.spine, 0.5)]
@@ -112,15 +127,15 @@ def trunk(pose: BodyPose, head: bool = True) -> Bones:
 
 
 def joint(bones: Bones, pose: BodyPose, bone: str) -> Array:
-    """The place (n, 3) of a bone's head, at the bone above it."""
+    """Return the position (n, 3) of a bone's head, as its parent places it."""
     skeleton = skeleton_of(pose.build)
     above = skeleton.parent[bone]
     offset = (skeleton.head[bone] - skeleton.head[above]) * pose.build.scale
-    return bones.at[above] + turned(bones.turn[above], offset)
+    return bones.at[above] + rotated(bones.turn[above], offset)
 
 
 def solve(pose: BodyPose) -> Bones:
-    """All bones of the body."""
+    """Return all bones of the body."""
     pose = pose.take(slice(None))
     bones = trunk(pose)
     for number, leg in enumerate(skeleton_of(pose.build).legs):
@@ -134,14 +149,14 @@ def solve(pose: BodyPose) -> Bones:
 
 
 def _both(bones: Bones, pose: BodyPose, bone: str) -> Array:
-    """Where the heads of both sides' bones are, (n, 2, 3); it notes them."""
+    """Store and return the heads (n, 2, 3) of the left and right bone."""
     for side in SIDES:
         bones.at[f"{bone}.{side}"] = joint(bones, pose, f"{bone}.{side}")
     return np.stack([bones.at[f"{bone}.{side}"] for side in SIDES], 1)
 
 
 def _turn_both(bones: Bones, pose: BodyPose, turns: dict[str, Array]) -> None:
-    """Notes heads and turns (n, 2, 4) of both sides' bones, from the trunk on."""
+    """Store heads and rotations (n, 2, 4) of the bones of both sides, parents first."""
     for bone, turn in turns.items():
         _both(bones, pose, bone)
         for k, side in enumerate(SIDES):
@@ -149,7 +164,7 @@ def _turn_both(bones: Bones, pose: BodyPose, turns: dict[str, Array]) -> None:
 
 
 def _solve_legs(pose: BodyPose, bones: Bones, leg: Leg, first: int) -> None:
-    """A pair of legs to the feet `first` and the next."""
+    """Solve a pair of legs for the feet `first` and `first + 1`."""
     skeleton, scale = skeleton_of(pose.build), pose.build.scale
     ankle, knee, sole, toes = (
         getattr(pose.feet, name)[:, first : first + 2] for name in ("ankle", "knee", "turn", "toes")
@@ -162,30 +177,31 @@ def _solve_legs(pose: BodyPose, bones: Bones, leg: Leg, first: int) -> None:
 
 
 def _solve_arms(pose: BodyPose, bones: Bones) -> None:
+    """Solve both arms from their angles and from the targets of the wrists."""
     arms, chest, scale = pose.arms, bones.turn["chest"][:, None], pose.build.scale
-    whole = chained(
+    whole = compose_all(
         chest,
-        about_y(-arms.forward),
-        about_x(SIGN * arms.away),
-        about_z(-SIGN * arms.inward),
+        rotation_y(-arms.forward),
+        rotation_x(SIGN * arms.away),
+        rotation_z(-SIGN * arms.inward),
     )
-    hinge, along = turned(whole, _ARM_HINGE), turned(whole, (0.0, 0.0, -1.0))
+    hinge, along = rotated(whole, _ARM_HINGE), rotated(whole, (0.0, 0.0, -1.0))
     upper = _limb(PERSON, "upper_arm", along, hinge)
-    fore = _limb(PERSON, "forearm", turned(about_axis(hinge, arms.elbow), along), hinge)
+    fore = _limb(PERSON, "forearm", rotated(axis_angle(hinge, arms.elbow), along), hinge)
     shoulders = _both(bones, pose, "upper_arm")
     if arms.grip.max() > 0:
-        pole = turned(chest, [(-0.35, 0.45, -0.8), (-0.35, -0.45, -0.8)])
+        pole = rotated(chest, [(-0.35, 0.45, -0.8), (-0.35, -0.45, -0.8)])
         a, b, axis = two_bones(shoulders, arms.target, UPPER_ARM * scale, FOREARM * scale, pole)
-        # Who reaches for nothing is as exactly as alone, whatever others do.
+        # A pose without grip must not depend on the other poses of the array, by no bit.
         drawn = arms.grip[..., None] > 0
-        gripping = mix_turns(upper, _limb(PERSON, "upper_arm", a, axis), arms.grip)
+        gripping = slerp(upper, _limb(PERSON, "upper_arm", a, axis), arms.grip)
         upper = np.where(drawn, gripping, upper)
-        fore = np.where(drawn, mix_turns(fore, _limb(PERSON, "forearm", b, axis), arms.grip), fore)
+        fore = np.where(drawn, slerp(fore, _limb(PERSON, "forearm", b, axis), arms.grip), fore)
     upper, fore = (np.broadcast_to(turn, (len(shoulders), 2, 4)) for turn in (upper, fore))
     _turn_both(bones, pose, {"upper_arm": upper, "forearm": fore, "hand": fore})
 
 
-# Makes the values of an armature's animated channels from poses.
+# The animated channels of an armature.
 
 # Path, index and values (n,) of a channel.
 Channel = tuple[str, int, Array]
@@ -194,35 +210,53 @@ Channel = tuple[str, int, Array]
 def channels(
     pose: BodyPose, rest: Mapping[str, Array], bones: Bones | None = None
 ) -> Iterator[Channel]:
-    """The channels of an armature object whose bones' axes at rest are `rest` (4,): its location
-    (m) on the floor under the pelvis, its heading, the pelvis's height, the bones' turns."""
+    """Yield the animated channels of an armature object.
+
+    The channels are its location on the floor under the pelvis, its heading, the pelvis's height
+    and the rotations of the pose bones.
+
+    Parameters
+    ----------
+    pose : BodyPose
+        The poses at n times.
+    rest : mapping of str to array, shape (4,)
+        The orientation of each bone's axes at rest.
+    bones : Bones, optional
+        The solved pose, if it is at hand.
+
+    Yields
+    ------
+    path, index, values
+        Data path and array index of the channel, and its values (n,) in m or rad.
+    """
     bones = bones or solve(pose)
     scale = pose.build.scale
     at_rest = skeleton_of(pose.build).head["pelvis"]
-    root = pose.pelvis - turned(about_z(pose.heading), at_rest * scale)
+    root = pose.pelvis - rotated(rotation_z(pose.heading), at_rest * scale)
     lift = (root[:, 2:] - pose.walker[:, 2:3]) / scale * np.array([0.0, 0.0, 1.0])
     root = np.concatenate([root[:, :2], pose.walker[:, 2:3]], 1)
     for axis in range(3):
         yield "location", axis, root[:, axis]
     yield "rotation_euler", 2, pose.heading
-    moved = turned(back(rest["pelvis"]), lift)
+    moved = rotated(inverse(rest["pelvis"]), lift)
     for axis in range(3):
         yield 'pose.bones["pelvis"].location', axis, moved[:, axis]
-    for bone, turn in local_turns(pose, bones, rest).items():
+    for bone, turn in local_rotations(pose, bones, rest).items():
         for axis in range(4):
             yield f'pose.bones["{bone}"].rotation_quaternion', axis, turn[:, axis]
 
 
-def local_turns(pose: BodyPose, bones: Bones, rest: Mapping[str, Array]) -> dict[str, Array]:
-    """The pose bones' own turns (n, 4), each against its parent, in its bone's axes `rest` (4,).
+def local_rotations(pose: BodyPose, bones: Bones, rest: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the rotations (n, 4) of the pose bones against their parents, in bone axes.
 
-    Of two quaternions for one turn it is that nearer to the one before.
+    `rest` has the orientation of each bone's axes. Signs are chosen so that consecutive quaternions
+    are close.
     """
     local = {}
     for bone, turn in bones.turn.items():
         above = skeleton_of(pose.build).parent[bone]
-        base = bones.turn[above] if above else about_z(pose.heading)
-        own = chained(back(rest[bone]), back(base), turn, rest[bone])
+        base = bones.turn[above] if above else rotation_z(pose.heading)
+        own = compose_all(inverse(rest[bone]), inverse(base), turn, rest[bone])
         flips = np.sign((own[1:] * own[:-1]).sum(1))
         own[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
         local[bone] = own

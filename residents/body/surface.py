@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes out of signed distance functions: numpy only.
+"""Make meshes from signed distance functions.
 
-A shape is a function that takes points (n, 3) in metres and returns their distance to
-the surface (n,), negative inside. `mesh` walks a grid over it (naive surface nets).
+A shape is a function that takes points (n, 3) in metres and returns their distances (n,) to its
+surface, negative inside. `mesh` samples a shape on a grid and makes quads (naive surface nets).
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ Corner = tuple[float, float, float]
 
 
 def ball(centre: ArrayLike, radii: ArrayLike) -> Shape:
-    """Ellipsoid with the given half axes (the distance is exact only near the surface)."""
+    """Return an ellipsoid with half axes `radii`, m.
+
+    The distance is exact only near the surface.
+    """
     c, r = np.asarray(centre, float), np.broadcast_to(np.asarray(radii, float), (3,))
 
     def shape(p: Array) -> Array:
@@ -32,7 +35,7 @@ def ball(centre: ArrayLike, radii: ArrayLike) -> Shape:
 
 
 def capsule(a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Shape:
-    """A limb from a to b whose radius goes linearly from ra to rb, with round ends."""
+    """Return a cone from `a` to `b` with round ends, whose radius goes from `ra` to `rb`, m."""
     start, axis = np.asarray(a, float), np.subtract(b, a)
 
     def shape(p: Array) -> Array:
@@ -51,9 +54,21 @@ def loft(
     power: float = 2.0,
     cap: float = 0.02,
 ) -> Shape:
-    """Superelliptic rings along the third axis; a row is (height, offset, half 1, half 2).
+    """Return a solid with superelliptic cross-sections along the third axis.
 
-    The offset moves a ring along the first axis; cap (m) rounds the two ends.
+    Parameters
+    ----------
+    table : array, shape (k, 4)
+        For each cross-section, in m: height along the third axis, offset along the first axis, half
+        axis along the first and half axis along the second axis.
+    origin : array, shape (3,)
+        The point at height 0, m.
+    axes : array, shape (3, 3)
+        The three axes as rows.
+    power : float
+        Exponent of the superellipse; 2 gives ellipses.
+    cap : float
+        Radius that rounds the edges of the two ends, m.
     """
     rows = np.asarray(table, float)
     base, frame = np.asarray(origin, float), np.asarray(axes, float)
@@ -70,7 +85,12 @@ def loft(
 
 
 def smooth_table(x: Array, y: Array, at: Array) -> Array:
-    """Cubic through the points (x, y) without overshoot (Fritsch-Carlson), held at the ends."""
+    """Interpolate the points (x, y) with monotone cubics, held constant beyond both ends.
+
+    References
+    ----------
+    Fritsch and Carlson: the tangents avoid overshoot.
+    """
     step = np.diff(x)
     slope = np.diff(y) / step
     same = slope[:-1] * slope[1:] > 0
@@ -90,14 +110,14 @@ def smooth_table(x: Array, y: Array, at: Array) -> Array:
 
 
 def smooth_min(a: Array, b: Array, k: float) -> Array:
-    """The smaller of two distances, the edge between them rounded over k (m)."""
+    """Return the smaller of two distances, with the edge between them rounded over `k` m."""
     h = np.maximum(k - np.abs(a - b), 0.0) / k
     result: Array = np.minimum(a, b) - h * h * k / 4
     return result
 
 
 def union(k: float, *shapes: Shape) -> Shape:
-    """All shapes together, blended over k (m)."""
+    """Return the union of shapes, blended over `k` m."""
 
     def shape(p: Array) -> Array:
         d = shapes[0](p)
@@ -109,7 +129,7 @@ def union(k: float, *shapes: Shape) -> Shape:
 
 
 def cut(k: float, body: Shape, *tools: Shape) -> Shape:
-    """The body without the tools, the edges rounded over k (m)."""
+    """Return the body minus the tools, with edges rounded over `k` m."""
 
     def shape(p: Array) -> Array:
         d = body(p)
@@ -121,12 +141,29 @@ def cut(k: float, body: Shape, *tools: Shape) -> Shape:
 
 
 def mirrored(shape: Shape) -> Shape:
-    """The same shape on the other side of the xz plane."""
+    """Return the shape mirrored in the xz plane."""
     return lambda p: shape(p * (1.0, -1.0, 1.0))
 
 
 def mesh(shape: Shape, low: Corner, high: Corner, cell: float) -> tuple[Array, Index]:
-    """Vertices (n, 3) and quads (m, 4), outward, of the shape inside the box low..high."""
+    """Make a mesh of a shape inside a box.
+
+    Parameters
+    ----------
+    shape : Shape
+        The signed distance function.
+    low, high : tuple of 3 floats
+        The corners of the box, m.
+    cell : float
+        Edge length of the grid's cells, m.
+
+    Returns
+    -------
+    points : array, shape (n, 3)
+        The vertices, m.
+    quads : array, shape (m, 4)
+        Vertex indices of each face, whose normal points outward.
+    """
     axes = [np.arange(a - cell, b + 2 * cell, cell) for a, b in zip(low, high, strict=True)]
     size = tuple(len(a) for a in axes)
     corners = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
@@ -178,7 +215,7 @@ def mesh(shape: Shape, low: Corner, high: Corner, cell: float) -> tuple[Array, I
 
 
 def _onto(shape: Shape, points: Array, cell: float) -> Array:
-    """Two Newton steps on to the surface: takes the terraces of the grid away."""
+    """Move points onto the surface in two Newton steps: this removes the grid's terraces."""
     eps = cell * 0.1
     for _ in range(2):
         d = shape(points)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Turns as unit quaternions (…, 4), and mixtures, for whole arrays at once."""
+"""Rotations as unit quaternions, shape (…, 4), and interpolation, for whole arrays."""
 
 from __future__ import annotations
 
@@ -11,40 +11,43 @@ from ...sensor_logic.model import Array
 X, Y, Z = np.eye(3)
 
 
-def about(axis: int, angle: ArrayLike) -> Array:
-    """The turn by an angle (…,) about the axis 0, 1 or 2."""
-    # In one piece: numpy's sine rounds otherwise where the angles lie apart in memory.
+def rotation(axis: int, angle: ArrayLike) -> Array:
+    """Return the rotations by `angle` (…) about the axis 0, 1 or 2."""
+    # A contiguous copy: numpy's sine rounds strided arrays differently.
     half = np.array(0.5 * np.asarray(angle, float), order="C")
     turn = np.zeros((*half.shape, 4))
     turn[..., 0], turn[..., 1 + axis] = np.cos(half), np.sin(half)
     return turn
 
 
-def about_x(angle: ArrayLike) -> Array:
-    return about(0, angle)
+def rotation_x(angle: ArrayLike) -> Array:
+    """Return the rotations by `angle` (…) about the x axis."""
+    return rotation(0, angle)
 
 
-def about_y(angle: ArrayLike) -> Array:
-    return about(1, angle)
+def rotation_y(angle: ArrayLike) -> Array:
+    """Return the rotations by `angle` (…) about the y axis."""
+    return rotation(1, angle)
 
 
-def about_z(angle: ArrayLike) -> Array:
-    return about(2, angle)
+def rotation_z(angle: ArrayLike) -> Array:
+    """Return the rotations by `angle` (…) about the z axis."""
+    return rotation(2, angle)
 
 
-def about_axis(axis: Array, angle: ArrayLike) -> Array:
-    """The turn about unit axes (…, 3)."""
+def axis_angle(axis: Array, angle: ArrayLike) -> Array:
+    """Return the rotations by `angle` (…) about unit vectors `axis` (…, 3)."""
     half = np.array(0.5 * np.asarray(angle, float)[..., None], order="C")
     vector = np.sin(half) * axis
     return np.concatenate([np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1)), vector], -1)
 
 
-def times(a: Array, b: Array) -> Array:
-    """First b, then a."""
+def compose(a: Array, b: Array) -> Array:
+    """Return the quaternion product of `a` and `b` (…, 4): the rotation `b`, then `a`."""
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
     w = aw * bw - ax * bx - ay * by - az * bz
-    # `np.stack` takes three times as long for so few.
+    # `np.stack` takes three times as long for small arrays.
     result = np.empty((*w.shape, 4))
     result[..., 0] = w
     result[..., 1] = aw * bx + ax * bw + ay * bz - az * by
@@ -53,22 +56,23 @@ def times(a: Array, b: Array) -> Array:
     return result
 
 
-def chained(*turns: Array) -> Array:
-    """The last first, as in a product of matrices."""
+def compose_all(*turns: Array) -> Array:
+    """Return the product of all rotations; the last is applied first, as with matrices."""
     result = turns[0]
     for turn in turns[1:]:
-        result = times(result, turn)
+        result = compose(result, turn)
     return result
 
 
-def back(turn: Array) -> Array:
-    """The turn back."""
+def inverse(turn: Array) -> Array:
+    """Return the inverse of unit quaternions (…, 4)."""
     result: Array = turn * np.array([1.0, -1.0, -1.0, -1.0])
     return result
 
 
 def cross(a: Array, b: Array) -> Array:
-    # numpy's own costs three times as much for arrays of so few vectors.
+    """Return the cross product of vectors (…, 3)."""
+    # `np.cross` takes three times as long for small arrays.
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     x = ay * bz - az * by
@@ -78,8 +82,8 @@ def cross(a: Array, b: Array) -> Array:
     return result
 
 
-def turned(turn: Array, v: ArrayLike) -> Array:
-    """Vectors (…, 3), turned."""
+def rotated(turn: Array, v: ArrayLike) -> Array:
+    """Return vectors (…, 3) rotated by quaternions (…, 4)."""
     vector = np.asarray(v, float)
     w, u = turn[..., :1], turn[..., 1:]
     twice = 2.0 * cross(u, vector)
@@ -88,7 +92,7 @@ def turned(turn: Array, v: ArrayLike) -> Array:
 
 
 def from_columns(x: Array, y: Array, z: Array) -> Array:
-    """The turn that takes the axes to the columns (…, 3), which are orthonormal."""
+    """Return the rotations that take the x, y and z axes to orthonormal vectors (…, 3)."""
     m = np.stack([x, y, z], -1)
     a, b, c = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     square = np.empty((*m.shape[:-2], 4, 4))  # 4 q qᵀ
@@ -104,29 +108,47 @@ def from_columns(x: Array, y: Array, z: Array) -> Array:
     ):
         square[..., i, j] = square[..., j, i] = value
     largest = np.argmax(np.diagonal(square, axis1=-2, axis2=-1), -1)
-    return unit(np.take_along_axis(square, largest[..., None, None], -2)[..., 0, :])
+    return normalised(np.take_along_axis(square, largest[..., None, None], -2)[..., 0, :])
 
 
-def unit(v: Array) -> Array:
-    """Vectors (…, k) of length 1."""
+def normalised(v: Array) -> Array:
+    """Return vectors (…, k) scaled to length 1."""
     result: Array = v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
     return result
 
 
-def share(t: ArrayLike, of: Array) -> Array:
-    """Shares (n,) with further axes of length 1, to be multiplied with `of` (n, …)."""
+def add_axes(t: ArrayLike, of: Array) -> Array:
+    """Return `t` (n,) with axes of length 1 added, to be multiplied with `of` (n, …)."""
     shares = np.asarray(t, float)
     return shares.reshape(shares.shape + (1,) * (of.ndim - shares.ndim))
 
 
-def mix(a: Array, b: Array, t: ArrayLike) -> Array:
-    """Mixes a (t = 0) and b (t = 1); t (n,) or a number, a and b with n as their first axis."""
-    result: Array = a + (b - a) * share(t, b)
+def lerp(a: Array, b: Array, t: ArrayLike) -> Array:
+    """Interpolate linearly from `a` (t = 0) to `b` (t = 1).
+
+    Parameters
+    ----------
+    a, b : array, shape (n, …)
+        The values to interpolate.
+    t : float or array, shape (n,)
+        The share of `b`.
+    """
+    result: Array = a + (b - a) * add_axes(t, b)
     return result
 
 
-def mix_turns(a: Array, b: Array, t: ArrayLike) -> Array:
-    """The shorter way from turn a (t = 0) to turn b (1), at an even pace."""
+def slerp(a: Array, b: Array, t: ArrayLike) -> Array:
+    """Interpolate rotations from `a` (t = 0) to `b` (t = 1), the shorter way.
+
+    The angular speed is constant over t.
+
+    Parameters
+    ----------
+    a, b : array, shape (n, …, 4)
+        Unit quaternions.
+    t : float or array, shape (n,)
+        The share of `b`.
+    """
     cosine = (a * b).sum(-1, keepdims=True)
     b = np.where(cosine < 0, -b, b)
     cosine = np.minimum(np.abs(cosine), 1.0)
@@ -134,14 +156,14 @@ def mix_turns(a: Array, b: Array, t: ArrayLike) -> Array:
     sine = np.sin(angle)
     near = sine < 1e-5
     sine = np.where(near, 1.0, sine)
-    shares = share(t, cosine)
+    shares = add_axes(t, cosine)
     first = np.where(near, 1 - shares, np.sin((1 - shares) * angle) / sine)
     second = np.where(near, shares, np.sin(shares * angle) / sine)
-    return unit(first * a + second * b)
+    return normalised(first * a + second * b)
 
 
 def ease(t: ArrayLike) -> Array:
-    """0 to 1 with soft ends."""
+    """Return `t`, clipped to 0 … 1, as 3t² − 2t³: a step with a slow start and end."""
     s = np.clip(np.asarray(t, float), 0.0, 1.0)
     result: Array = s * s * (3 - 2 * s)
     return result

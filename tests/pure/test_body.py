@@ -25,7 +25,7 @@ from angen_sensors.residents.body.cat_skeleton import CAT as CAT_BONES
 from angen_sensors.residents.body.pose import BodyPose
 from angen_sensors.residents.body.skeleton import ADULT, CAT, CHILD, OLDER_ADULT, PERSON
 from angen_sensors.residents.body.solve import solve
-from angen_sensors.residents.body.turns import turned
+from angen_sensors.residents.body.turns import rotated
 
 PEOPLE = [ADULT, OLDER_ADULT, CHILD, replace(OLDER_ADULT, frame=True)]
 WITH_FRAME = ["adult", "older adult", "child", "walking frame"]
@@ -122,7 +122,7 @@ def test_feet_on_the_floor_do_not_slide(film):
     for side, sign in (("L", 1), ("R", -1)):
         for x, y, z in SOLE.values():
             offset = (np.array([x, sign * y, z]) - PERSON.head[f"foot.{side}"]) * build.scale
-            point = bones.at[f"foot.{side}"] + turned(bones.turn[f"foot.{side}"], offset)
+            point = bones.at[f"foot.{side}"] + rotated(bones.turn[f"foot.{side}"], offset)
             assert point[:, 2].min() > FLOOR - 0.001
             farthest, landings = slides(point, point[:, 2] < FLOOR + 0.0001)
             assert farthest < 0.001, side

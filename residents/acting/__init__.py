@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Acts out routines: what everybody does with body, doors, lamps and things, for one day."""
+"""Act out a day of a routine: the motion of bodies, doors, lamps and things."""
 
 from .day import act, acting
 from .ground import Ground

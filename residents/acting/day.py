@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One day of a home: from who does what when to what everybody does with body and hands.
+"""Act out one day: turn the segments of a routine into motion of bodies, doors and things.
 
-A day depends on no other: it begins with what was under way at midnight, acted from its own start,
-and with whatever the steps before that left switched on, open or put somewhere.
+A day can be acted without the days before it. It begins with the activity under way at midnight,
+acted from that activity's start. Lamps, doors and things begin as the steps before midnight have
+left them.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from ..routine.routine import DAY, Routine, Segment
 from ..routine.timetable import OTHER, Draws, Stream
 from .ground import Ground
 from .home import HomeInUse
-from .living import Living
+from .living import Performer
 from .places import Places
 from .timeline import AWAY, STANDING, Acted, ActedActivity, Stay
-from .words import Deeds, check_body, read_activities
+from .words import ActivitySteps, check_can_do, read_activities
 
-# How long somebody goes on after midnight with what was begun before, s.
+# How long the activity at the end of the day is acted past midnight, s.
 AFTER = 60.0
 T = TypeVar("T", ActedActivity, Stay)
 
@@ -39,7 +40,7 @@ def act(
     day: int,
     ground: Ground | None = None,
 ) -> Acted:
-    """What happens on a day, counted from 0, as `acting` does it in steps."""
+    """Return the acted day, counted from 0; see `acting`."""
     return finished(acting(segments, routine, places, residents, draws, day, ground))
 
 
@@ -52,52 +53,83 @@ def acting(
     day: int,
     ground: Ground | None = None,
 ) -> Shares[Acted]:
-    """What happens on a day, counted from 0. `segments` are all that is known, in s since midnight
-    of day 0, whose date the `draws` have; `residents` the bodies by the names of the persons. With
-    the `ground` of an earlier day, ways that were found need not be found again; it changes nothing
-    else. Raises InputError where something cannot be done."""
+    """Act a day in steps.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        All known segments, in s since midnight of day 0.
+    routine : Routine
+        The activities and persons.
+    places : Places
+        The marked places, doors and lamps of the home.
+    residents : mapping of str to Build
+        The bodies, by the names of the persons.
+    draws : Draws
+        The random numbers, with the date of day 0.
+    day : int
+        The day to act.
+    ground : Ground, optional
+        The ground of another day, whose cached paths are used again.
+
+    Yields
+    ------
+    float
+        The share that is done.
+
+    Returns
+    -------
+    Acted
+        The acted day.
+
+    Raises
+    ------
+    InputError
+        If a step cannot be performed in this home.
+    """
     activities = read_activities(routine, places)
     _check_known(segments, activities, residents, places)
     home = HomeInUse(places, ground or Ground(places))
     plans = {person: _plan(segments, person, day, draws) for person in residents}
-    _begin_home(home, segments, activities, plans, day)
-    left = home.as_left()
-    people: list[Living] = []
+    _restore_home(home, segments, activities, plans, day)
+    left = home.state()
+    people: list[Performer] = []
     for person, build in residents.items():
         begun = min((s.start for s, _ in plans[person]), default=0.0)
-        living = Living(person, build, home, begun, activities)
-        _begin(living, segments, day)
-        home.people.append(living)
-        people.append(living)
-    first = min((living.now for living in people), default=0.0)
-    yield from _together([(living, plans[living.name]) for living in people])
-    home.begins(left, first)
+        performer = Performer(person, build, home, begun, activities)
+        _begin(performer, segments, day)
+        home.people.append(performer)
+        people.append(performer)
+    first = min((performer.now for performer in people), default=0.0)
+    yield from _run_all([(performer, plans[performer.name]) for performer in people])
+    home.record_initial_state(left, first)
     return _acted(home, people)
 
 
 def _check_known(
     segments: Sequence[Segment],
-    activities: Mapping[str, Deeds],
+    activities: Mapping[str, ActivitySteps],
     residents: Mapping[str, Build],
     places: Places,
 ) -> None:
+    """Raise `InputError` for an unknown activity, person or step that cannot be performed."""
     for segment in {(s.person, s.activity): s for s in segments}.values():
-        name, told = segment.activity, f"{segment.where}: " if segment.where else ""
+        name, prefix = segment.activity, f"{segment.where}: " if segment.where else ""
         if name not in activities and name != OTHER:
             raise InputError(
-                f"{told}{segment.person!r} does {name!r}, which is no activity of the routine; "
+                f"{prefix}{segment.person!r} does {name!r}, which is no activity of the routine; "
                 f"add a table [activity.{name}], or {suggestion(name, activities)}"
             )
         if segment.person not in residents:
             raise InputError(
-                f"{told}{segment.person!r} is no person of the routine; "
+                f"{prefix}{segment.person!r} is no person of the routine; "
                 f"{suggestion(segment.person, residents)}"
             )
-        deeds = activities.get(name)
-        if deeds is None:
+        activity_steps = activities.get(name)
+        if activity_steps is None:
             continue
-        for step in deeds.all_steps:
-            check_body(step, places, residents[segment.person].is_cat)
+        for step in activity_steps.all_steps:
+            check_can_do(step, places, residents[segment.person].is_cat)
             if step.word == "leave" and not places.entrances:
                 raise step.error("the home has no way out; mark its door as an entrance")
 
@@ -105,7 +137,7 @@ def _check_known(
 def _plan(
     segments: Sequence[Segment], person: str, day: int, draws: Draws
 ) -> list[tuple[Segment, Stream]]:
-    """A person's segments of a day, from the one that is under way at midnight, in s of the day."""
+    """Return the segments of a person's day with their random numbers, in s of that day."""
     mine = [s for s in segments if s.person == person]
     inside = [s for s in mine if s.end > day * DAY and s.start < (day + 1) * DAY]
     found = []
@@ -119,22 +151,22 @@ def _plan(
 
 # --- how a day begins ---------------------------------------------------------------------------
 def _before(segments: Sequence[Segment], person: str, day: int) -> list[Segment]:
-    """The person's segments that have ended by the midnight before the day."""
+    """Return the person's segments that end before the day begins."""
     return [s for s in segments if s.person == person and s.end <= day * DAY]
 
 
-def _begin_home(
+def _restore_home(
     home: HomeInUse,
     segments: Sequence[Segment],
-    activities: Mapping[str, Deeds],
+    activities: Mapping[str, ActivitySteps],
     plans: Mapping[str, list[tuple[Segment, Stream]]],
     day: int,
 ) -> None:
-    """Sets the home as earlier steps left it: lamps, doors, things."""
+    """Set lamps, doors and things as the steps of earlier segments left them."""
     earlier = [s for person in plans for s in _before(segments, person, day)]
     for segment in sorted(earlier, key=lambda s: (s.start, s.person)):
-        deeds = activities.get(segment.activity)
-        for step in deeds.steps if deeds is not None else ():
+        activity_steps = activities.get(segment.activity)
+        for step in activity_steps.steps if activity_steps is not None else ():
             if step.word == "switch":
                 home.lamps[home.places.lamps[step.name].object] = step.on
             elif step.word in ("open", "close"):
@@ -144,67 +176,71 @@ def _begin_home(
                 home.things[step.name] = step.at
 
 
-def _begin(living: Living, segments: Sequence[Segment], day: int) -> None:
-    """Puts a person where the steps before the first segment of the day end. Where none of them
-    ends at a place, the person is where the first steps of all end or, if they end nowhere, stands
-    at the first place that they name, because others need not have a way to it."""
-    mine = [s for s in segments if s.person == living.name]
-    count = len(_before(segments, living.name, day))
-    known = living.home.places.places
+def _begin(performer: Performer, segments: Sequence[Segment], day: int) -> None:
+    """Put a person where the last segments before the day end.
+
+    If no earlier segment ends at a place, the end of the first later segment that has one counts.
+    The last resort is to stand at the first free place that the steps name, because others may be
+    out of reach.
+    """
+    mine = [s for s in segments if s.person == performer.name]
+    count = len(_before(segments, performer.name, day))
+    known = performer.home.places.places
     for number, segment in enumerate([*mine[:count][::-1], *mine[count:]]):
-        deeds = living.activities.get(segment.activity)
-        if deeds is None:
+        activity_steps = performer.activities.get(segment.activity)
+        if activity_steps is None:
             continue
-        if deeds.posture == AWAY:
-            living.begin_away()
+        if activity_steps.posture == AWAY:
+            performer.start_away()
             return
-        place, posture = known.get(deeds.place or ""), deeds.posture
+        place, posture = known.get(activity_steps.place or ""), activity_steps.posture
         if place is None and number >= count:
-            named = (known[step.name] for step in deeds.all_steps if step.name in known)
+            named = (known[step.name] for step in activity_steps.all_steps if step.name in known)
             place, posture = next(named, None), STANDING
-        if place is not None and living.home.is_free(living.key(place), living):
-            living.begin_at(place, posture or STANDING)
+        if place is not None and performer.home.is_free(performer.key(place), performer):
+            performer.start_at(place, posture or STANDING)
             return
     for place in known.values():
-        if living.home.is_free(living.key(place), living):
-            living.begin_at(place, STANDING)
+        if performer.home.is_free(performer.key(place), performer):
+            performer.start_at(place, STANDING)
             return
-    raise InputError(f"there is no place for {living.name!r} to be at midnight; mark another")
+    raise InputError(f"there is no place for {performer.name!r} to be at midnight; mark another")
 
 
 # --- all together -------------------------------------------------------------------------------
-def _together(people: list[tuple[Living, list[tuple[Segment, Stream]]]]) -> Shares[None]:
-    """Whoever is earliest goes on; of several the first in the list."""
-    lives = [living.live(plan) for living, plan in people]
-    queue = [(living.now, number) for number, (living, _) in enumerate(people)]
+def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Shares[None]:
+    """Advance whoever is earliest; at equal times, the first in the list."""
+    lives = [performer.live(plan) for performer, plan in people]
+    queue = [(performer.now, number) for number, (performer, _) in enumerate(people)]
     heapq.heapify(queue)
     while queue:
         now, number = heapq.heappop(queue)
         yield min(max(now / DAY, 0.0), 1.0)
         try:
-            # What is under way at midnight is still done.
+            # The activity under way at midnight goes on for a while.
             if now < DAY + AFTER:
                 next(lives[number])
                 heapq.heappush(queue, (people[number][0].now, number))
         except StopIteration:
             continue
-    for living, _ in people:
-        living.end()
+    for performer, _ in people:
+        performer.end()
 
 
-def _acted(home: HomeInUse, people: list[Living]) -> Acted:
-    stays = [stay for living in people for stay in living.stays]
+def _acted(home: HomeInUse, people: list[Performer]) -> Acted:
+    """Collect what was acted."""
+    stays = [stay for performer in people for stay in performer.stays]
     done = [
-        _placed(one, stays, living.activities.get(one.activity))
-        for living in people
-        for one in living.done
+        _placed(one, stays, performer.activities.get(one.activity))
+        for performer in people
+        for one in performer.done
     ]
     for swings in home.swings.values():
-        swings.sort(key=lambda swung: swung.start)
+        swings.sort(key=lambda swing: swing.start)
     for holds in home.holds.values():
         holds.sort(key=lambda hold: hold.start)
     return Acted(
-        {living.name: living.line for living in people},
+        {performer.name: performer.timeline for performer in people},
         home.swings,
         sorted(home.switches, key=lambda switch: switch.time),
         home.holds,
@@ -215,18 +251,27 @@ def _acted(home: HomeInUse, people: list[Living]) -> Acted:
 
 
 def _of_day(found: list[T]) -> list[T]:
+    """Return the entries within the day, cut at midnight."""
     inside = [one for one in found if one.end > 0.0 and one.start < DAY]
     return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
 
 
-def _placed(done: ActedActivity, stays: list[Stay], deeds: Deeds | None) -> ActedActivity:
-    """The activity with its place: of the places that its steps name the one where it was done
-    longest, or of all places if it was done at none of those."""
+def _placed(
+    done: ActedActivity, stays: list[Stay], activity_steps: ActivitySteps | None
+) -> ActedActivity:
+    """Return the activity with the place where most of it was done.
+
+    The places that its steps name are preferred.
+    """
     lasting: dict[str, float] = {}
     for stay in stays:
         both = min(stay.end, done.end) - max(stay.start, done.start)
         if stay.person == done.person and (stay.place or stay.posture == AWAY) and both > 0:
             lasting[stay.place] = lasting.get(stay.place, 0.0) + both
-    own = {place: t for place, t in lasting.items() if deeds is not None and place in deeds.places}
-    lasting = own or lasting
+    named = {
+        place: t
+        for place, t in lasting.items()
+        if activity_steps is not None and place in activity_steps.places
+    }
+    lasting = named or lasting
     return replace(done, place=max(lasting, key=lambda place: lasting[place], default=""))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ways through a home: from point to point, and which doors are to be opened for it.
+"""Paths through a home, and the doors to open on the way.
 
-With all its doors shut a storey falls into parts; a way leads from part to part through doors.
+With all doors shut the floor of a storey falls into regions. A path leads from region to region
+through doors.
 """
 
 from __future__ import annotations
@@ -17,33 +18,33 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
 from .places import DOOR, Door, Places
-from .ways import EASY_M, Floor, NoWay, parts, way
+from .ways import EASY_M, Floor, NoPath, find_path, regions
 
-# How much longer than the shortest a way may be for a door less to open, m.
-TROUBLE = 3.0
-# How far a shut leaf is drawn out at its ends, so that nobody slips through at the jambs, m.
+# The detour that a person accepts to open one door less, m.
+DOOR_COST_M = 3.0
+# Shut leaves are lengthened at both ends, so that no path leads through a gap at the jambs, m.
 JAMB = 0.1
-# Between the edge of a leaf that opens and the middle of who stands there, m.
+# Distance between the swing of a leaf and the middle of the person who opens it, m.
 ARC = 0.30
-# What somebody would like to keep to walls at a door, and to its handle, m.
+# Preferred distances from walls and from the handle, for a person at a door, m.
 ELBOW, ARM = 0.42, 0.50
-# How far before a corner a walker begins to turn, m.
+# Distance before a corner at which a walker begins to turn, m.
 ROUNDING = 0.45
-# Doors that stand open, and how far.
+# The openings of the doors that are open, by name.
 Open = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """Where a person stands (2,) to move a door, and the yaw there."""
+    """Position (2,) and yaw of a person who moves a door."""
 
     at: Array
     yaw: float
 
 
 @dataclass(frozen=True, eq=False)
-class Around(Floor):
-    """A floor on which somebody stands at a point (2,), as wide as a radius (m)."""
+class FloorWithPerson(Floor):
+    """A floor with a person on it, who stands at a point (2,) with a radius in m."""
 
     whole: Floor
     point: Array
@@ -51,6 +52,7 @@ class Around(Floor):
 
     @cached_property
     def clearance(self) -> Array:
+        """The clearance (nx, ny) of the whole floor, reduced near the person, m."""
         middles = [
             self.low[axis] + (np.arange(self.free.shape[axis]) + 0.5) * self.size - self.point[axis]
             for axis in (0, 1)
@@ -61,47 +63,50 @@ class Around(Floor):
 
 
 class Ground:
-    """What is found is kept as long as the Ground, which does for many days. A day of the sample
-    home takes 2.6 s of CPU to act; without spots 13, without floors 9, without ways 6, without
-    parts minutes. The Atelier home takes 4 % more without swings."""
+    """The floors of a home with its doors, and the paths on them.
+
+    All results are cached, also for other days. A day of the sample home takes 2.6 s of CPU to act:
+    13 s without cached spots, 9 s without floors, 6 s without paths, minutes without regions. The
+    Atelier home takes 4 % longer without swings.
+    """
 
     def __init__(self, places: Places) -> None:
         self.places = places
         self._floors: dict[object, Floor] = {}
-        self._parts: dict[tuple[int, float], NDArray[np.int64]] = {}
+        self._regions: dict[tuple[int, float], NDArray[np.int64]] = {}
         self._spots: dict[tuple[str, float, float], Spot | None] = {}
-        self._ways: dict[object, Array | NoWay] = {}
+        self._ways: dict[object, Array | NoPath] = {}
         self._swings: dict[str, Array] = {}
 
     # --- floors -----------------------------------------------------------------------------
     def floor(self, storey: int, opened: Open) -> Floor:
-        """The floor with leaves as they stand: the doors that are not `opened` are shut."""
+        """Return the floor of a storey with its leaves; doors that are not in `opened` are shut."""
         key = storey, tuple(sorted(opened.items()))
         if key not in self._floors:
             floor = self.places.storeys[storey].floor
             free = floor.free.copy()
             for door in self.places.doors.values():
                 if door.use == DOOR and door.storey == storey:
-                    _stand_in(floor, free, _leaf(door, opened.get(door.name, door.closed)))
+                    _block(floor, free, _leaf(door, opened.get(door.name, door.closed)))
             self._floors[key] = replace(floor, free=free)
         return self._floors[key]
 
-    def parts(self, storey: int, radius: float) -> NDArray[np.int64]:
-        """(nx, ny): which part a cell is in with all doors shut, from 1; 0 where nobody fits."""
+    def regions(self, storey: int, radius: float) -> NDArray[np.int64]:
+        """Return the region (nx, ny) of each cell with all doors shut; 0 is no room."""
         key = storey, radius
-        if key not in self._parts:
-            self._parts[key] = parts(self.floor(storey, {}), radius)
-        return self._parts[key]
+        if key not in self._regions:
+            self._regions[key] = regions(self.floor(storey, {}), radius)
+        return self._regions[key]
 
-    def part_at(self, storey: int, point: Array, radius: float) -> int:
-        """The part of the cell nearest to a point; 0 where there is none within a metre."""
-        parts, floor = self.parts(storey, radius), self.floor(storey, {})
+    def region_at(self, storey: int, point: Array, radius: float) -> int:
+        """Return the region of the cell nearest to a point; 0 if there is none within a metre."""
+        regions, floor = self.regions(storey, radius), self.floor(storey, {})
         x, y = floor.cell(point)
-        if parts[x, y]:
-            return int(parts[x, y])
+        if regions[x, y]:
+            return int(regions[x, y])
         reach = int(1.0 / floor.size)
         low = np.maximum([x - reach, y - reach], 0)
-        near = parts[low[0] : x + reach + 1, low[1] : y + reach + 1]
+        near = regions[low[0] : x + reach + 1, low[1] : y + reach + 1]
         cells = np.argwhere(near > 0)
         if not len(cells):
             return 0
@@ -111,19 +116,22 @@ class Ground:
 
     # --- doors ------------------------------------------------------------------------------
     def spot(self, door: Door, side: float, radius: float) -> Spot | None:
-        """A spot on one side of a door from which a person moves it: clear of its swing, in reach
-        of the handle. None without room, as inside a cupboard."""
+        """Return the spot on one side of a door from which a person moves it.
+
+        It is clear of the leaf's swing and in reach of the handle. None without room for a person,
+        as inside a cupboard.
+        """
         key = door.name, side, radius
         if key not in self._spots:
-            self._spots[key] = self._found_spot(door, side, radius)
+            self._spots[key] = self._find_spot(door, side, radius)
         return self._spots[key]
 
-    def _found_spot(self, door: Door, side: float, radius: float) -> Spot | None:
+    def _find_spot(self, door: Door, side: float, radius: float) -> Spot | None:
         first, along, ahead = door_axes(door, side)
-        floor, parts = self.floor(door.storey, {}), self.parts(door.storey, radius)
+        floor, regions = self.floor(door.storey, {}), self.regions(door.storey, radius)
         here = 0
         for off in np.arange(radius, 1.0, floor.size):
-            here = here or int(parts[floor.cell(first + along * door.width / 2 + ahead * off)])
+            here = here or int(regions[floor.cell(first + along * door.width / 2 + ahead * off)])
         if not here:
             return None
         u, v = (
@@ -137,7 +145,7 @@ class Ground:
             cost += 0.7 * np.abs(u - 0.62 * door.width)
         cells = np.array([floor.cell(point) for point in points])
         cost += 2.0 * np.maximum(0.0, ELBOW - floor.clearance[cells[:, 0], cells[:, 1]])
-        fits = parts[cells[:, 0], cells[:, 1]] == here
+        fits = regions[cells[:, 0], cells[:, 1]] == here
         if side > 0 and not door.slides:
             fits &= np.hypot(u, v) >= door.width + ARC
         if not fits.any():
@@ -145,9 +153,8 @@ class Ground:
         point = points[int(np.argmin(np.where(fits, cost, np.inf)))]
         return Spot(point, yaw_to(point, first + 0.72 * door.width * along))
 
-    def spot_before(self, door: Door, side: float, radius: float) -> Spot:
-        """The spot before a door on one side of it. Where the floor there is unknown, as outside
-        the home, the door's size gives it."""
+    def spot_or_estimate(self, door: Door, side: float, radius: float) -> Spot:
+        """Return the spot before a door, estimated from the door's size if the floor is unknown."""
         found = self.spot(door, side, radius)
         if found is not None:
             return found
@@ -157,98 +164,119 @@ class Ground:
             point = first + 0.6 * door.width * along + (door.width + ARC) * ahead
         return Spot(point, yaw_to(point, first + 0.72 * door.width * along))
 
-    def inside(self, door: Door, radius: float) -> float:
-        """The side of an entrance that most places are on."""
+    def inner_side(self, door: Door, radius: float) -> float:
+        """Return the side of an entrance on which most places are."""
         counts = {}
         for side in (1.0, -1.0):
             spot = self.spot(door, side, radius)
             reached = set() if spot is None else self._reached(door.storey, spot.at, radius)
             counts[side] = sum(
                 place.storey == door.storey
-                and self.part_at(place.storey, place.at, radius) in reached
+                and self.region_at(place.storey, place.at, radius) in reached
                 for place in self.places.places.values()
             )
         return max(counts, key=lambda side: counts[side])
 
     def _reached(self, storey: int, start: Array, radius: float, outside: bool = False) -> set[int]:
-        """The parts that can be come to, all doors opened; without going out, or also `outside`."""
+        """Return the regions that can be reached through doors, through entrances if `outside`."""
         reached: set[int] = set()
-        new = [self.part_at(storey, start, radius)]
+        new = [self.region_at(storey, start, radius)]
         while new:
-            part = new.pop()
-            if part and part not in reached:
-                reached.add(part)
+            region = new.pop()
+            if region and region not in reached:
+                reached.add(region)
                 new += [
                     beyond
-                    for door, _, beyond in self.doors_of(storey, part, radius)
+                    for door, _, beyond in self.doors_from(storey, region, radius)
                     if outside or not door.entrance
                 ]
         return reached
 
     def crossing(self, door: Door, side: float, radius: float, opened: Open) -> Array:
-        """Corner points (n, 2) from where one stands on that side to where one stands on the other,
-        through the open door."""
-        ends = [self.spot_before(door, one, radius).at for one in (side, -side)]
+        """Return the corner points (n, 2) of the path through an open door, from `side`."""
+        ends = [self.spot_or_estimate(door, one, radius).at for one in (side, -side)]
         try:
-            return self.way(door.storey, ends[0], ends[1], radius, {**opened, door.name: door.open})
-        except NoWay:
+            return self.find_path(
+                door.storey, ends[0], ends[1], radius, {**opened, door.name: door.open}
+            )
+        except NoPath:
             first, along, ahead = door_axes(door, side)
             middle = first + 0.55 * door.width * along
             return np.array([ends[0], middle + 0.3 * ahead, middle - 0.3 * ahead, ends[1]])
 
     def in_swing(self, door: Door, point: Array, margin: float) -> bool:
-        """Whether a leaf on its way comes nearer to a point (2,) than the margin."""
+        """Return whether the swing of a leaf comes nearer to a point (2,) than `margin` m."""
         if door.name not in self._swings:
             stands = [door.line(w) for w in np.linspace(door.closed, door.open, 9)]
             self._swings[door.name] = np.concatenate(stands)
         return bool((np.hypot(*(self._swings[door.name] - point).T) < margin).any())
 
     # --- ways -------------------------------------------------------------------------------
-    def way(
+    def find_path(
         self, storey: int, start: Array, goal: Array, radius: float, opened: Open,
         other: Array | None = None,
     ) -> Array:  # fmt: skip
-        """Corner points (n, 2) with leaves as they stand, around another who stands at a point.
-        Raises NoWay."""
+        """Return the corner points (n, 2) of a path between two points of a storey.
+
+        Parameters
+        ----------
+        storey : int
+            The storey, from the lowest.
+        start, goal : array, shape (2,)
+            The ends, m.
+        radius : float
+            Half of the walker's width, m.
+        opened : mapping of str to float
+            The openings of the doors that are open.
+        other : array, shape (2,), optional
+            A person to walk around.
+
+        Raises
+        ------
+        NoPath
+            If the goal cannot be reached without moving a door.
+        """
         points = _pair(start), _pair(goal), _pair(other)
         key = storey, tuple(sorted(opened.items())), points, radius
         if key not in self._ways:
             floor = self.floor(storey, opened)
             if other is not None:
-                floor = Around(floor.low, floor.size, floor.free, floor, other, radius)
+                floor = FloorWithPerson(floor.low, floor.size, floor.free, floor, other, radius)
             try:
-                self._ways[key] = way(floor, start, goal, radius)
-            except NoWay as error:
+                self._ways[key] = find_path(floor, start, goal, radius)
+            except NoPath as error:
                 self._ways[key] = error
         found = self._ways[key]
-        if isinstance(found, NoWay):
+        if isinstance(found, NoPath):
             raise found
         return found
 
     def doors_between(
         self, storey: int, start: Array, goal: Array, radius: float, opened: Open
     ) -> list[tuple[Door, float]] | None:
-        """The doors on the way, each with the side that one comes from; None where there is no way.
-        Doors that stand open are among them."""
-        wanted = self.part_at(storey, goal, radius)
-        begun = self.part_at(storey, start, radius)
+        """Return the doors on the cheapest way, each with the side to come from.
+
+        Doors that are open are included. None if there is no way.
+        """
+        wanted = self.region_at(storey, goal, radius)
+        begun = self.region_at(storey, start, radius)
         found: list[tuple[Door, float]] = []
         queue = [(0.0, 0, begun, np.asarray(start)[:2], found)]
         seen: set[int] = set()
         count = 0
         while queue and wanted and begun:
-            cost, _, part, here, found = heapq.heappop(queue)
-            if part == wanted:
+            cost, _, region, here, found = heapq.heappop(queue)
+            if region == wanted:
                 return found
-            if part in seen:
+            if region in seen:
                 continue
-            seen.add(part)
-            for door, side, beyond in self.doors_of(storey, part, radius):
+            seen.add(region)
+            for door, side, beyond in self.doors_from(storey, region, radius):
                 if beyond in seen:
                     continue
                 middle = door.middle
                 length = float(np.hypot(*(middle - here)))
-                length += 0.0 if door.name in opened else TROUBLE
+                length += 0.0 if door.name in opened else DOOR_COST_M
                 if beyond == wanted:
                     length += float(np.hypot(*(np.asarray(goal)[:2] - middle)))
                 count += 1
@@ -257,9 +285,9 @@ class Ground:
                 )
         return None
 
-    def doors_of(self, storey: int, part: int, radius: float) -> list[tuple[Door, float, int]]:
-        """The doors out of a part: the side they are on from there, and the part beyond."""
-        floor, parts = self.floor(storey, {}), self.parts(storey, radius)
+    def doors_from(self, storey: int, region: int, radius: float) -> list[tuple[Door, float, int]]:
+        """Return the doors out of a region: door, side of this region, and the region beyond."""
+        floor, regions = self.floor(storey, {}), self.regions(storey, radius)
         found = []
         for door in self.places.doors.values():
             if door.use != DOOR or door.storey != storey:
@@ -267,17 +295,17 @@ class Ground:
             spots = {side: self.spot(door, side, radius) for side in (1.0, -1.0)}
             for side, spot in spots.items():
                 other = spots[-side]
-                if spot is None or other is None or parts[floor.cell(spot.at)] != part:
+                if spot is None or other is None or regions[floor.cell(spot.at)] != region:
                     continue
-                if (beyond := int(parts[floor.cell(other.at)])) != part:
+                if (beyond := int(regions[floor.cell(other.at)])) != region:
                     found.append((door, side, beyond))
         return found
 
-    def nearest(self, storey: int, start: Array, goal: Array, radius: float) -> Array:
-        """The point (2,) next to a goal that can be reached from a start, all doors opened."""
-        parts, floor = self.parts(storey, radius), self.floor(storey, {})
+    def nearest_reachable(self, storey: int, start: Array, goal: Array, radius: float) -> Array:
+        """Return the reachable point (2,) nearest to a goal, with all doors opened."""
+        regions, floor = self.regions(storey, radius), self.floor(storey, {})
         reached = self._reached(storey, start, radius, outside=True)
-        cells = np.argwhere(np.isin(parts, sorted(reached)))
+        cells = np.argwhere(np.isin(regions, sorted(reached)))
         if not len(cells):
             return np.asarray(start)[:2]
         points = floor.low + (cells + 0.5) * floor.size
@@ -286,8 +314,10 @@ class Ground:
 
 
 def door_axes(door: Door, side: float) -> tuple[Array, Array, Array]:
-    """The hinge of a shut door on the floor, the direction along the leaf, and the one straight
-    away from it to a side; each (2,)."""
+    """Return the axes of a shut door on the floor, each (2,).
+
+    They are the hinge, the direction along the leaf, and the direction away from it to `side`.
+    """
     first, last = door.line(door.closed, 2)
     along = (last - first) / max(math.hypot(*(last - first)), 1e-9)
     ahead = np.array([-along[1], along[0]])
@@ -300,11 +330,12 @@ def _pair(point: Array | None) -> tuple[float, float] | None:
 
 
 def yaw_to(start: Array, end: Array) -> float:
+    """Return the direction from one point to another, rad."""
     return math.atan2(end[1] - start[1], end[0] - start[0])
 
 
 def dense(points: Array, spacing: float = 0.03) -> Array:
-    """Points (m, 2) along a way of corner points (n, 2), n > 1."""
+    """Return points (m, 2) at even spacing along corner points (n, 2), n > 1."""
     gaps = np.hypot(*np.diff(points, axis=0).T)
     points = points[np.concatenate([[True], gaps > 1e-6])]
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
@@ -313,8 +344,10 @@ def dense(points: Array, spacing: float = 0.03) -> Array:
 
 
 def rounded(floor: Floor, points: Array) -> Array:
-    """A way of corner points (n, 2) as dense points (m, 2), its corners as arcs (quadratic Béziers)
-    as wide as there is room for."""
+    """Return corner points (n, 2) as closely spaced points (m, 2) with rounded corners.
+
+    The arcs are quadratic Béziers, as wide as the clearance permits.
+    """
     arcs, t = [points[:1]], np.linspace(0, 1, 9)[:, None]
     for before, corner, after in zip(points, points[1:], points[2:], strict=False):
         into, away = before - corner, after - corner
@@ -334,12 +367,13 @@ def rounded(floor: Floor, points: Array) -> Array:
 
 
 def _room(floor: Floor, points: Array) -> float:
+    """Return the least clearance at points."""
     cells = np.array([floor.cell(point) for point in points])
     return float(floor.clearance[cells[:, 0], cells[:, 1]].min())
 
 
 def _leaf(door: Door, opening: float) -> Array:
-    """Points (n, 2) that a leaf stands on."""
+    """Return points (n, 2) along a leaf on the floor."""
     first, last = door.line(opening, 2)
     if opening == door.closed:
         out = (last - first) / max(math.hypot(*(last - first)), 1e-9) * JAMB
@@ -349,7 +383,8 @@ def _leaf(door: Door, opening: float) -> Array:
     return points
 
 
-def _stand_in(floor: Floor, free: NDArray[np.bool_], points: Array) -> None:
+def _block(floor: Floor, free: NDArray[np.bool_], points: Array) -> None:
+    """Mark the cells at points as not free."""
     index = np.floor((points - floor.low) / floor.size).astype(int)
     index = index[((index >= 0) & (index < free.shape)).all(axis=1)]
     free[index[:, 0], index[:, 1]] = False

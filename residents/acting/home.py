@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The home while people live in it: what stands open, what shines, where things are, and who is
-where, so that nobody takes another's place or walks through anybody."""
+"""The state of a home during a day: open doors, lamps, things, and who is where.
+
+No two people reserve the same place, or walk through each other.
+"""
 
 from __future__ import annotations
 
@@ -12,30 +14,30 @@ import numpy as np
 from ...sensor_logic.model import Array
 from .ground import Ground
 from .places import DOOR, Door, Place, Places
-from .timeline import LYING, SITTING, Gesture, Hold, Switch, Swung
+from .timeline import LYING, SITTING, Gesture, Hold, LeafSwing, Switch
 
-# A room with such a name is for one at a time.
+# Rooms whose name contains one of these are for one person at a time.
 _PRIVATE = ("bath", "toilet", "wc", "shower")
-# Nearer to each other than this two people do not walk, nor nearer than that to a leaf that swings,
-# m between their middles; but somebody at a place does not mind who comes to the next one.
+# Least distances between the middles of two people, and of a person and a swinging leaf, m. People
+# at two places less than AT_PLACE, but more than SAME_PLACE apart are no obstacle to each other.
 APART, FROM_LEAF, AT_PLACE, SAME_PLACE = 0.42, 0.27, 0.6, 0.3
 
 
-class Someone(Protocol):
-    """A person as the others see them."""
+class Occupant(Protocol):
+    """A person or cat as the others see them."""
 
     name: str
     now: float
-    place: str  # where the person is, or empty on the way
+    place: str  # name of the present place, empty on the way
     posture: str
-    unseen: bool  # away, or a cat
-    since: float  # stands still from then on, as far as is known
-    wish: Array | None  # the way (n, 2) that somebody stands in, of who waits for that
-    wished: float  # since when
-    cornered: bool  # has nowhere to go aside
+    is_ignored: bool  # no obstacle to others: away, or a cat
+    since: float  # time of the last arrival
+    wanted_path: Array | None  # the blocked path (n, 2) of a person who waits for it
+    waiting_since: float  # start of that waiting
+    is_cornered: bool  # has no room to step aside
 
-    def where(self, times: Array) -> Array:
-        """Middles (n, 2) at times (n,)."""
+    def positions_at(self, times: Array) -> Array:
+        """Return the body's positions (n, 2) at times (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,159 +47,177 @@ class Clash:
     at: Array
     since: float
     until: float
-    who: Someone
+    who: Occupant
 
-    def stands(self, time: float) -> bool:
+    def is_standing_at(self, time: float) -> bool:
+        """Return whether the person stands still at a time."""
         return self.since <= time
 
 
 @dataclass(eq=False)
 class HomeInUse:
+    """The doors, lamps, things and people of a home during a day, and the record of changes."""
+
     places: Places
     ground: Ground
     openings: dict[str, float] = field(default_factory=dict)
     lamps: dict[str, bool] = field(default_factory=dict)
     things: dict[str, str] = field(default_factory=dict)
-    swings: dict[str, list[Swung]] = field(default_factory=dict)
+    swings: dict[str, list[LeafSwing]] = field(default_factory=dict)
     switches: list[Switch] = field(default_factory=list)
     holds: dict[str, list[Hold]] = field(default_factory=dict)
     sips: dict[str, list[Gesture]] = field(default_factory=dict)
-    people: list[Someone] = field(default_factory=list)
-    _taken: dict[str, Someone] = field(default_factory=dict)
+    people: list[Occupant] = field(default_factory=list)
+    _reserved: dict[str, Occupant] = field(default_factory=dict)
     _free_from: dict[str, float] = field(default_factory=dict)
-    _busy: dict[str, tuple[Someone, float]] = field(default_factory=dict)
+    _busy: dict[str, tuple[Occupant, float]] = field(default_factory=dict)
 
     # --- what hands move ----------------------------------------------------------------------
     def opening(self, door: Door) -> float:
-        """How far a leaf is open now; at first as in the file."""
+        """Return the present opening of a leaf; the file's state is 0."""
         return self.openings.get(door.name, 0.0)
 
     def is_open(self, door: Door) -> bool:
+        """Return whether a leaf is open at all."""
         return abs(self.opening(door) - door.closed) > 0.02
 
-    def stands_open(self, door: Door, someone: Someone) -> bool:
-        """Whether one can just walk through, for nobody is about to shut it."""
-        return self.is_open(door) and not self._is_busy(door, someone)
+    def stands_open(self, door: Door, occupant: Occupant) -> bool:
+        """Return whether a person can walk through a door that nobody is about to shut."""
+        return self.is_open(door) and not self._is_busy(door, occupant)
 
-    def left_open(self, storey: int) -> dict[str, float]:
-        """The openings of the doors of a storey that stand open, by name."""
+    def open_doors(self, storey: int) -> dict[str, float]:
+        """Return the openings of the open doors of a storey, by name."""
         return {
             door.name: self.opening(door)
             for door in self.places.doors.values()
             if door.use == DOOR and door.storey == storey and self.is_open(door)
         }
 
-    def swing(self, door: Door, start: float, end: float, after: float, person: str) -> None:
-        swung = Swung(start, end, self.opening(door), after, person)
-        self.swings.setdefault(door.name, []).append(swung)
+    def record_swing(self, door: Door, start: float, end: float, after: float, person: str) -> None:
+        """Record that a person moves a leaf to the opening `after`."""
+        swing = LeafSwing(start, end, self.opening(door), after, person)
+        self.swings.setdefault(door.name, []).append(swing)
         self.openings[door.name] = after
 
-    def switch(self, object: str, on: bool, time: float, person: str) -> None:
+    def record_switch(self, object: str, on: bool, time: float, person: str) -> None:
+        """Record that a person switches a lamp."""
         self.switches.append(Switch(time, object, on, person))
         self.lamps[object] = on
 
-    def as_left(self) -> tuple[dict[str, bool], dict[str, float], dict[str, str]]:
-        """Lamps, openings and things as they are now."""
+    def state(self) -> tuple[dict[str, bool], dict[str, float], dict[str, str]]:
+        """Return copies of the present lamps, openings and things."""
         return dict(self.lamps), dict(self.openings), dict(self.things)
 
-    def begins(
+    def record_initial_state(
         self, left: tuple[dict[str, bool], dict[str, float], dict[str, str]], first: float
     ) -> None:
-        """Tells what was so before the day's first moment, by nobody's doing."""
+        """Record a `state` before the time `first`, as changes that nobody made."""
         lamps, openings, things = left
         self.switches += [Switch(first - 1.0, lamp, on, "") for lamp, on in lamps.items()]
         for name, opening in openings.items():
-            so = Swung(first - 2.0, first - 1.0, opening, opening, "")
-            self.swings[name] = [so, *self.swings.get(name, [])]
+            resting = LeafSwing(first - 2.0, first - 1.0, opening, opening, "")
+            self.swings[name] = [resting, *self.swings.get(name, [])]
         for name, place in things.items():
-            at = self.put_at(name, self.places.places[place])
+            at = self.put_position(name, self.places.places[place])
             self.holds[name] = [Hold(first - 2.0, None, at), *self.holds.get(name, [])]
 
     @staticmethod
-    def put_at(thing: str, place: Place) -> Array | None:
-        """The place (3,) of a thing that is put down; None if that is its own place."""
+    def put_position(thing: str, place: Place) -> Array | None:
+        """Return the position (3,) of a thing at a place, or None at the thing's own place."""
         return None if place.name == thing else np.array(place.target)
 
     # --- who has what -------------------------------------------------------------------------
-    def key(self, place: Place) -> str:
-        """What is taken by whoever is at a place: that alone, or the room it is in."""
+    def reservation_key(self, place: Place) -> str:
+        """Return what a person at a place reserves: the place, or all of a private room."""
         room = place.room.lower()
         return f"room {place.room}" if any(word in room for word in _PRIVATE) else place.name
 
-    def is_free(self, key: str, someone: Someone) -> bool:
-        holder = self._taken.get(key)
-        return holder is someone or (
-            holder is None and self._free_from.get(key, -np.inf) <= someone.now
+    def is_free(self, key: str, occupant: Occupant) -> bool:
+        """Return whether a person can reserve a key now."""
+        holder = self._reserved.get(key)
+        return holder is occupant or (
+            holder is None and self._free_from.get(key, -np.inf) <= occupant.now
         )
 
-    def take(self, key: str, someone: Someone) -> None:
-        self._taken[key] = someone
+    def reserve(self, key: str, occupant: Occupant) -> None:
+        """Reserve a key for a person."""
+        self._reserved[key] = occupant
 
-    def release(self, key: str, someone: Someone) -> None:
-        """Lets others have what the person took, from the person's own time on."""
-        if self._taken.get(key) is someone:
-            del self._taken[key]
-            self._free_from[key] = someone.now
+    def release(self, key: str, occupant: Occupant) -> None:
+        """Release a key that the person has reserved, at the person's time."""
+        if self._reserved.get(key) is occupant:
+            del self._reserved[key]
+            self._free_from[key] = occupant.now
 
-    def keep_only(self, key: str, someone: Someone) -> None:
-        for other in [k for k, holder in self._taken.items() if holder is someone and k != key]:
-            self.release(other, someone)
+    def release_all_but(self, key: str, occupant: Occupant) -> None:
+        """Release all keys of a person but one."""
+        for other in [k for k, holder in self._reserved.items() if holder is occupant and k != key]:
+            self.release(other, occupant)
 
-    def may_move(self, door: Door, someone: Someone, patient: bool) -> bool:
-        """Whether nobody is at a door, and nobody stands where its leaf goes. Who is not patient
-        any more minds only those who have a place there."""
-        if self._is_busy(door, someone):
+    def can_move(self, door: Door, occupant: Occupant, patient: bool) -> bool:
+        """Return whether nobody else uses a door, or stands in its swing.
+
+        Without patience only people at a place count.
+        """
+        if self._is_busy(door, occupant):
             return False
-        now = np.array([someone.now])
+        now = np.array([occupant.now])
         return not any(
-            (patient or other.place) and self.ground.in_swing(door, other.where(now)[0], FROM_LEAF)
-            for other in self._others(someone)
+            (patient or other.place)
+            and self.ground.in_swing(door, other.positions_at(now)[0], FROM_LEAF)
+            for other in self._others(occupant)
         )
 
-    def occupy(self, door: Door, someone: Someone, until: float) -> None:
-        self._busy[door.name] = someone, until
+    def occupy(self, door: Door, occupant: Occupant, until: float) -> None:
+        """Keep others from using a door until a time."""
+        self._busy[door.name] = occupant, until
 
-    def _is_busy(self, door: Door, someone: Someone) -> bool:
-        holder, until = self._busy.get(door.name, (someone, 0.0))
-        return holder is not someone and until > someone.now
+    def _is_busy(self, door: Door, occupant: Occupant) -> bool:
+        holder, until = self._busy.get(door.name, (occupant, 0.0))
+        return holder is not occupant and until > occupant.now
 
-    def who_waits_for(self, someone: Someone) -> Someone | None:
-        """The person who has waited longest to get past `someone`, or None."""
-        here = someone.where(np.array([someone.now]))[0]
+    def longest_waiting(self, occupant: Occupant) -> Occupant | None:
+        """Return the person who has waited longest for this one to make way, or None."""
+        here = occupant.positions_at(np.array([occupant.now]))[0]
         found = [
             other
-            for other in self._others(someone)
-            if other.wish is not None and float(np.hypot(*(other.wish - here).T).min()) < APART
+            for other in self._others(occupant)
+            if other.wanted_path is not None
+            and float(np.hypot(*(other.wanted_path - here).T).min()) < APART
         ]
-        return min(found, key=lambda other: other.wished, default=None)
+        return min(found, key=lambda other: other.waiting_since, default=None)
 
-    def comes_near(self, other: Someone, someone: Someone) -> bool:
-        """Whether another is on the way near to somebody, as far as that is known."""
-        times = someone.now + np.linspace(0.0, 3.5, 8)
-        off = other.where(times) - someone.where(np.array([someone.now]))
-        return other.now > someone.now and float(np.hypot(*off.T).min()) < 2 * APART
+    def will_come_near(self, other: Occupant, occupant: Occupant) -> bool:
+        """Return whether another person's known path comes near to this one soon."""
+        times = occupant.now + np.linspace(0.0, 3.5, 8)
+        off = other.positions_at(times) - occupant.positions_at(np.array([occupant.now]))
+        return other.now > occupant.now and float(np.hypot(*off.T).min()) < 2 * APART
 
-    def _others(self, someone: Someone) -> list[Someone]:
-        return [other for other in self.people if other is not someone and not other.unseen]
+    def _others(self, occupant: Occupant) -> list[Occupant]:
+        """Return all others who can be in the way."""
+        return [other for other in self.people if other is not occupant and not other.is_ignored]
 
-    def clash(self, someone: Someone, path: Array, speed: float) -> Clash | None:
-        """Whom one meets who sets off now along a way of corner points (n, 2)."""
-        others = self._others(someone)
+    def find_clash(self, occupant: Occupant, path: Array, speed: float) -> Clash | None:
+        """Return the first person in the way of someone who starts now along corner points (n, 2).
+
+        `speed` is in m/s. Return None if nobody is in the way.
+        """
+        others = self._others(occupant)
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-        if someone.unseen or not others or not lengths[-1]:
+        if occupant.is_ignored or not others or not lengths[-1]:
             return None
         along = np.arange(0.0, lengths[-1] + 0.1, 0.1)
         here = np.column_stack([np.interp(along, lengths, path[:, k]) for k in (0, 1)])
-        times = someone.now + 0.3 + along / speed
+        times = occupant.now + 0.3 + along / speed
         for other in others:
-            there = other.where(times)
+            there = other.positions_at(times)
             near = np.hypot(*(here - there).T) < APART
-            # Who is at the next place already, or stood beside one, is not in the way.
+            # People at the next place, or beside the start, are not in the way.
             ends = (np.hypot(*(there - path[-1]).T) < AT_PLACE) & (
                 np.hypot(*(there - path[-1]).T) > SAME_PLACE
             )
             beside = np.hypot(*(there - path[0]).T) < AT_PLACE
-            # Who sits or lies is where nobody walks.
+            # People who sit or lie are not on the walkable floor.
             rests = (other.posture in (SITTING, LYING)) & (times >= other.since)
             met = np.flatnonzero(near & ~ends & ~beside & ~rests)
             if len(met):

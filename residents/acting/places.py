@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What residents do where: places, doors, lamps and floors of a home, as its marks tell them.
+"""The places, doors, lamps and floors of a home that residents use, read from its marks.
 
-Lengths in metres in the world, z up; a yaw of 0 looks along +x, counter-clockwise from above.
+Lengths are in metres in the world, z up. A yaw of 0 looks along +x and grows counter-clockwise,
+seen from above.
 """
 
 from __future__ import annotations
@@ -18,19 +19,22 @@ from .ways import Floor
 STAND, SIT, LIE, USE = "STAND", "SIT", "LIE", "USE"
 DOOR, LAMP, TAP, APPLIANCE = "DOOR", "LAMP", "TAP", "APPLIANCE"
 DRAWER, CURTAIN = "DRAWER", "CURTAIN"
-# What a hand moves; only through a DOOR does anybody walk.
+# Leaves that a hand moves; residents only walk through a DOOR.
 MOVED = (DOOR, DRAWER, CURTAIN)
-# Half the width, m, that an adult needs to get through.
+# Half of the width that an adult needs, m.
 BODY_M = 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where something is done. One stands at `at` (3,) on the floor before and after it, looking
-    along `yaw`; who sits looks that way too, who lies has the head there. `target` (3,) is where
-    the hand goes, or what the hips rest on, `height` m above the floor. `edge` (3,): of a bed,
-    where one sits before lying down, the back to the bed. `storey` counts from the lowest.
-    `room_guessed`: only the sensors nearby tell the room. `size`: of its largest side, m."""
+    """A place where residents do something.
+
+    Residents stand at `at` (3,) on the floor, looking along `yaw`, before and after. Sitting
+    residents look along `yaw` too; lying residents have their head in that direction. `target` (3,)
+    is the point for the hand or under the hips, `height` m above the floor. `edge` (3,) is where
+    one sits on a bed before lying down. `storey` counts from the lowest. `room_guessed` tells that
+    only nearby sensors name the room. `size` is the largest side, m.
+    """
 
     name: str
     use: str
@@ -47,14 +51,14 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Door:
-    """A leaf that a hand moves: it turns about `axis` (3,) through `hinge` (3,), or slides along
-    `axis`.
+    """A leaf that a hand moves: it turns about an axis through a hinge, or slides along it.
 
-    How far it is open is `opening`, in rad or m from how it stands in the file: it is shut at
-    `closed`, and as far open as it goes at `open`. The leaf's frame, as it stands in the file, has
-    its origin at the hinge (of what slides: at the edge that goes ahead when it opens) and the
-    columns of `frame` (3, 3): x from there to the other edge, z up. `low`, `high`, `handle` (3,)
-    are the leaf's box and its handle in it.
+    An opening is the rotation (rad) or shift (m) against the leaf in the file: `closed` when shut,
+    `open` when fully open. `hinge` and `axis` (3,) are in the world.
+
+    The leaf's frame has its origin at the hinge, or, if the leaf slides, at its leading edge. The
+    columns of `frame` (3, 3) are its axes: x to the other edge, z up. `low` and `high` (3,) are the
+    corners of the leaf's box, and `handle` (3,) is its handle, in that frame.
     """
 
     name: str
@@ -74,10 +78,11 @@ class Door:
 
     @property
     def width(self) -> float:
+        """The length of the leaf's box along x, m."""
         return float(self.high[0] - self.low[0])
 
     def moved(self, opening: float) -> Array:
-        """(4, 4): what takes the leaf from how it stands in the file to `opening`."""
+        """Return the matrix (4, 4) that moves the leaf from the file's state to `opening`."""
         matrix = np.eye(4)
         if self.slides:
             matrix[:3, 3] = self.axis * opening
@@ -89,17 +94,18 @@ class Door:
         return matrix
 
     def at(self, point: Array, opening: float) -> Array:
-        """(…, 3) in the world of points (…, 3) of the leaf's frame."""
+        """Return points (…, 3) of the leaf's frame in the world, at an opening."""
         matrix = self.moved(opening)
         world = np.asarray(point, float) @ self.frame.T + self.hinge
         placed: Array = world @ matrix[:3, :3].T + matrix[:3, 3]
         return placed
 
     def handle_at(self, opening: float) -> Array:
+        """Return the position (3,) of the handle at an opening."""
         return self.at(self.handle, opening)
 
     def line(self, opening: float, count: int = 11) -> Array:
-        """(count, 2): points on the floor along the middle of the leaf's thickness."""
+        """Return `count` points (count, 2) on the floor along the middle of the leaf."""
         low, high = self.low, self.high
         points = np.zeros((count, 3))
         points[:, 0] = np.linspace(low[0], high[0], count)
@@ -108,11 +114,14 @@ class Door:
 
     @property
     def middle(self) -> Array:
-        """(2,): the middle of the shut leaf, on the floor."""
+        """The middle (2,) of the shut leaf on the floor."""
         return self.line(self.closed, 3)[1]
 
     def side(self, point: Array) -> float:
-        """+1 where the leaf opens to (of what slides: one side of it), -1 on the other."""
+        """Return +1 for points on the side to which the leaf opens, −1 on the other.
+
+        For a leaf that slides, +1 is the side to the left of its x axis.
+        """
         first, last = self.line(self.closed, 2)
         along = last - first
         swing = self.line(self.open, 2)[1] - last
@@ -126,8 +135,11 @@ class Door:
 
 @dataclass(frozen=True, eq=False)
 class LampPlace:
-    """`object` is what shines; `at` (3,) is its switch, or the lamp itself where it has none.
-    Where one stands to switch it is the place of the same name."""
+    """A lamp, whose place has the same name.
+
+    `object` is the name of the lamp's object. `at` (3,) is the switch, or the lamp itself if it has
+    no switch.
+    """
 
     name: str
     object: str
@@ -136,9 +148,12 @@ class LampPlace:
 
 @dataclass(frozen=True, eq=False)
 class Storey:
-    """A floor at `height` m. Under a shut door that is marked it is free: residents open it.
-    `number` (nx, ny) is the room of each of its cells in `rooms`, which begins with "" for none.
-    `guessed` (nx, ny): whether only sensors tell the room of a cell."""
+    """A storey with the floor at `height` m.
+
+    The floor is free under marked doors, because residents open them. `number` (nx, ny) has the
+    index into `rooms` for each cell; `rooms` begins with "" for no room. `guessed` (nx, ny) tells
+    where only sensors name the room.
+    """
 
     height: float
     floor: Floor
@@ -147,18 +162,17 @@ class Storey:
     guessed: NDArray[np.bool_] | None = None
 
     def room_at(self, point: Array) -> str:
-        """The room that a point (2,) or (3,) is in; empty where that is not known."""
+        """Return the room at a point (2,) or (3,), or "" if it is unknown."""
         return self.rooms[int(self.number[self.floor.cell(point)])]
 
     def is_guessed_at(self, point: Array) -> bool:
-        """Whether only sensors tell the room that a point (2,) or (3,) is in."""
+        """Return whether only sensors name the room at a point (2,) or (3,)."""
         return self.guessed is not None and bool(self.guessed[self.floor.cell(point)])
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """By name: all that is marked but doors; what hands move; lamps. `problems`: what of the marks
-    could not be read."""
+    """All marks of a home, by name: places, doors and lamps; and the problems of the marks."""
 
     places: Mapping[str, Place]
     doors: Mapping[str, Door]
@@ -168,19 +182,20 @@ class Places:
 
     @property
     def entrances(self) -> tuple[Door, ...]:
+        """The doors that lead out of the home."""
         return tuple(door for door in self.doors.values() if door.entrance)
 
     def room_of(self, name: str) -> str:
-        """The room of a place or door; empty where that is not known."""
+        """Return the room of a place or door, or "" if it is unknown."""
         found = self.places.get(name) or self.doors.get(name)
         return found.room if found is not None else ""
 
     @property
     def guessed(self) -> tuple[str, ...]:
-        """The names of the places whose room only sensors tell."""
+        """The names of the places whose room only sensors name."""
         return tuple(place.name for place in self.places.values() if place.room_guessed)
 
     def storey_at(self, height: float) -> int:
-        """The storey on which somebody's feet are at a height."""
+        """Return the storey of a person whose feet are at a height."""
         below = [k for k, storey in enumerate(self.storeys) if storey.height <= height + 0.3]
         return below[-1] if below else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which places residents cannot get to, and how far they get."""
+"""Find the places that residents cannot reach, and how far they get."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from numpy.typing import NDArray
 from ...angen_addon.progress import Shares, finished
 from ...sensor_logic.model import Array
 from .places import BODY_M, Place, Places
-from .ways import Floor, NoWay, entry, parts, way
+from .ways import Floor, NoPath, entry, find_path, regions
 
-# m: who stands farther from where there is room for a body does not get there.
+# A place is out of reach if free floor for a body is farther away from it, m.
 SQUEEZE_M = 0.6
-# How many times as long a way seems where a body does not fit, and through what stands there: it
-# rather leads through a shut door than through a wall.
+# Cost factors of cells where a body does not fit, and of cells that are not free: the path then
+# leads through a shut door rather than through a wall.
 NARROW, THROUGH = 4.0, 30.0
 
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """A place that nobody gets to from `start`, a door or place: the way (n, 2) m leads as far as
-    one gets, where something shuts it off, `short` m from where one would stand. No way where the
-    place is on another storey."""
+    """A place out of reach from `start`, the name of a door or place.
+
+    `way` (n, 2) is the path to the nearest reachable point, m, and `short` the distance from there
+    to the place, m. The path is empty if the place is on another storey.
+    """
 
     place: Place
     start: str
@@ -36,17 +38,18 @@ class Unreached:
 
     @property
     def nearest(self) -> Array:
+        """The last point (2,) of the path."""
         point: Array = self.way[-1]
         return point
 
 
 def unreached(places: Places) -> list[Unreached]:
-    """The places that an adult cannot get to, by name."""
-    return finished(looking_for_unreached(places))
+    """Return the places that an adult cannot reach, sorted by name."""
+    return finished(unreached_in_steps(places))
 
 
-def looking_for_unreached(places: Places) -> Shares[list[Unreached]]:
-    """The same in steps."""
+def unreached_in_steps(places: Places) -> Shares[list[Unreached]]:
+    """Yield the share that is done, then return the places that an adult cannot reach."""
     found, looked = [], 0
     home = places.entrances[0].storey if places.entrances else None
     for number, storey in enumerate(places.storeys):
@@ -76,16 +79,16 @@ def looking_for_unreached(places: Places) -> Shares[list[Unreached]]:
 def _start(
     places: Places, number: int, here: list[Place], floor: Floor
 ) -> tuple[str, Array] | None:
-    """The entrance, or the first of the places that most others can be reached from."""
+    """Return the entrance, or the first place of the region that has most places."""
     for door in places.entrances:
         if door.storey == number:
             return door.name, door.middle
     if not here:
         return None
-    part = parts(floor, BODY_M)
+    region = regions(floor, BODY_M)
     try:
-        numbers = [int(part[entry(floor, BODY_M, place.at)]) for place in here]
-    except NoWay:
+        numbers = [int(region[entry(floor, BODY_M, place.at)]) for place in here]
+    except NoPath:
         return here[0].name, here[0].at[:2]
     most = Counter(numbers).most_common(1)[0][0]
     first = here[numbers.index(most)]
@@ -93,36 +96,39 @@ def _start(
 
 
 def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
+    """Return whether a path leads near enough to a place."""
     try:
         last = floor.middle(entry(floor, BODY_M, place.at))
-        way(floor, start, place.at[:2], BODY_M)
-    except NoWay:
+        find_path(floor, start, place.at[:2], BODY_M)
+    except NoPath:
         return False
     return float(np.linalg.norm(last - place.at[:2])) <= SQUEEZE_M
 
 
 def _ends(floor: Floor, start: Array, lost: list[Place]) -> list[Array]:
-    """The ways (n, 2) towards places, as far as one gets: along the cheapest that goes through what
-    stands there, to where it leaves the floor for good that is reached."""
+    """Return the paths (n, 2) towards places, up to where something blocks them.
+
+    Each follows the cheapest path through obstacles, to the last cell that can be reached.
+    """
     try:
         first = entry(floor, BODY_M, start)
-    except NoWay:
+    except NoPath:
         return [start[None] for _ in lost]
-    part = parts(floor, BODY_M)
-    came = _through(floor, part > 0, first)
+    region = regions(floor, BODY_M)
+    came = _through(floor, region > 0, first)
     found = []
     for place in lost:
         here = floor.cell(place.at)
-        while part[here] != part[first]:
+        while region[here] != region[first]:
             here = came[here]
-        found.append(way(floor, start, floor.middle(here), BODY_M))
+        found.append(find_path(floor, start, floor.middle(here), BODY_M))
     return found
 
 
 def _through(
     floor: Floor, wide: NDArray[np.bool_], first: tuple[int, int]
 ) -> dict[tuple[int, int], tuple[int, int]]:
-    """By cell, the one before it on the cheapest way from the first (Dijkstra)."""
+    """Return the predecessor of each cell on the cheapest path from `first` (Dijkstra)."""
     price = np.where(wide, 1.0, np.where(floor.free, NARROW, THROUGH)).tolist()
     nx, ny = floor.free.shape
     cost, came = {first: 0.0}, {first: first}

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What one body does, as functions of time, how doors and things move with it, and what everybody
-did on one day.
+"""The motion of bodies and things on one day as functions of time, and who did what.
 
-Times are seconds from the start of the day (or of a story), always as arrays (n,).
+Times are seconds from the start of the day, or of a story, in arrays (n,).
 """
 
 from __future__ import annotations
@@ -20,8 +19,11 @@ from ..body.turns import ease
 
 @dataclass(frozen=True)
 class Clip:
-    """The body from `start` to `end` s; `pose` takes the seconds (n,) since the start. A clip that
-    is `still` has one pose throughout; in an `away` one the body is out of the home."""
+    """A piece of a body's motion from `start` to `end`, s.
+
+    `pose` takes the seconds (n,) since the start. A clip that is `still` has one pose throughout.
+    In a clip that is `away` the body is out of the home.
+    """
 
     start: float
     end: float
@@ -30,15 +32,18 @@ class Clip:
     away: bool = False
 
     def at(self, times: Array) -> BodyPose:
+        """Return the poses at times (n,)."""
         pose = self.pose(np.clip(times - self.start, 0.0, self.end - self.start))
         return pose if len(pose) == len(times) else pose.repeated(len(times))
 
 
 @dataclass(frozen=True)
 class Gesture:
-    """Something done on top of the clips: `apply` takes the poses of n moments, the times (n,) and
-    the weights (n,), 0 … 1, which rise and fall in so many seconds. One that is `steady` keeps
-    still in between."""
+    """A movement on top of the clips.
+
+    `apply` takes poses, times (n,) and weights (n,) of 0 … 1. The weight rises and falls in `rise`
+    and `fall` seconds. A gesture that is `steady` does not move the body in between.
+    """
 
     start: float
     end: float
@@ -48,11 +53,12 @@ class Gesture:
     steady: bool = False
 
     def weight(self, times: Array) -> Array:
+        """Return the weights (n,) at times (n,)."""
         weight = ease((times - self.start) / self.rise) * ease((self.end - times) / self.fall)
         return np.where((times > self.start) & (times < self.end), weight, 0.0)
 
     def spans(self) -> list[tuple[float, float]]:
-        """When it moves the body."""
+        """Return the spans in which the gesture moves the body."""
         risen, falls = self.start + self.rise, self.end - self.fall
         if self.steady and risen < falls:
             return [(self.start, risen), (falls, self.end)]
@@ -61,8 +67,7 @@ class Gesture:
 
 @dataclass(frozen=True)
 class Swing:
-    """A leaf or drawer that goes from one place to another: `before` and `after` are angles of a
-    hinge, or m along a slide."""
+    """A movement of a leaf between two openings: rad about a hinge, or m along a slide."""
 
     start: float
     end: float
@@ -70,9 +75,18 @@ class Swing:
     after: float
 
 
-def swung(swings: Sequence[Swing], times: Array, resting: float) -> Array:
-    """Where a leaf is at times (n,): the swings in the order of their starts; `resting` before the
-    first."""
+def openings_at(swings: Sequence[Swing], times: Array, resting: float) -> Array:
+    """Return the opening of a leaf at times (n,).
+
+    Parameters
+    ----------
+    swings : sequence of Swing
+        Its movements, sorted by start.
+    times : array, shape (n,)
+        Seconds.
+    resting : float
+        The opening before the first movement, rad or m.
+    """
     where = np.full(len(times), resting)
     for swing in swings:
         begun = times >= swing.start
@@ -83,8 +97,11 @@ def swung(swings: Sequence[Swing], times: Array, resting: float) -> Array:
 
 @dataclass(frozen=True)
 class Hold:
-    """Where a thing is from `start` on: in a hand (side 0 or 1) of a person, at a point (3,), or
-    with neither where the file has it."""
+    """Where a thing is from `start` on.
+
+    It is in a hand of a person (0 left, 1 right) or at a point (3,). If both are None it is where
+    the file has it.
+    """
 
     start: float
     hand: int | None
@@ -94,17 +111,18 @@ class Hold:
 
 @dataclass
 class Timeline:
-    """What one body does: clips without gaps, gestures in the order in which they are applied."""
+    """The motion of one body: clips without gaps, and gestures in the order they apply."""
 
     clips: list[Clip] = field(default_factory=list)
     gestures: list[Gesture] = field(default_factory=list)
 
     @property
     def duration(self) -> float:
+        """The end of the last clip, s."""
         return self.clips[-1].end
 
     def base(self, times: Array) -> BodyPose:
-        """The body without gestures, n moments; before and after the clips it keeps still."""
+        """Return the poses without gestures; the body is still before and after the clips."""
         times = np.asarray(times, float)
         ends = np.array([clip.end for clip in self.clips])
         which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
@@ -119,7 +137,7 @@ class Timeline:
         return pose
 
     def poses(self, times: Array) -> BodyPose:
-        """The body at times (n,), n > 0."""
+        """Return the poses at times (n,), n > 0."""
         times = np.asarray(times, float)
         pose = self.base(times)
         first, last = times.min(), times.max()
@@ -134,17 +152,17 @@ class Timeline:
         return pose
 
     def moving(self) -> Array:
-        """(k, 2) s: when this body moves at all, in order, without overlaps."""
+        """Return the spans (k, 2) in which the body moves, s: sorted, without overlaps."""
         spans = [(clip.start, clip.end) for clip in self.clips if not clip.still]
         return merged([*spans, *(span for g in self.gestures for span in g.spans())])
 
     def away(self) -> Array:
-        """(k, 2) s: when the body is out of the home."""
+        """Return the spans (k, 2) in which the body is out of the home, s."""
         return merged([(clip.start, clip.end) for clip in self.clips if clip.away])
 
 
 def merged(spans: Sequence[tuple[float, float]]) -> Array:
-    """(k, 2): the union of spans, in order, without overlaps."""
+    """Return the union (k, 2) of spans, sorted, without overlaps."""
     result: list[list[float]] = []
     for start, end in sorted(spans):
         if result and start <= result[-1][1]:
@@ -154,27 +172,29 @@ def merged(spans: Sequence[tuple[float, float]]) -> Array:
     return np.array(result, float).reshape(-1, 2)
 
 
-# What everybody did on one day: bodies, what hands moved, and the truth of it.
+# The acted day: bodies, the movements of leaves and things, and the truth.
 #
-# Times are seconds since midnight of the day. What began before midnight or goes on after the day
-# is there whole in the bodies and what is moved; the truth begins and ends with the day.
+# Times are seconds since midnight. Bodies and movements include those that begin before midnight or
+# end after the day; the truth is cut at midnight.
 
 STANDING, WALKING, SITTING, LYING, AWAY = "standing", "walking", "sitting", "lying", "away"
-# Hips and ankles of who sits down on something, gets up or stands are less above it, m.
+# Hips and ankles of a person on an object are at most this far above it, m.
 OVER = 0.4
 
 
 @dataclass(frozen=True)
-class Swung(Swing):
-    """A leaf that a person's hand moves from one opening to another (rad or m, as Door has it)."""
+class LeafSwing(Swing):
+    """A movement of a leaf by a person's hand; openings in rad or m as in `Door`."""
 
     person: str
 
 
 @dataclass(frozen=True)
 class Switch:
-    """A lamp, by its `object`, that a person switches. At the time 0 or before: how the day
-    begins, with no person."""
+    """A person switches the lamp `object`.
+
+    A switch at time 0 or before, by no person, is the state at the start of the day.
+    """
 
     time: float
     object: str
@@ -184,8 +204,10 @@ class Switch:
 
 @dataclass(frozen=True)
 class ActedActivity:
-    """An activity as it was acted, from when the way to its first step began; `place` is that of
-    its places where most of it was done."""
+    """An activity as it was acted, from the start of the way to its first step.
+
+    `place` is the one of its places where most of it was done.
+    """
 
     start: float
     end: float
@@ -196,7 +218,7 @@ class ActedActivity:
 
 @dataclass(frozen=True)
 class Stay:
-    """A time that a person spent in one place and posture. The place is empty on the way."""
+    """The time that a person spent at one place in one posture; the place is "" on the way."""
 
     start: float
     end: float
@@ -207,12 +229,15 @@ class Stay:
 
 @dataclass(frozen=True)
 class Acted:
-    """Persons are named as in the routine. Doors and things not in here stay as the file has them;
-    of what swings, the first `before` is how the day begins. `sips`: when a thing in a hand is
-    tilted to drink from it. Lists are in order of time."""
+    """The acted day of all persons, who are named as in the routine.
+
+    Doors and things that are not included stay as in the file. The first swing of a leaf begins
+    with its opening at the start of the day. `sips` are the gestures that tilt a cup. Lists are
+    sorted by time.
+    """
 
     bodies: Mapping[str, Timeline]
-    swings: Mapping[str, list[Swung]] = field(default_factory=dict)
+    swings: Mapping[str, list[LeafSwing]] = field(default_factory=dict)
     switches: list[Switch] = field(default_factory=list)
     holds: Mapping[str, list[Hold]] = field(default_factory=dict)
     activities: list[ActedActivity] = field(default_factory=list)
@@ -220,22 +245,27 @@ class Acted:
     sips: Mapping[str, list[Gesture]] = field(default_factory=dict)
 
     def spans(self, start: float, end: float) -> Array:
-        """(k, 2): when anything moves between two times, in order and apart. What changes at once
-        has a span of no length."""
+        """Return the spans (k, 2) in which anything moves between two times, without overlaps.
+
+        An instant change has a span of length 0.
+        """
         spans = [body.moving() for body in self.bodies.values()]
         spans += [np.array([(s.start, s.end) for s in swings]) for swings in self.swings.values()]
         at_once = [switch.time for switch in self.switches]
         at_once += [held.start for holds in self.holds.values() for held in holds]
-        # Who goes away or comes is hidden or shown.
+        # A person who leaves or comes home is hidden or shown at once.
         at_once += [time for body in self.bodies.values() for time in body.away().flat]
         spans.append(np.column_stack([at_once, at_once]))
         every = np.concatenate([span.reshape(-1, 2) for span in spans])
         inside = every[(every[:, 1] >= start) & (every[:, 0] <= end)]
         return merged(np.clip(inside, start, end).tolist())
 
-    def borne(self, low: Array, high: Array, time: float) -> str:
-        """The person whose hips or feet are at a time on something with these corners (3,) m, or
-        come down on it; of several, who is lowest; empty where nobody is."""
+    def person_on(self, low: Array, high: Array, time: float) -> str:
+        """Return the person whose hips or feet are on or just above an object at a time.
+
+        `low` and `high` (3,) are the corners of the object's bounds, m. Of several persons the
+        lowest counts; "" if there is none.
+        """
         found = []
         for person, body in self.bodies.items():
             pose = body.poses(np.array([time]))
@@ -244,15 +274,14 @@ class Acted:
             found += [(float(z), person) for z in points[over, 2]]
         return min(found, default=(0.0, ""))[1]
 
-    def mover(self, object: str, time: float) -> str:
-        """The person that moves a door, lamp or thing at a time, or has done so last; empty where
-        nobody has."""
-        moves = [(swung.start, swung.person) for swung in self.swings.get(object, ())]
+    def last_mover(self, object: str, time: float) -> str:
+        """Return the person who last moved a door, lamp or thing by a time, or ""."""
+        moves = [(swing.start, swing.person) for swing in self.swings.get(object, ())]
         moves += [(switch.time, switch.person) for switch in self.switches
                   if switch.object == object]  # fmt: skip
         last = ""
         for held in self.holds.get(object, ()):
-            # Who puts a thing down is who had it.
+            # A thing is put down by the person who held it.
             moves.append((held.start, held.person or last))
             last = held.person
         moves.sort()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ways over a floor: the shortest for a body of some width that rather keeps off what stands about.
+"""Find paths over a floor for a body of some width, at a distance from obstacles.
 
-The floor is a grid of free cells. A way is the cheapest over neighbouring cells (A*), where cells
-near to things cost more, with the corners left out that a walker cuts.
+The floor is a grid of free cells. A path is the cheapest one over neighbouring cells (A*), where
+cells near obstacles cost more, without the corners that a walker cuts.
 """
 
 from __future__ import annotations
@@ -17,16 +17,15 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.model import Array
 
-# What a walker likes to keep to things beside the own half width, m, and how many times as long a
-# way may be for it.
+# Preferred distance from obstacles beyond the walker's half width, m, and the largest cost factor
+# of cells nearer than that.
 EASY_M, EASY = 0.15, 3.0
 _ROOT2 = math.sqrt(2.0)
 _NEIGHBOURS = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)]
 
 
-class NoWay(ValueError):
-    """Nobody of that width gets there; `nearest` (2,) m is the place next to it that can be
-    reached."""
+class NoPath(ValueError):
+    """No path for a body of this width; `nearest` (2,) is the nearest reachable point, m."""
 
     def __init__(self, text: str, nearest: Array) -> None:
         super().__init__(text)
@@ -35,35 +34,44 @@ class NoWay(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Floor:
-    """Squares of `size` m; `low` (2,) m is the corner of the first, `free` (nx, ny) where nothing
-    stands."""
+    """A grid of square cells with edges of `size` m.
+
+    `low` (2,) is the outer corner of the first cell, m, and `free` (nx, ny) tells which cells are
+    free.
+    """
 
     low: Array
     size: float
     free: NDArray[np.bool_]
 
     def cell(self, point: Array) -> tuple[int, int]:
-        """The cell of a point (2,); the nearest one of a point outside."""
+        """Return the cell of a point (2,), or the nearest cell to a point outside the grid."""
         index = np.floor((np.asarray(point)[:2] - self.low) / self.size).astype(int)
         x, y = np.clip(index, 0, np.array(self.free.shape) - 1).tolist()
         return x, y
 
     def middle(self, cell: tuple[int, int]) -> Array:
+        """Return the middle (2,) of a cell, m."""
         place: Array = self.low + (np.array(cell) + 0.5) * self.size
         return place
 
-    # Once a floor; without it 2 ms for each way that is looked for in a small home.
+    # Computed once a floor: without the cache each path takes 2 ms longer in a small home.
     @cached_property
     def clearance(self) -> Array:
-        """(nx, ny) m: from the middle of each cell to the edge of the nearest that is not free,
-        those outside included."""
+        """The distance (nx, ny) from each cell's middle to the nearest cell that is not free, m.
+
+        Cells outside the grid are not free.
+        """
         padded = np.pad(self.free, 1)
         return (_distance(padded)[1:-1, 1:-1] - 0.5) * self.size
 
 
 def _distance(free: NDArray[np.bool_]) -> Array:
-    """Euclidean distance in cells to the nearest cell that is not free: first along the columns,
-    then the lower envelope of parabolas along the rows, all columns at once (Meijster et al. 2000).
+    """Return the Euclidean distance to the nearest cell that is not free, in cells.
+
+    References
+    ----------
+    Meijster et al. 2000: along the columns, then the lower envelope of parabolas along the rows.
     """
     nx, ny = free.shape
     along = np.where(free, np.inf, 0.0)
@@ -82,52 +90,70 @@ def _distance(free: NDArray[np.bool_]) -> Array:
     return distance
 
 
-def way(floor: Floor, start: Array, goal: Array, radius: float) -> Array:
-    """Corner points (n, 2) in m of a way from `start` to `goal` (2,) for a body of that half width.
+def find_path(floor: Floor, start: Array, goal: Array, radius: float) -> Array:
+    """Return the corner points (n, 2) of a path.
 
-    Both ends may be nearer to things than the radius, as somebody at a basin is: there the body
-    squeezes out to the nearest cell that is wide enough. Raises NoWay.
+    Both ends can be nearer to obstacles than the radius, as at a basin. The path then begins or
+    ends with the straight line to the nearest cell with room.
+
+    Parameters
+    ----------
+    floor : Floor
+        The free floor.
+    start, goal : array, shape (2,)
+        The ends, m.
+    radius : float
+        Half of the walker's width, m.
+
+    Raises
+    ------
+    NoPath
+        If no path is wide enough.
     """
     wide = floor.clearance >= radius - 1e-9
     first, last = (_entry(floor, wide, np.asarray(end, float)[:2]) for end in (start, goal))
     cells = _cheapest(floor, wide, first, last, radius)
     points = np.array([floor.middle(cell) for cell in cells])
     points = np.concatenate([[np.asarray(start)[:2]], points, [np.asarray(goal)[:2]]])
-    return _straightened(floor, points, radius)
+    return _straighten(floor, points, radius)
 
 
-def parts(floor: Floor, radius: float) -> NDArray[np.int64]:
-    """(nx, ny): the number, from 1, of the part of the floor that each cell is in: a body of that
-    half width gets everywhere in one part and to no other. 0 where it does not fit."""
+def regions(floor: Floor, radius: float) -> NDArray[np.int64]:
+    """Return the connected regions of the floor for a body of a radius in m.
+
+    Cells (nx, ny) have the number of their region, from 1, or 0 where the body does not fit.
+    """
     wide = floor.clearance >= radius - 1e-9
     nx, ny = wide.shape
-    free, part, number = wide.tolist(), np.zeros((nx, ny), np.int64).tolist(), 0
+    free, region, number = wide.tolist(), np.zeros((nx, ny), np.int64).tolist(), 0
     for first in np.argwhere(wide).tolist():
-        if part[first[0]][first[1]]:
+        if region[first[0]][first[1]]:
             continue
         number += 1
-        part[first[0]][first[1]] = number
+        region[first[0]][first[1]] = number
         queue = [first]
         while queue:
             x, y = queue.pop()
             for i, j in ((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)):
-                if 0 <= i < nx and 0 <= j < ny and free[i][j] and not part[i][j]:
-                    part[i][j] = number
+                if 0 <= i < nx and 0 <= j < ny and free[i][j] and not region[i][j]:
+                    region[i][j] = number
                     queue.append((i, j))
-    return np.array(part, np.int64).reshape(nx, ny)
+    return np.array(region, np.int64).reshape(nx, ny)
 
 
 def entry(floor: Floor, radius: float, point: Array) -> tuple[int, int]:
-    """The cell with room for a body of that half width that is nearest to a point (2,), where its
-    way begins or ends. Raises NoWay."""
+    """Return the cell nearest to a point (2,) with room for a body of a radius in m.
+
+    Raises `NoPath` if there is none.
+    """
     return _entry(floor, floor.clearance >= radius - 1e-9, np.asarray(point, float)[:2])
 
 
 def _entry(floor: Floor, wide: NDArray[np.bool_], point: Array) -> tuple[int, int]:
-    """The wide cell that is nearest to a point. Raises NoWay where there is none."""
+    """Return the wide cell nearest to a point; raise `NoPath` if there is none."""
     cells = np.argwhere(wide)
     if not len(cells):
-        raise NoWay("there is no room for anybody", point)
+        raise NoPath("there is no room for anybody", point)
     places = floor.low + (cells + 0.5) * floor.size
     x, y = cells[int(np.argmin(((places - point) ** 2).sum(axis=1)))].tolist()
     return x, y
@@ -140,7 +166,7 @@ def _cheapest(
     last: tuple[int, int],
     radius: float,
 ) -> list[tuple[int, int]]:
-    """The cells of the cheapest way. Raises NoWay."""
+    """Return the cells of the cheapest path; raise `NoPath` if there is none."""
     easy = np.clip((radius + EASY_M - floor.clearance) / EASY_M, 0.0, 1.0)
     price = (1.0 + (EASY - 1.0) * easy).tolist()
     free = wide.tolist()
@@ -175,11 +201,11 @@ def _cheapest(
                 heapq.heappush(queue, (total + left, (i, j)))
     reached = np.array(sorted(done))
     nearest = reached[int(np.argmin(((reached - last) ** 2).sum(axis=1)))]
-    raise NoWay("there is no way", floor.middle((int(nearest[0]), int(nearest[1]))))
+    raise NoPath("there is no way", floor.middle((int(nearest[0]), int(nearest[1]))))
 
 
-def _straightened(floor: Floor, points: Array, radius: float) -> Array:
-    """Without the corners that a walker cuts: never nearer to things than the way itself gets."""
+def _straighten(floor: Floor, points: Array, radius: float) -> Array:
+    """Remove corners, as long as the path keeps its distance from obstacles."""
     kept, here = [0], 0
     while here < len(points) - 1:
         ahead = len(points) - 1
@@ -194,6 +220,7 @@ def _straightened(floor: Floor, points: Array, radius: float) -> Array:
 
 
 def _clearances(floor: Floor, points: Array) -> Array:
+    """Return the clearances at points (n, 2), m."""
     index = np.floor((points - floor.low) / floor.size).astype(int)
     x, y = np.clip(index, 0, np.array(floor.free.shape) - 1).T
     found: Array = floor.clearance[x, y]
@@ -201,11 +228,11 @@ def _clearances(floor: Floor, points: Array) -> Array:
 
 
 def _clearance_between(floor: Floor, a: Array, b: Array) -> float:
-    """The least clearance on the straight line."""
+    """Return the least clearance on a straight line."""
     steps = max(2, int(np.linalg.norm(b - a) / floor.size * 2) + 1)
     return float(_clearances(floor, a + (b - a) * np.linspace(0, 1, steps)[:, None]).min())
 
 
 def length(points: Array) -> float:
-    """m, of a way's corner points (n, 2)."""
+    """Return the length of a path of corner points (n, 2), m."""
     return float(np.hypot(*np.diff(points, axis=0).T).sum())

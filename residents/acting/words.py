@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words of a routine's steps, read and held against what is marked in the home."""
+"""Parse the steps of a routine's activities, and check their names against the home's marks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .timeline import AWAY as GONE
 from .timeline import LYING, SITTING, STANDING
 
 _DURATION = re.compile(r"\s+((?:\d+(?:\.\d+)?\s*(?:s|min|h)\s*)+)$")
-# Each word: what its name is one of, and whether it may be told how long it takes.
+# Each word of a step: the kind of its name, and whether a duration can follow.
 _PLACE, _LEAF, _LAMP, _THING, _NONE = "place", "door or drawer", "lamp", "thing", ""
 _WORDS = {
     "go": (_PLACE, True),
@@ -36,21 +36,24 @@ _WORDS = {
     "look around": (_NONE, True),
     "leave": (_NONE, False),
 }
-# After which word somebody is at its place, and how.
+# The words after which a person is at their place, with the posture there.
 POSTURES = {"go": STANDING, "stand at": STANDING, "use": STANDING, "sit": SITTING, "lie": LYING,
             "leave": GONE}  # fmt: skip
 _CAT = {"go", "stand at", "sit", "lie", "use", "wait", "turn over", "shift", "look around"}
 _NEEDS = {"turn over": (LYING,)}
-# The largest side of what a hand can carry, m.
+# The largest side of a thing that a hand can carry, m.
 LARGEST_THING_M = 1.0
-# So many small movements come in a row, on average, where the routine does not say.
+# Default mean number of small movements in a row.
 BURST = 3.0
 
 
 @dataclass(frozen=True)
 class ActivityStep:
-    """A word, the name that it goes with, how long it takes (s, None where that is not told), the
-    place that something is put at, and whether a lamp is switched on. `where` it stands."""
+    """A step: a word and the name that it applies to.
+
+    `lasts` is its duration in s, or None by default. `at` is the place where a thing is put, and
+    `on` the new state of a lamp. `where` is the step's position in the routine's file.
+    """
 
     word: str
     name: str
@@ -60,11 +63,15 @@ class ActivityStep:
     where: str
 
     def error(self, text: str) -> InputError:
+        """Return an `InputError` that names the step and its position in the file."""
         return InputError(f"{self.where}: {' '.join([self.word, self.name]).strip()}: {text}")
 
 
-def read_step(text: str, where: str, places: Places) -> ActivityStep:
-    """Raises InputError where a word or a name is not known."""
+def parse_step(text: str, where: str, places: Places) -> ActivityStep:
+    """Parse a step; raise `InputError` for an unknown word or name.
+
+    `where` is its position in the file.
+    """
     word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
     if word is None:
         first = text.split(" ", maxsplit=1)[0]
@@ -86,8 +93,8 @@ def read_step(text: str, where: str, places: Places) -> ActivityStep:
     step = ActivityStep(word, rest, lasts, at, on, where)
     if kind == _NONE and rest:
         raise step.error(f"{rest!r} means nothing here")
-    asked = [(rest, kind)] if kind else []
-    for name, one in [*asked, (at, _PLACE)] if word == "put" else asked:
+    expected = [(rest, kind)] if kind else []
+    for name, one in [*expected, (at, _PLACE)] if word == "put" else expected:
         known = _known(one, places)
         if name not in known:
             raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
@@ -97,7 +104,7 @@ def read_step(text: str, where: str, places: Places) -> ActivityStep:
 
 
 def _check_thing(step: ActivityStep, thing: Place) -> None:
-    """Raises InputError where nobody can carry it."""
+    """Raise `InputError` for a thing that nobody can carry."""
     if thing.use != USE:
         raise step.error(
             f"its Use is {thing.use.title()}, and only what is marked as Use can be carried"
@@ -110,13 +117,14 @@ def _check_thing(step: ActivityStep, thing: Place) -> None:
 
 
 def _known(kind: str, places: Places) -> Collection[str]:
+    """Return the names of a kind that are marked in the home."""
     if kind == _LEAF:
         return places.doors.keys()
     return places.lamps.keys() if kind == _LAMP else places.places.keys()
 
 
-def check_body(step: ActivityStep, places: Places, is_cat: bool) -> None:
-    """Raises InputError where a person or a cat cannot do that."""
+def check_can_do(step: ActivityStep, places: Places, is_cat: bool) -> None:
+    """Raise `InputError` for a step that a person, or a cat, cannot perform."""
     if is_cat and step.word not in _CAT:
         raise step.error(f"a cat does not; it can {', '.join(sorted(_CAT))}")
     allowed = {"sit": (SIT, LIE), "lie": (LIE,)}.get(step.word)
@@ -127,9 +135,12 @@ def check_body(step: ActivityStep, places: Places, is_cat: bool) -> None:
 
 
 @dataclass(frozen=True)
-class Repeated:
-    """Movements while an activity lasts, one of the steps each time; `burst`: how many come soon
-    one after the other, on average."""
+class RepeatedSteps:
+    """Movements during an activity, of which one is chosen each time.
+
+    They come every `every` seconds on average, in bursts of `burst` on average, with log-normal
+    rests of spread `varies`.
+    """
 
     steps: tuple[ActivityStep, ...]
     every: float
@@ -138,35 +149,41 @@ class Repeated:
 
 
 @dataclass(frozen=True)
-class Deeds:
-    """What an activity is made of; the place and posture in which it ends, None where it has
-    neither."""
+class ActivitySteps:
+    """The steps of an activity, and the place and posture in which it ends, if any."""
 
     steps: tuple[ActivityStep, ...]
-    meanwhile: tuple[Repeated, ...]
+    meanwhile: tuple[RepeatedSteps, ...]
     place: str | None
     posture: str | None
 
     @property
     def places(self) -> set[str]:
-        """The places of its steps; none for a step that leaves."""
+        """The places that the steps name."""
         return {step.name for step in self.all_steps if step.word in POSTURES}
 
     @property
     def all_steps(self) -> tuple[ActivityStep, ...]:
+        """The steps in order, then the repeated ones."""
         return (*self.steps, *(step for one in self.meanwhile for step in one.steps))
 
 
-def read_activities(routine: Routine, places: Places) -> Mapping[str, Deeds]:
-    """All of a routine's activities by name, and what it is to be away. Raises InputError."""
-    found = {name: _deeds(activity, places) for name, activity in routine.activities.items()}
-    found[AWAY] = Deeds((ActivityStep("leave", "", None, "", False, AWAY),), (), "", GONE)
+def read_activities(routine: Routine, places: Places) -> Mapping[str, ActivitySteps]:
+    """Return the steps of all activities by name, including being away.
+
+    Raises `InputError` for a step that cannot be parsed.
+    """
+    found = {
+        name: _parse_activity(activity, places) for name, activity in routine.activities.items()
+    }
+    found[AWAY] = ActivitySteps((ActivityStep("leave", "", None, "", False, AWAY),), (), "", GONE)
     return found
 
 
-def _deeds(activity: RoutineActivity, places: Places) -> Deeds:
+def _parse_activity(activity: RoutineActivity, places: Places) -> ActivitySteps:
+    """Parse the steps of one activity."""
     where = activity.where or (activity.name,) * len(activity.do)
-    steps = tuple(read_step(text, at, places) for text, at in zip(activity.do, where, strict=True))
+    steps = tuple(parse_step(text, at, places) for text, at in zip(activity.do, where, strict=True))
     place: str | None = None
     posture: str | None = None
     for step in steps:
@@ -176,17 +193,18 @@ def _deeds(activity: RoutineActivity, places: Places) -> Deeds:
     meanwhile = []
     for one in activity.meanwhile:
         lines = zip(one.do, one.where or (activity.name,) * len(one.do), strict=True)
-        among = tuple(read_step(text, at, places) for text, at in lines)
+        among = tuple(parse_step(text, at, places) for text, at in lines)
         for step in among:
             _check_posture(step, posture)
             if step.word == "leave":
                 raise step.error("nobody leaves in between; make it an activity of its own")
         usual = 1.0 if any(step.word in POSTURES for step in among) else BURST
-        meanwhile.append(Repeated(among, one.every, one.varies, one.burst or usual))
-    return Deeds(steps, tuple(meanwhile), place, posture)
+        meanwhile.append(RepeatedSteps(among, one.every, one.varies, one.burst or usual))
+    return ActivitySteps(steps, tuple(meanwhile), place, posture)
 
 
 def _check_posture(step: ActivityStep, posture: str | None) -> None:
+    """Raise `InputError` for a step that needs another posture."""
     needed = _NEEDS.get(step.word)
     if needed and posture not in needed:
         raise step.error(f"that is done {' or '.join(needed)}; put such a step before it")

@@ -112,7 +112,7 @@ class Causes:
         """Whose body an object is part of, who moves it at a time, or who is on it, as on the
         cushion over a pad; empty where nobody is."""
         for owner in self._chain(name):
-            person = self._persons.get(owner) or self._acted.mover(owner, time)
+            person = self._persons.get(owner) or self._acted.last_mover(owner, time)
             if person:
                 return person
         obj = _object(name)
@@ -120,7 +120,7 @@ class Causes:
             return ""
         corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
         corners *= unit_scale(self._scene)
-        return self._acted.borne(corners.min(axis=0), corners.max(axis=0), time)
+        return self._acted.person_on(corners.min(axis=0), corners.max(axis=0), time)
 
     def _chain(self, name: str) -> list[str]:
         """The object itself and what it hangs on, by their names."""

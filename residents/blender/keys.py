@@ -21,7 +21,7 @@ from ...angen_addon.scene.light.scene import BEGINS, begins_of
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.model import Array, Index
 from ..acting.places import Places
-from ..acting.timeline import Acted, Gesture, Hold, Timeline, swung
+from ..acting.timeline import Acted, Gesture, Hold, Timeline, openings_at
 from ..body.pose import BodyPose
 from ..body.poses import palm, upright
 from ..body.solve import Bones, channels, solve
@@ -206,7 +206,7 @@ class KeyedStretch:
         spans = np.array([(swing.start, swing.end) for swing in swings]).reshape(-1, 2)
         at = self._moving_frames(frames, spans)
         resting = swings[0].before if swings else 0.0
-        openings = swung(swings, self._seconds_at(at), resting)
+        openings = openings_at(swings, self._seconds_at(at), resting)
         before = self._world_of(obj)
         metres = unit_scale(bpy.context.scene)
         units, back = Matrix.Scale(1 / metres, 4), Matrix.Scale(metres, 4)

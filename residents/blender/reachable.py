@@ -24,7 +24,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ...sensor_logic.wording import Lengths, named, plural, quoted
 from ..acting.places import Place, Places
-from ..acting.reach import Unreached, looking_for_unreached
+from ..acting.reach import Unreached, unreached_in_steps
 from .marks import LABELS, NONE, marked
 from .places import read_marks, reading_marks
 from .settings import residents_in
@@ -101,7 +101,7 @@ def check_places(depsgraph: Any) -> Checked:
 def checking_places(depsgraph: Any) -> Generator[Doing, None, Checked]:
     """The same in steps."""
     reading = yield from doing("floors and places", scaled(reading_marks(depsgraph), 0.0, 0.8))
-    looking = scaled(looking_for_unreached(reading.places), 0.8, 1.0)
+    looking = scaled(unreached_in_steps(reading.places), 0.8, 1.0)
     lost = yield from doing("ways", looking)
     between = {}
     for one in lost:

@@ -39,7 +39,7 @@ from ...angen_addon.scene.sensors import all_sensors, set_room
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey
-from ..acting.ways import Floor, parts
+from ..acting.ways import Floor, regions
 from .marks import MarkedObject, look_of
 from .settings import is_resident, residents_in
 
@@ -158,12 +158,12 @@ def _ground(
     seeds = np.where(level & _near(grid, marks), 1, 0)
     reached = (yield from saying(0.6, flood(seeds, level, ways))) > 0
     free = reached & ~_beside(ways, reached)
-    part = parts(Floor(grid.low, grid.size, free), BODY_M)
+    part = regions(Floor(grid.low, grid.size, free), BODY_M)
     # What no body gets to is the inside of a wall.
     free &= (yield from saying(0.65, flood((part > 0).astype(np.int64), free, ways))) > 0
     floor = Floor(grid.low, grid.size, free)
     number, names, guessed = yield from saying(0.7, _rooms(home, grid, grid.floor))
-    part = parts(floor, BODY_M)
+    part = regions(floor, BODY_M)
     return WalkedStorey(
         Storey(grid.floor, floor, number, names, guessed), walk, part, _main(floor, part, marks)
     )

@@ -1,3 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Days that were lived in a home: their truth beside the events, daylight, and how days become one
-folder. Without Blender; what runs a day is `residents/blender/run.py`."""
+"""Days of a home: their events and truth, daylight, and the files of several days.
+
+Nothing here needs Blender; `residents/blender/run.py` runs a day.
+"""

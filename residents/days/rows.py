@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rows that a day gives, the files of a folder that the days of a run become, and a day's
-frames and clock."""
+"""The rows of a day, the tables of several days, and a day's frames and clock."""
 
 from __future__ import annotations
 
@@ -27,8 +26,11 @@ _cells = attrgetter(*DAY_HEADER)
 
 @dataclass(frozen=True)
 class Day:
-    """A day that was lived: events in the log's order, with each field's value at midnight first,
-    which nobody made; the truth; times in µs since midnight."""
+    """A simulated day: its events and its truth, with times in µs since midnight.
+
+    Events are in the log's order. The first event of each field is its value at midnight, which
+    nobody caused.
+    """
 
     date: date
     events: tuple[Event[int], ...]
@@ -36,7 +38,7 @@ class Day:
     people: tuple[Whereabouts, ...]
 
     def as_json(self, digest: str) -> str:
-        """To be kept; `digest` tells the run that it is of."""
+        """Return the day as JSON text; `digest` identifies its run."""
         activities = [(a.start, a.end, a.person, a.activity, a.room) for a in self.activities]
         found = {
             "run": digest,
@@ -49,8 +51,10 @@ class Day:
 
     @classmethod
     def of_json(cls, text: str, digest: str) -> Day | None:
-        """Reads a kept day; None if it belongs to another run. Raises ValueError for any other
-        text."""
+        """Read a day from JSON text, or return None if it belongs to another run.
+
+        Raises `ValueError` for any other text.
+        """
         try:
             found = json.loads(text)
             if found["run"] != digest:
@@ -74,9 +78,12 @@ def _event(cells: Iterable[Any]) -> Event[int]:
 
 
 def attributed(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
-    """The events of a day in the log's order, each told with whose movement it is of. They come
-    with who moves the cause: what ends is of who began it."""
-    # By sensor, what made the last event that something did, and who.
+    """Return the events of a day in the log's order, each with the person who caused it.
+
+    On input each event has the person who moves its cause at that time. The end of a reading is
+    attributed to the person of its beginning.
+    """
+    # By sensor, the cause and the person of the last event that has a cause.
     last: dict[str, tuple[str, str]] = {}
     found = []
     for event in sorted(events, key=lambda event: (event.time, event.sensor, event.field)):
@@ -91,7 +98,7 @@ def attributed(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
 
 @dataclass(frozen=True)
 class DayRows:
-    """Days that follow each other: times in µs since the first midnight, `start`."""
+    """The rows of consecutive days, with times in µs since the first midnight, of `start`."""
 
     start: date
     events: tuple[Event[int], ...]
@@ -100,7 +107,7 @@ class DayRows:
 
     @classmethod
     def of(cls, days: Sequence[Day]) -> DayRows:
-        """One after the other; what is at a midnight as it was before is told once."""
+        """Join days; a value that is the same before and after midnight has one row."""
         return cls(
             days[0].date,
             tuple(_events(days)),
@@ -109,7 +116,7 @@ class DayRows:
         )
 
     def files(self) -> dict[str, str]:
-        """The texts of the tables by file name."""
+        """Return the texts of the tables by file name."""
         begin = datetime.combine(self.start, time())
         events = ((_moment(begin, e.time), *map(format_value, _cells(e)[1:])) for e in self.events)
         activities = (
@@ -132,7 +139,7 @@ class DayRows:
         about: Mapping[str, str],
         labels: Mapping[str, str],
     ) -> Log:
-        """For the formats of other tools; `labels`: what they call an activity."""
+        """Return a log for the formats of other tools; `labels` are their names of activities."""
         events = (event.at(event.time / US) for event in self.events)
         activities = [
             LoggedActivity(a.start, a.end, a.person, labels.get(a.activity, a.activity), a.room)
@@ -143,6 +150,7 @@ class DayRows:
 
 
 def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
+    """Yield the events of all days, without repeated values at midnight."""
     last: dict[tuple[str, str], Value] = {}
     for number, day in enumerate(days):
         for event in day.events:
@@ -154,6 +162,7 @@ def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
 
 
 def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:
+    """Yield the whereabouts of all days, without repeated ones at midnight."""
     last: dict[str, Whereabouts] = {}
     for number, day in enumerate(days):
         for where in day.people:
@@ -164,6 +173,7 @@ def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:
 
 
 def _moment(begin: datetime, us: int) -> str:
+    """Return a time in µs as local date and time."""
     return (begin + timedelta(microseconds=us)).isoformat(timespec="milliseconds")
 
 
@@ -172,7 +182,7 @@ def _point(at: tuple[float, float, float] | None) -> Iterable[str]:
 
 
 def toml(values: Mapping[str, Any], tables: Iterable[Mapping[str, Any]] = ()) -> str:
-    """A TOML file: values, tables of values, and an array of tables `sensors`."""
+    """Return the text of a TOML file: values, tables of values, and an array `sensors`."""
     plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
     lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
     for key, value in values.items():
@@ -204,39 +214,39 @@ def _value(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, float):
         return repr(value)
-    # TOML's strings are JSON's, but for one sign.
+    # TOML's strings are JSON's, apart from one control character.
     return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-# The frames and the clock of a day: 10 frames a second, midnight at frame 1.
+# The frames and clock of a day: 10 frames a second, midnight at frame 1.
 
 FPS = 10
-# s: so long before midnight a day's run begins, for detectors to have settled by then.
+# A day's run begins this long before midnight, so that detectors have settled by then, s.
 LEAD_S = 120.0
-# Days: then noise begins again, as times in s that are too large lose digits.
+# Noise repeats after this many days, because larger times in s lose digits.
 CYCLE = 1 << 13
 HOUR_S = 3600.0
-# s: a shorter rest is not cut in.
+# The shortest rest in which a day is cut, s.
 REST = 2.0
 
 
 def frame_at(time: float) -> int:
-    """The first whole frame at or after a time in s since midnight."""
+    """Return the first whole frame at or after a time in s since midnight."""
     return 1 + math.ceil(time * FPS - 1e-6)
 
 
 def time_at(frame: float) -> float:
-    """s since midnight."""
+    """Return the time of a frame, in s since midnight."""
     return (frame - 1) / FPS
 
 
 def hours_minutes(time: float) -> str:
-    """A time in s since midnight as text, such as 07:05."""
+    """Return a time in s since midnight as text, such as 07:05."""
     return f"{int(time // 3600):02d}:{int(time // 60 % 60):02d}"
 
 
 def lasting(seconds: float) -> str:
-    """How long something takes, to the minute, such as 1 h 05 min."""
+    """Return a duration as text, to the minute, such as 1 h 05 min."""
     minutes = round(seconds / 60)
     if minutes < 1:
         return f"{seconds:.0f} s"
@@ -244,24 +254,39 @@ def lasting(seconds: float) -> str:
 
 
 def calendar_number(first: date) -> int:
-    """The number of a run's first day, from 0 to below `CYCLE`, by which its noise is drawn: by the
-    date, not by the day that the run begins with."""
+    """Return the number of a date, from 0 to below `CYCLE`, from which its noise is drawn.
+
+    The noise of a date does not depend on the day with which a run begins.
+    """
     return day_number(first) % CYCLE
 
 
 def clock_of_day(number: int) -> Clock:
-    """The clock of day `number`, in that day's frames: as in one long run that began `LEAD_S`
-    before the midnight of day 0, each update has a number and a time of its own."""
+    """Return the clock of day `number`, in that day's frames.
+
+    Updates have numbers and times as in one long run that began `LEAD_S` before the midnight of day
+    0.
+    """
     return Clock(frame_at(-LEAD_S) - round(number * DAY_S) * FPS, FPS)
 
 
 def stretches(spans: Array, first: float, last: float, most: float) -> list[float]:
-    """Times (s) at which to cut from `first` to `last`, so that there is movement for `most` s at
-    most between two of them; if possible while nothing moves, in the middle of that. `spans`
-    (k, 2): when anything moves."""
+    """Return times at which to cut a day, in s.
+
+    If possible, cuts are in the middle of rests, in which nothing moves.
+
+    Parameters
+    ----------
+    spans : array, shape (k, 2)
+        The spans in which anything moves, s, sorted.
+    first, last : float
+        The ends of the day, s.
+    most : float
+        The longest time with movement between two cuts, s.
+    """
     cuts: list[float] = []
     moved = 0.0
-    # The last rest, and how much movement came before it.
+    # The last rest, and the time with movement before it.
     rest: tuple[float, float] | None = None
     for number, (start, end) in enumerate(spans.tolist()):
         while moved + end - start > most:
@@ -269,7 +294,7 @@ def stretches(spans: Array, first: float, last: float, most: float) -> list[floa
                 cuts.append(rest[0])
                 moved, rest = moved - rest[1], None
                 continue
-            # No rest in sight: amid the movement.
+            # Without a rest, cut during the movement.
             start += most - moved
             cuts.append(start)
             moved = 0.0

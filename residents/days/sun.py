@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the sun stands at a time and place on Earth, and how much light it and the sky give.
+"""The position of the sun, and the light of the sun and the sky.
 
-Position: the Astronomical Almanac's low-precision formulas as Michalsky gives them (Solar Energy
-40, 1988, p. 227), 0.01° from 1950 to 2050, and refraction after Saemundsson (Sky and Telescope 72,
-1986, p. 70). Light, relative to that at another altitude: of the sun behind the clear air of
-Kasten and Young's air mass (Applied Optics 28, 1989, p. 4735) by Meinel's 0.7^(m^0.678); of the
-sky 300 + 21000 sin h lx (Krochmann and Seidl, Lighting Research and Technology 6, 1974, p. 165),
-and in the twilight a straight line, in its logarithm, through the Explanatory Supplement's values.
+Position: low-precision formulas of the Astronomical Almanac, as Michalsky gives them (Solar Energy
+40, 1988, p. 227), to 0.01° from 1950 to 2050. Refraction: Saemundsson (Sky and Telescope 72, 1986,
+p. 70). Light of the sun: 0.7^(m^0.678) by Meinel, with the air mass m by Kasten and Young (Applied
+Optics 28, 1989, p. 4735). Light of the sky: 300 + 21000 sin h lx (Krochmann and Seidl, Lighting
+Research and Technology 6, 1974, p. 165). In twilight: values of the Explanatory Supplement,
+interpolated in their logarithm.
 """
 
 from __future__ import annotations
@@ -18,17 +18,20 @@ from itertools import pairwise
 
 J2000 = datetime(2000, 1, 1, 12)
 DAY = timedelta(days=1)
-# Altitude in degrees and lx of a clear sky without sun and moon.
+# Altitude of the sun in degrees, and illuminance of a clear moonless sky in lx.
 TWILIGHT = ((-18.0, 6.5e-4), (-12.0, 8.3e-3), (-6.0, 3.4), (0.0, 300.0))
-# The sun has set when its upper edge has: that is how far below the horizon its middle is then.
+# Angular radius of the sun: it has set once its upper edge is below the horizon.
 RADIUS = math.radians(0.267)
 
 
 @dataclass(frozen=True)
 class Site:
-    """A place on Earth: `latitude` and `longitude` in rad, north and east positive; `utc_offset`,
-    the hours by which its clocks are ahead of UTC; `north`, in rad, by which north is turned from
-    the home's +Y, seen from above counter-clockwise."""
+    """A place on Earth.
+
+    `latitude` and `longitude` are in rad, north and east positive. `utc_offset` is in hours,
+    positive if local clocks are ahead of UTC. `north` is the angle from the home's +y to north, in
+    rad, counter-clockwise seen from above.
+    """
 
     latitude: float
     longitude: float
@@ -37,8 +40,24 @@ class Site:
 
 
 def position(site: Site, local: datetime) -> tuple[float, float]:
-    """Altitude (with refraction) and azimuth from north over east, in rad, when a clock at the site
-    shows `local`."""
+    """Return altitude, with refraction, and azimuth of the sun at a local time.
+
+    Parameters
+    ----------
+    site : Site
+        The place on Earth.
+    local : datetime
+        The time on a clock at the site.
+
+    Returns
+    -------
+    altitude, azimuth : float
+        In rad; the azimuth from north over east.
+
+    References
+    ----------
+    Michalsky, Solar Energy 40, 1988, p. 227.
+    """
     days = (local - timedelta(hours=site.utc_offset) - J2000) / DAY
     mean = math.radians((280.460 + 0.9856474 * days) % 360.0)
     anomaly = math.radians((357.528 + 0.9856003 * days) % 360.0)
@@ -57,7 +76,7 @@ def position(site: Site, local: datetime) -> tuple[float, float]:
 
 
 def _refraction(altitude: float) -> float:
-    """By how much air lifts what is at a true altitude, rad; nothing far below the horizon."""
+    """Return the refraction at a true altitude, rad; 0 far below the horizon."""
     degrees = math.degrees(altitude)
     if degrees < -1.0:
         return 0.0
@@ -66,14 +85,32 @@ def _refraction(altitude: float) -> float:
 
 
 def direction(site: Site, altitude: float, azimuth: float) -> tuple[float, float, float]:
-    """The unit vector to the sun in the home's own axes, z up."""
+    """Return the unit vector to the sun in the home's axes, z up.
+
+    Parameters
+    ----------
+    site : Site
+        The place on Earth.
+    altitude, azimuth : float
+        The position of the sun, rad.
+    """
     bearing = math.pi / 2 + site.north - azimuth
     flat = math.cos(altitude)
     return flat * math.cos(bearing), flat * math.sin(bearing), math.sin(altitude)
 
 
 def sunlight(altitude: float) -> float:
-    """What a face turned to the sun gets, of what it would get without air; 0 once it has set."""
+    """Return the transmittance of clear air for direct sunlight, 0 once the sun has set.
+
+    Parameters
+    ----------
+    altitude : float
+        The altitude of the sun, rad.
+
+    References
+    ----------
+    Meinel; air mass by Kasten and Young, Applied Optics 28, 1989, p. 4735.
+    """
     if altitude <= -RADIUS:
         return 0.0
     degrees = max(math.degrees(altitude), 0.0)
@@ -83,7 +120,17 @@ def sunlight(altitude: float) -> float:
 
 
 def skylight(altitude: float) -> float:
-    """Illuminance (lx) of the sky on a level face."""
+    """Return the illuminance of the sky on a horizontal surface, lx.
+
+    Parameters
+    ----------
+    altitude : float
+        The altitude of the sun, rad.
+
+    References
+    ----------
+    Krochmann and Seidl, Lighting Research and Technology 6, 1974, p. 165.
+    """
     degrees = math.degrees(altitude)
     if degrees >= 0.0:
         return 300.0 + 21_000.0 * math.sin(altitude)

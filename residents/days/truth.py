@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth of a day beside its events: who did what where, and where everybody was."""
+"""The truth of a day: who did which activity where, and where each person was."""
 
 from __future__ import annotations
 
@@ -16,18 +16,21 @@ from ..acting.timeline import AWAY, Acted
 
 DAY_S = 86_400.0
 US = 1_000_000
-# s: so often whoever moves is told of at least, and looked for in another room.
-TELL_EVERY, LOOK_EVERY = 60.0, 1.0
-# m: who stops farther than this from where was told last is told of there.
-ELSEWHERE = 0.05
+# Longest time between two rows of a moving person, and time between two checks of the room, s.
+ROW_EVERY, CHECK_EVERY = 60.0, 1.0
+# A person who stops farther than this from the last row's position gets a row, m.
+MOVED_M = 0.05
 
 
 Point = tuple[float, float, float]
 
 
 class Whereabouts(NamedTuple):
-    """Where somebody was: `time` in µs since midnight, or since the first midnight of several days;
-    the middle of the hips in m. Who is away has no place."""
+    """The room, position and posture of a person from a time on.
+
+    `time` is in µs since midnight, or since the first midnight of several days. `at` is the middle
+    of the hips in m, or None for a person who is away.
+    """
 
     time: int
     person: str
@@ -36,7 +39,7 @@ class Whereabouts(NamedTuple):
     posture: str
 
 
-# The room of a point (3,), and that of a place by its name.
+# Functions that return the room of a point (3,), and the room of a place by name.
 RoomAt = Callable[[Array], str]
 RoomOf = Callable[[str], str]
 
@@ -44,31 +47,55 @@ RoomOf = Callable[[str], str]
 def activities(
     acted: Acted, room_of: RoomOf, where: Iterable[Whereabouts] = ()
 ) -> list[LoggedActivity]:
-    """What was done between midnight and midnight; `room_of` tells a place's room. What has no
-    place, or never came to it, is in the room where that person was longest meanwhile, as `people`
-    tells `where`. Times in µs."""
+    """Return the activities of a day, in order, with their rooms.
+
+    Parameters
+    ----------
+    acted : Acted
+        The acted day.
+    room_of : callable
+        Returns the room of a place by name.
+    where : iterable of Whereabouts
+        The rows of `people`. They give the room of an activity without a place: where the person
+        was longest.
+
+    Returns
+    -------
+    list of LoggedActivity
+        Times in µs, cut at midnight.
+    """
     found, of = [], defaultdict(list)
     for row in where:
         of[row.person].append(row)
     for done in acted.activities:
         start, end = (round(min(max(t, 0.0), DAY_S) * US) for t in (done.start, done.end))
         if start < end:
-            room = room_of(done.place) if done.place else _mostly(of[done.person], start, end)
+            room = room_of(done.place) if done.place else _longest_room(of[done.person], start, end)
             found.append(LoggedActivity(start, end, done.person, done.activity, room))
     return sorted(found)
 
 
 def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
-    """Everybody at midnight, at each change of posture, room or place, where a movement ends, and
-    at least each minute of movement. Who is at a place is in its room, as in the activities; on the
-    way in that of the point."""
+    """Return the whereabouts of all persons on a day.
+
+    There is a row at midnight, at each change of posture, room or place, at the end of a movement,
+    and at least each minute of movement. Persons at a place are in the place's room; on the way, in
+    the room of their position.
+
+    Parameters
+    ----------
+    acted : Acted
+        The acted day.
+    room_at, room_of : callable
+        Return the room of a point (3,), and of a place by name.
+    """
     rooms = room_at, room_of
     found = [where for person in acted.bodies for where in _person(acted, person, *rooms)]
     return sorted(found, key=lambda where: (where.time, where.person))
 
 
-def _mostly(rows: Sequence[Whereabouts], start: int, end: int) -> str:
-    """The room of most of the time from `start` to `end`."""
+def _longest_room(rows: Sequence[Whereabouts], start: int, end: int) -> str:
+    """Return the room of most of the time from `start` to `end`."""
     times = [max(row.time, start) for row in rows] + [end]
     spent: dict[str, int] = defaultdict(int)
     for row, begin, stop in zip(rows, times, times[1:], strict=False):
@@ -77,53 +104,57 @@ def _mostly(rows: Sequence[Whereabouts], start: int, end: int) -> str:
 
 
 def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iterator[Whereabouts]:
+    """Yield the whereabouts of one person."""
     body = acted.bodies[person]
     moving = body.moving()
     last: Whereabouts | None = None
     ends = set(moving[:, 1].tolist())
     stays = [s for s in acted.where if s.person == person and s.start < DAY_S and s.end > 0.0]
-    looks = [_looks(max(s.start, 0.0), min(s.end, DAY_S), moving) for s in stays]
-    # Of all at once: each call goes through all gestures of the day.
+    looks = [_times_to_check(max(s.start, 0.0), min(s.end, DAY_S), moving) for s in stays]
+    # One call for all times, because each call goes through all gestures of the day.
     every = np.concatenate([np.zeros(0), *looks])
     hips = np.zeros((0, 3))
     if len(every):
         hips = np.broadcast_to(body.poses(every).pelvis, (len(every), 3))
     parts = np.split(hips, np.cumsum([len(times) for times in looks])[:-1])
     for stay, times, where in zip(stays, looks, parts, strict=True):
-        first, gone, told = max(stay.start, 0.0), stay.posture == AWAY, -np.inf
+        first, gone, row_time = max(stay.start, 0.0), stay.posture == AWAY, -np.inf
         for time, at in zip(times.tolist(), where, strict=True):
             room = "" if gone else room_of(stay.place) if stay.place else room_at(at)
             place = None if gone else (float(at[0]), float(at[1]), float(at[2]))
             if last is not None and time > first and room == last.room:
-                stopped = time in ends and _apart(place, last.at) > ELSEWHERE
-                if not stopped and time - told < TELL_EVERY - 1e-6:
+                stopped = time in ends and _distance(place, last.at) > MOVED_M
+                if not stopped and time - row_time < ROW_EVERY - 1e-6:
                     continue
-            told = time
+            row_time = time
             last = Whereabouts(round(time * US), person, room, place, stay.posture)
             yield last
 
 
-def _apart(a: Point | None, b: Point | None) -> float:
+def _distance(a: Point | None, b: Point | None) -> float:
+    """Return the distance of two points, or 0 if one is None."""
     return math.dist(a, b) if a is not None and b is not None else 0.0
 
 
-def _looks(first: float, end: float, moving: Array) -> Array:
-    """The beginning of a stay, and in it every second of movement, and its end."""
+def _times_to_check(first: float, end: float, moving: Array) -> Array:
+    """Return the times to check in a stay: its start, each second of movement, and its end."""
     parts = [np.array([first])]
     inside = moving[(moving[:, 1] > first) & (moving[:, 0] < end)]
     for start, stop in np.clip(inside, first, end).tolist():
         if start < stop:
-            parts.append(np.arange(np.ceil(start / LOOK_EVERY), stop / LOOK_EVERY) * LOOK_EVERY)
+            parts.append(np.arange(np.ceil(start / CHECK_EVERY), stop / CHECK_EVERY) * CHECK_EVERY)
             parts.append(np.array([stop])[: int(stop < end)])
     return np.unique(np.concatenate(parts))
 
 
 def joined(parts: Iterable[Iterable[LoggedActivity]]) -> list[LoggedActivity]:
-    """The activities of days one after the other, in time since the first midnight: what goes on
-    over midnight is one, in the room of its longest part."""
+    """Return the activities of consecutive days in time since the first midnight.
+
+    An activity that continues over midnight is one, in the room of its longest part.
+    """
     found: list[LoggedActivity] = []
-    # By person and activity, the place of the last one in `found`, and the length of the part that
-    # gave it its room.
+    # By person and activity: the index of the last one in `found`, and the length of the part whose
+    # room it has.
     open_: dict[tuple[str, str], tuple[int, int]] = {}
     for number, part in enumerate(parts):
         shift = round(number * DAY_S) * US

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Routines: what the people of a home do when, drawn from a file that a user writes.
+"""Routines: what the people of a home do and when, drawn at random from a file.
 
-A file (`file.py`) says what activities there are and when each person does them; `timetable.py`
-draws from it who does what from when to when; a diary tells that exactly instead.
+`file` reads the activities and plans of a routine. `timetable` draws from them what each person
+does at which time, or reads that from a diary.
 """

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a routine from TOML. Everything that is wrong is told with its line, also plans that ask
-for two things at once."""
+"""Read a routine from TOML, and report each error with its line."""
 
 from __future__ import annotations
 
@@ -40,11 +39,11 @@ from .routine import (
     time_of_day,
 )
 
-# Finds plans that ask for two things at once, and bodies that are asked for twice.
+# Checks of the whole routine.
 
 
 def check_bodies(persons: Mapping[str, Person]) -> None:
-    """Raises InputError where two persons have the same body."""
+    """Raise `InputError` if two persons have the same body."""
     bodies: dict[str, str] = {}
     for person in persons.values():
         other = bodies.setdefault(person.resident, person.name)
@@ -56,9 +55,10 @@ def check_bodies(persons: Mapping[str, Person]) -> None:
 
 
 def check(routine: Routine) -> None:
-    """Raises InputError where a person is to be in two activities at the same time of the same
-    day, or where a day's plan takes longer than the day. Entries that only may happen do not count:
-    where they do, what comes later waits."""
+    """Raise `InputError` if a person has two activities at the same time.
+
+    Entries with a chance below 1 do not count: where they happen, later ones wait.
+    """
     for person in routine.persons:
         plans = [plan for plan in routine.plans if plan.person == person]
         for month, weekday in product(range(1, 13), range(7)):
@@ -69,12 +69,12 @@ def check(routine: Routine) -> None:
             for place, entry in enumerate(entries):
                 for other, at in after[place + 1 :]:
                     if at < _end(entry):
-                        raise InputError(_twice(person, entry, other, at))
+                        raise InputError(_overlap_text(person, entry, other, at))
 
 
 def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPoint]:
-    """What is certain on such days."""
-    # Plans for some dates only may take turns: those are not compared with others.
+    """Return the entries that happen on all such days."""
+    # Plans for some dates only are left out, since they can alternate with others.
     always = [plan for plan in plans if plan.days.first.year == 1 and plan.days.last.year == 9999]
     return [
         entry
@@ -86,17 +86,20 @@ def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPo
 
 
 def _end(entry: FixedPoint) -> float:
+    """Return the end of an entry by its median duration, s."""
     if entry.until is not None:
         return entry.until
     return entry.at + (entry.lasts or 0.0)
 
 
 def _clock(seconds: float) -> str:
+    """Return a time in s as text, such as 07:05."""
     minutes = round(seconds % DAY / 60)
     return f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
-def _twice(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
+def _overlap_text(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
+    """Return the error text for an entry that begins before another one ends."""
     lasting = f"{entry.activity!r} from {_clock(entry.at)} lasts until {_clock(_end(entry))}"
     if _end(entry) - entry.at > DAY:
         lasting = f"{entry.activity!r} lasts {(_end(entry) - entry.at) / 3600:.0f} hours"
@@ -108,14 +111,14 @@ def _twice(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
 
 
 SCHEMA = 1
-# Spread of log-normal times where the file says nothing: a third of the median, about.
+# Default spread of log-normal durations: about a third of the median.
 VARIES = 0.3
 _DAYS: dict[str, Sequence[int]] = {day: [number] for number, day in enumerate(WEEKDAYS)}
 _DAYS |= {"daily": range(7), "weekdays": range(5), "weekend": (5, 6)}
 
 
 def read(content: str, name: str) -> Routine:
-    """The routine in the text of the file `name`. Raises InputError."""
+    """Return the routine in the text of the file `name`; raise `InputError` for errors."""
     top = read_table(content, name)
     if top.take("schema", number(0, 1e6)) != SCHEMA:
         raise top.error(f"this version reads schema = {SCHEMA}", "schema")
@@ -266,7 +269,7 @@ def _positive(value: Any) -> float:
 
 
 def _any_of(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:
-    """Reads a name, or several, of days or months."""
+    """Return a reader for one or several names of days or months."""
 
     def read_names(value: Any) -> frozenset[int]:
         names = [value] if isinstance(value, str) else texts(value)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A routine as it was read and checked, and its durations and times of day as people write them;
-here they are in seconds."""
+"""A routine as read and checked, and the durations and times of day in it.
+
+All durations and times are in seconds.
+"""
 
 from __future__ import annotations
 
@@ -18,16 +20,18 @@ SEASONS = {
     "autumn": (9, 10, 11),
 }
 DAY = 86_400.0
-# What a person who is not at home does.
+# The activity of a person who is not at home.
 AWAY = "Away"
 
 
 @dataclass(frozen=True)
 class Meanwhile:
-    """A movement that is repeated while an activity lasts, one of those in `do` each time: one in
-    about `every` so many seconds. They come in bursts of `burst` on average (None: as many as is
-    usual for such movements) with rests between, whose length has a log-normal spread of `varies`.
-    `where` each stands in the file."""
+    """Movements that are repeated during an activity, of which one in `do` is chosen each time.
+
+    They come every `every` seconds on average, in bursts of `burst` on average (None for the
+    default), with rests of log-normal spread `varies`. `where` has the lines of the steps in the
+    file.
+    """
 
     do: tuple[str, ...]
     every: float
@@ -38,8 +42,10 @@ class Meanwhile:
 
 @dataclass(frozen=True)
 class RoutineActivity:
-    """Steps in order, what is repeated while the last of them lasts, and what other data sets call
-    the activity. `where` each step stands in the file."""
+    """An activity: its steps in order, and the movements repeated during the last step.
+
+    `labels` are its names in other data sets. `where` has the lines of the steps in the file.
+    """
 
     name: str
     do: tuple[str, ...]
@@ -50,7 +56,7 @@ class RoutineActivity:
 
 @dataclass(frozen=True)
 class Calendar:
-    """On which days something holds: weekdays (0 is Monday), months, and dates, both included."""
+    """The days to which a rule applies: weekdays (0 is Monday), months and inclusive dates."""
 
     weekdays: frozenset[int] = frozenset(range(7))
     months: frozenset[int] = frozenset(range(1, 13))
@@ -67,9 +73,13 @@ class Calendar:
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """A fixed point of a person's day: `at` a time of day, normally distributed with the standard
-    deviation `spread`; it `lasts` a log-normal time of that median, or `until` a time of day (past
-    midnight: above 24 h). `where` it stands in the file."""
+    """An activity of a plan at a time of day.
+
+    The start is normally distributed around `at` with the standard deviation `spread`. Either the
+    duration is log-normal around the median `lasts` with spread `varies`, or the end is at the time
+    of day `until`, which is above 24 h for the next day. `chance` is the probability that it
+    happens. `where` is its line in the file.
+    """
 
     activity: str
     at: float
@@ -83,6 +93,8 @@ class FixedPoint:
 
 @dataclass(frozen=True)
 class FixedPoints:
+    """A person's plan for some days."""
+
     person: str
     days: Calendar
     entries: tuple[FixedPoint, ...]
@@ -90,7 +102,7 @@ class FixedPoints:
 
 @dataclass(frozen=True)
 class Pastime:
-    """What fills time: its weight beside the others, and how long it lasts (median, log-normal)."""
+    """An activity of a filler: its weight, and its duration (median and log-normal spread)."""
 
     activity: str
     weight: float
@@ -111,7 +123,7 @@ class Filler:
 
 @dataclass(frozen=True)
 class Interruption:
-    """What comes in between: `times` on average in each stretch of the activity `during`."""
+    """An activity that interrupts another, on average `times` in each stretch of it."""
 
     person: str
     during: str
@@ -123,6 +135,8 @@ class Interruption:
 
 @dataclass(frozen=True)
 class Absence:
+    """A time for which a person is away."""
+
     person: str
     begins: datetime
     ends: datetime
@@ -130,9 +144,11 @@ class Absence:
 
 @dataclass(frozen=True)
 class Person:
-    """Somebody who lives in the home or, a `visitor`, is away but for what is planned. `resident`
-    is the object in the home, and `where` that stands in the file; `begins`, the activity at the
-    first midnight."""
+    """A person of the routine.
+
+    A `visitor` is away except for planned activities. `resident` is the name of the object in the
+    home. `begins` is the activity at the first midnight. `where` is the person's line in the file.
+    """
 
     name: str
     resident: str
@@ -143,6 +159,8 @@ class Person:
 
 @dataclass(frozen=True)
 class Routine:
+    """All persons, activities and rules of a routine."""
+
     persons: Mapping[str, Person]
     activities: Mapping[str, RoutineActivity]
     plans: tuple[FixedPoints, ...]
@@ -153,8 +171,10 @@ class Routine:
 
 @dataclass(frozen=True)
 class Segment:
-    """What a person does from `start` to `end`, seconds since midnight of the first day; `where`
-    a diary says so."""
+    """The activity of a person from `start` to `end`, in s since midnight of the first day.
+
+    `where` is its line in a diary.
+    """
 
     start: float
     end: float
@@ -163,14 +183,14 @@ class Segment:
     where: str = field(default="", compare=False)
 
 
-# Durations ("1 h 30 min") and times of day ("07:30") as people write them.
+# Durations such as "1 h 30 min", and times of day such as "07:30".
 
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _PART = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|min|h)\s*")
 
 
 def seconds(text: object) -> float:
-    """A duration in seconds. Raises ValueError, whose text says what would be one."""
+    """Return a duration in seconds; raise `ValueError` for any other text."""
     total, at, last = 0.0, 0, float("inf")
     shown = str(text)
     while isinstance(text, str) and at < len(text):
@@ -186,7 +206,10 @@ def seconds(text: object) -> float:
 
 
 def time_of_day(text: object) -> float:
-    """Seconds since midnight; "24:00" is the end of the day. Raises ValueError."""
+    """Return a time of day in seconds since midnight; raise `ValueError` for any other text.
+
+    "24:00" is the end of the day.
+    """
     found = re.fullmatch(r"(\d{1,2}):(\d{2})(?::(\d{2}))?", text) if isinstance(text, str) else None
     if found is not None:
         hours, minutes, rest = (int(part or 0) for part in found.groups())

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws who does what from when to when, or reads that from a diary.
+"""Draw what each person does at which time, or read that from a diary.
 
-Fixed points come first, in the order of their drawn times; one that is still under way makes the
-next one late. Fillers take what is left. Where nothing is planned and nothing fills, a person goes
-on with what was last done, and a visitor is away.
+Fixed points come first, in the order of their drawn times. If one is still under way, the next one
+is late. Fillers take the time that is left. Where there is neither, a person continues the last
+activity, and a visitor is away.
 """
 
 from __future__ import annotations
@@ -22,34 +22,37 @@ from statistics import NormalDist
 from ...sensor_logic.error import InputError, explained
 from .routine import AWAY, DAY, FixedPoint, Interruption, Person, Routine, Segment
 
-# Random numbers for routines: a stream of its own for each seed, person, date and purpose, so that
-# another day, person or entry changes nothing else. The same in every version of Python.
+# Random numbers for routines: one stream for each seed, person, date and purpose, so that another
+# day, person or entry changes nothing else. They are the same in every version of Python.
 
 _NORMAL = NormalDist()
-# Days are counted from here: any date does, and another one changes all that was ever drawn.
+# Day 0 of the streams. Any date is good, but another one would change all drawn days.
 ORIGIN = date(2026, 3, 2)
 
 
 class Stream:
+    """Random numbers for one person, day and purpose."""
+
     def __init__(self, seed: int, person: str, day: int, purpose: str) -> None:
         key = repr((seed, person, day, purpose)).encode()
-        # Of Random, only random() is promised to be the same in all versions.
+        # `Random.random` is the only method that Python promises to keep the same.
         self._uniform = random.Random(int.from_bytes(hashlib.sha256(key).digest()[:16])).random
 
     def uniform(self) -> float:
-        """A number from 0 to below 1."""
+        """Draw a number from 0 to below 1."""
         return self._uniform()
 
     def normal(self) -> float:
-        """Standard normal, within ±4."""
+        """Draw a standard normal number, limited to ±4."""
         value = _NORMAL.inv_cdf(min(max(self._uniform(), 1e-9), 1 - 1e-9))
         return min(max(value, -4.0), 4.0)
 
     def log_normal(self, median: float, varies: float) -> float:
+        """Draw a log-normal number with a median and the spread `varies` of its logarithm."""
         return median * math.exp(varies * self.normal())
 
     def poisson(self, mean: float) -> int:
-        """A Poisson number, by multiplication of uniforms (Knuth); for small means."""
+        """Draw a Poisson number by multiplication of uniforms (Knuth), for small means."""
         limit, product, count = math.exp(-mean), self._uniform(), 0
         while product > limit:
             product *= self._uniform()
@@ -57,13 +60,13 @@ class Stream:
         return count
 
     def geometric(self, mean: float) -> int:
-        """1, 2 …, with a mean of 1 or more."""
+        """Draw a geometric number from 1 on, with a mean of 1 or more."""
         if mean <= 1.0:
             return 1
         return 1 + int(math.log(1.0 - self._uniform()) / math.log(1.0 - 1.0 / mean))
 
-    def chosen(self, weights: Sequence[float]) -> int:
-        """An index, by weight."""
+    def weighted_choice(self, weights: Sequence[float]) -> int:
+        """Draw an index with probability proportional to its weight."""
         point = self._uniform() * sum(weights)
         for index, weight in enumerate(weights):
             point -= weight
@@ -80,20 +83,23 @@ class Draws:
     first: date
 
     def stream(self, person: str, day: int, purpose: str) -> Stream:
+        """Return the stream of a person, day and purpose."""
         return Stream(self.seed, person, day_number(self.first) + day, purpose)
 
 
 def day_number(of: date) -> int:
-    """The same for a date, whichever day a run begins with; below 0 before `ORIGIN`."""
+    """Return the number of a date, which is below 0 before `ORIGIN`."""
     return (of - ORIGIN).days
 
 
-# The shortest stretch of an activity, s: less than that nobody begins.
+# The shortest stretch of an activity, s.
 SHORTEST = 30.0
 
 
 @dataclass(frozen=True)
 class _Point:
+    """A drawn fixed point; `lasts` tells that its duration counts, not its end."""
+
     start: float
     end: float
     activity: str
@@ -102,13 +108,29 @@ class _Point:
 
 
 def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segment]:
-    """What everybody does on `days` days from the date `first`: for each person segments without
-    gaps, from the one that is under way at midnight of `first`, in s since then, to the end of the
-    last day."""
+    """Draw the activities of all persons.
+
+    Parameters
+    ----------
+    routine : Routine
+        The persons and rules.
+    first : date
+        The first day; its midnight is 0 s.
+    days : int
+        The number of days.
+    seed : int
+        The seed of all random numbers.
+
+    Returns
+    -------
+    list of Segment
+        For each person segments without gaps, in order, from the one under way at the first
+        midnight to the end of the last day.
+    """
     draws = Draws(seed, first)
     found: list[Segment] = []
     for person in routine.persons.values():
-        # From a day before to a day after: the first night and the last are whole ones.
+        # From a day before to a day after, so that the first and last night are complete.
         drawn = list(_joined(_person(routine, person, days + 1, draws), inf))
         for number, rule in enumerate(routine.interruptions):
             if rule.person == person.name:
@@ -126,6 +148,7 @@ def _since(first: date, moment: datetime) -> float:
 
 
 def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterator[Segment]:
+    """Yield a person's segments, without interruptions and absences."""
     now, doing = -DAY, person.begins
     for day in range(-1, days):
         filling = draws.stream(person.name, day, "filler")
@@ -143,14 +166,14 @@ def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterat
             if end - now >= SHORTEST:
                 yield Segment(now, end, person.name, point.activity)
                 now, doing = end, point.activity
-                # Anew after each fixed point: what came before it changes nothing after it.
+                # A new stream after each fixed point: earlier draws change nothing later.
                 filling = draws.stream(person.name, day, f"filler after {point.name}")
         if person.visitor:
             doing = AWAY
 
 
 def _points(routine: Routine, person: Person, day: int, draws: Draws) -> list[_Point]:
-    """The fixed points of a day that happen, in order."""
+    """Return the fixed points of a day that happen, in order."""
     found = []
     for number, plan in enumerate(routine.plans):
         if plan.person == person.name and draws.first + timedelta(day) in plan.days:
@@ -163,6 +186,7 @@ def _points(routine: Routine, person: Person, day: int, draws: Draws) -> list[_P
 
 
 def _point(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _Point:
+    """Draw the start and end of a fixed point."""
     start = midnight + entry.at + entry.spread * stream.normal()
     if entry.until is not None:
         end = midnight + entry.until + entry.spread * stream.normal()
@@ -175,12 +199,12 @@ def _filled(
     routine: Routine, person: Person, first: date, day: int, now: float, until: float,
     doing: str, stream: Stream,
 ) -> tuple[str, float]:  # fmt: skip
-    """What is done from `now` on, and how long at most to `until`."""
+    """Return the activity from `now` on, and its end, which is at most `until`."""
     soonest = until
     for filler in routine.fillers:
         if filler.person != person.name:
             continue
-        # Yesterday's may last past midnight.
+        # The filler of the previous day can last past midnight.
         for since in (day, day - 1):
             begins, ends = since * DAY + filler.begins, since * DAY + filler.ends
             if first + timedelta(since) not in filler.days or ends <= now:
@@ -188,7 +212,7 @@ def _filled(
             if begins > now:
                 soonest = min(soonest, begins)
                 continue
-            choice = filler.choices[stream.chosen([c.weight for c in filler.choices])]
+            choice = filler.choices[stream.weighted_choice([c.weight for c in filler.choices])]
             lasts = max(stream.log_normal(choice.lasts, choice.varies), SHORTEST)
             return choice.activity, min(now + lasts, until)
     return (AWAY if person.visitor else doing), soonest
@@ -197,11 +221,12 @@ def _filled(
 def _interrupted(
     segments: list[Segment], rule: Interruption, draws: Draws, number: int
 ) -> Iterator[Segment]:
+    """Yield the segments with the interruptions of a rule."""
     for segment in segments:
         if segment.activity != rule.during:
             yield segment
             continue
-        # Each stretch by its own stream: the ones before it on that day change nothing.
+        # One stream for each stretch, so that earlier stretches of the day change nothing.
         purpose = f"interruption {number} {segment.start % DAY:.0f}"
         stream = draws.stream(rule.person, int(segment.start // DAY), purpose)
         now = segment.start
@@ -222,7 +247,7 @@ def _interrupted(
 def _replaced(
     segments: list[Segment], begins: float, ends: float, activity: str
 ) -> Iterator[Segment]:
-    """The segments with another activity from `begins` to `ends`."""
+    """Yield the segments with another activity from `begins` to `ends`."""
     for segment in segments:
         start, end, person = segment.start, segment.end, segment.person
         if end <= begins or start >= ends:
@@ -236,7 +261,7 @@ def _replaced(
 
 
 def _joined(segments: Iterable[Segment], ends: float) -> Iterator[Segment]:
-    """What lies before a moment, neighbours of the same activity as one."""
+    """Yield the segments up to the time `ends`, neighbours of the same activity as one."""
     last: Segment | None = None
     for segment in segments:
         start, end = segment.start, min(segment.end, ends)
@@ -251,16 +276,28 @@ def _joined(segments: Iterable[Segment], ends: float) -> Iterator[Segment]:
         yield last
 
 
-# A diary: a CSV `start,end,person,activity` of what was done, to be acted out as it stands.
+# A diary: a CSV `start,end,person,activity` that is acted in place of a routine's plans.
 
 COLUMNS = ("start", "end", "person", "activity")
-# What is done where the diary says nothing.
+# The activity in the gaps of a diary.
 OTHER = "Other"
 
 
 def read(content: str, name: str) -> tuple[date, list[Segment]]:
-    """The date at whose midnight 0 s is, and for each person segments in order, with OTHER between
-    them where the diary has gaps. Raises InputError."""
+    """Read a diary.
+
+    Returns
+    -------
+    first : date
+        The date whose midnight is 0 s.
+    segments : list of Segment
+        The segments of each person in order, with OTHER in the gaps.
+
+    Raises
+    ------
+    InputError
+        If a row is missing or wrong, with its line.
+    """
     rows = csv.DictReader(io.StringIO(content))
     missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]
     if missing:
@@ -288,6 +325,7 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
 
 
 def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]:
+    """Return start, end, person and activity of a row; raise `InputError` for errors."""
     with explained(where, ValueError):
         start, end = (datetime.fromisoformat((row[key] or "").strip()) for key in ("start", "end"))
     person, activity = ((row[key] or "").strip() for key in ("person", "activity"))

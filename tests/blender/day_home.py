@@ -157,7 +157,7 @@ def acted(seed: int, ways: int = 12, day: float = 86_400.0) -> Any:
     yaw, swings = 0.0, []
     for start in starts[::3].tolist():
         after = float(random.choice([0.0, -0.6, 0.5]))
-        swings.append(module.Swung(start, start + 1.5, yaw, after, "anna"))
+        swings.append(module.LeafSwing(start, start + 1.5, yaw, after, "anna"))
         yaw = after
     names = [("lamp", "lamp 2")[n % 2] for n in range(len(starts[1::2]))]
     switches = [module.Switch(-200.0, name, False, "") for name in ("lamp", "lamp 2")]

@@ -102,7 +102,7 @@ def keyed(world, addon_part, body):
     )  # fmt: skip
     done = acted.Acted(
         bodies,
-        {"Door": [acted.Swung(40.0, 41.7, 0.0, 1.5, "Anna")]},
+        {"Door": [acted.LeafSwing(40.0, 41.7, 0.0, 1.5, "Anna")]},
         [acted.Switch(0.0, "Lamp", False, ""), acted.Switch(50.0, "Lamp", True, "Anna")],
         {"Cup": [timeline.Hold(20.0, 1, person="Anna"),
                  timeline.Hold(60.0, None, np.array([1.0, 1.0, 0.7]))]},

@@ -15,11 +15,11 @@ from angen_sensors.residents.acting.timeline import (
     Clip,
     Gesture,
     Hold,
+    LeafSwing,
     Switch,
-    Swung,
     Timeline,
 )
-from angen_sensors.residents.acting.ways import Floor, NoWay, length, way
+from angen_sensors.residents.acting.ways import Floor, NoPath, find_path, length
 from angen_sensors.residents.body import gait, moves, poses
 from angen_sensors.residents.body.cat_skeleton import CAT as CAT_BONES
 from angen_sensors.residents.body.pose import BodyPose
@@ -285,10 +285,10 @@ def test_a_way_is_there_where_there_is_one_and_hardly_longer_than_the_shortest(s
         start, goal = (floor.middle(tuple(cells[k])) for k in (a, b))
         shortest = dijkstra(graph, directed=False, indices=a)[b]
         if np.isinf(shortest):
-            with pytest.raises(NoWay):
-                way(floor, start, goal, radius)
+            with pytest.raises(NoPath):
+                find_path(floor, start, goal, radius)
             continue
-        found = way(floor, start, goal, radius)
+        found = find_path(floor, start, goal, radius)
         assert (found[0] == start).all() and (found[-1] == goal).all()
         straight = np.linalg.norm(goal - start)
         assert straight - 1e-9 <= length(found) <= 1.5 * shortest + 1e-9
@@ -308,7 +308,7 @@ def test_a_walker_keeps_off_walls_where_there_is_room_and_cuts_corners() -> None
         ....................
         ....................
     """)
-    found = way(floor, np.array([0.6, 0.4]), np.array([0.6, 1.4]), 0.2)
+    found = find_path(floor, np.array([0.6, 0.4]), np.array([0.6, 1.4]), 0.2)
     # Around the end of the wall, at x = 3.
     assert len(found) <= 8 and found[:, 0].max() > 3.3
     assert length(found) < 8.0
@@ -321,14 +321,16 @@ def test_where_there_is_no_way_the_nearest_place_is_told() -> None:
         ....#....
     """)
     start, goal = np.array([0.4, 0.4]), np.array([2.0, 0.4])
-    with pytest.raises(NoWay) as caught:
-        way(floor, start, goal, 0.1)
+    with pytest.raises(NoPath) as caught:
+        find_path(floor, start, goal, 0.1)
     assert caught.value.nearest[0] == pytest.approx(0.875)
-    with pytest.raises(NoWay, match="no room"):
-        way(floor, start, goal, 2.0)
+    with pytest.raises(NoPath, match="no room"):
+        find_path(floor, start, goal, 2.0)
     # Who stands at a basin gets away from it.
     start = np.array([0.02, 0.5])
-    found = way(Floor(np.zeros(2), 0.25, np.ones((8, 4), bool)), start, np.array([1.5, 0.5]), 0.3)
+    found = find_path(
+        Floor(np.zeros(2), 0.25, np.ones((8, 4), bool)), start, np.array([1.5, 0.5]), 0.3
+    )
     assert (found[0] == start).all() and length(found) < 1.6
 
 
@@ -383,7 +385,7 @@ def standing(times: np.ndarray) -> BodyPose:
 
 ACTED = Acted(
     {"anna": body((10, 20), (20, 25), (90, 99), away=((99, 100),)), "bo": body((22, 30))},
-    {"Door": [Swung(11, 12.5, 0, 1.6, "anna"), Swung(40, 42, 1.6, 0, "bo")]},
+    {"Door": [LeafSwing(11, 12.5, 0, 1.6, "anna"), LeafSwing(40, 42, 1.6, 0, "bo")]},
     [Switch(0, "Lamp", False, ""), Switch(50, "Lamp", True, "bo")],
     {"Cup": [Hold(0, None), Hold(26, 1, person="bo"), Hold(28, None)]},
 )
@@ -395,5 +397,5 @@ def test_spans_are_all_that_moves_and_who_moves_it() -> None:
     assert ACTED.spans(15, 41).tolist() == [[15, 30], [40, 41]]
     assert Acted({}).spans(0, 60).shape == (0, 2)
     asked = [("Door", 11), ("Door", 41), ("Lamp", 49), ("Lamp", 50), ("Cup", 20), ("Cup", 29)]
-    assert [ACTED.mover(*one) for one in asked] == ["anna", "bo", "", "bo", "", "bo"]
-    assert ACTED.mover("Table", 5) == ""
+    assert [ACTED.last_mover(*one) for one in asked] == ["anna", "bo", "", "bo", "", "bo"]
+    assert ACTED.last_mover("Table", 5) == ""

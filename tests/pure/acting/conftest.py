@@ -27,7 +27,7 @@ from angen_sensors.residents.acting.places import (
     Places,
     Storey,
 )
-from angen_sensors.residents.acting.timeline import Acted, swung
+from angen_sensors.residents.acting.timeline import Acted, openings_at
 from angen_sensors.residents.acting.ways import Floor
 from angen_sensors.residents.body.skeleton import ADULT, CAT, Build
 from angen_sensors.residents.routine import file
@@ -143,7 +143,7 @@ class Played:
         times = times[self.seen(person, times)]
         hips, least = self.at(person, *times)[:, :2], np.inf
         for door in self.places.doors.values():
-            where = swung(self.acted.swings.get(door.name, []), times, 0.0)
+            where = openings_at(self.acted.swings.get(door.name, []), times, 0.0)
             for opening in np.unique(where.round(1)):
                 now = np.abs(where - opening) <= 0.05
                 off = hips[now, None] - door.line(opening, 31)

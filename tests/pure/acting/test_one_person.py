@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from angen_sensors.residents.acting.timeline import swung
+from angen_sensors.residents.acting.timeline import openings_at
 from angen_sensors.residents.body.poses import palm
 from angen_sensors.residents.body.skeleton import Build, Sort
 from angen_sensors.residents.body.solve import solve
@@ -103,10 +103,10 @@ def test_doors_are_opened_before_and_shut_behind_with_the_hand_on_the_handle(day
             # The hand lets go of what goes out of reach.
             held = np.array([swing.start + 0.1] if opens else [swing.end - 0.1])
             bones = solve(acted.bodies["anna"].poses(held))
-            grip = door.handle_at(float(swung([swing], held, 0.0)[0]))
+            grip = door.handle_at(float(openings_at([swing], held, 0.0)[0]))
             hands = [palm(bones, side, 1.0)[0] for side in (0, 1)]
             assert min(np.linalg.norm(hand - grip) for hand in hands) < 0.15, (name, swing)
-            assert acted.mover(name, swing.start) == "anna"
+            assert acted.last_mover(name, swing.start) == "anna"
     # Who is out is hidden, and the entrance is shut.
     ((start, end),) = acted.bodies["anna"].away()
     assert 500 * 60 < start < 501 * 60 and end == 600 * 60
@@ -172,11 +172,11 @@ def test_who_sits_is_on_the_seat_and_nobody_else(day) -> None:
     seat = day.places.places["Sofa"].target
     low, high = seat - (0.4, 0.4, 0.2), seat + (0.4, 0.4, 0.0)
     sat = next(s for s in day.acted.where if (s.place, s.posture) == ("Sofa", "sitting"))
-    assert day.acted.borne(low, high, sat.start + 60.0) == "anna"
+    assert day.acted.person_on(low, high, sat.start + 60.0) == "anna"
     # Also while she sits down, but not from where she stands before it.
-    assert day.acted.borne(low, high, sat.start) == "anna"
-    assert day.acted.borne(low, high, sat.start - 3.0) == ""
-    assert day.acted.borne(low, high, 550 * 60.0) == ""
+    assert day.acted.person_on(low, high, sat.start) == "anna"
+    assert day.acted.person_on(low, high, sat.start - 3.0) == ""
+    assert day.acted.person_on(low, high, 550 * 60.0) == ""
 
 
 def test_whole_turns_are_taken_back(week) -> None:

@@ -175,7 +175,7 @@ def _wrapped() -> tuple[tuple[Any, str, str], ...]:
     from angen_sensors.angen_addon.runtime import state
     from angen_sensors.angen_addon.runtime.probes import Probes
     from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
-    from angen_sensors.angen_addon.scene.contact.tracker import ContactTracker
+    from angen_sensors.angen_addon.scene.forces.tracker import ContactTracker
     from angen_sensors.angen_addon.scene.rays.caster import RayCaster
     from angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster
     from angen_sensors.sensor_logic.recording.tracks import Track

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .arrays import Array as Array
 from .arrays import Index as Index
-from .contact.world import PadForces
+from .forces.world import PadForces
 
 FIRST: Index = np.zeros(1, np.intp)
 P = TypeVar("P")

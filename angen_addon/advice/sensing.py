@@ -12,7 +12,7 @@ from ...sensor_logic.error import AngenError
 from ...sensor_logic.wording import Advice, Lengths, named, uncapitalized
 from ..scene.animation import is_animated
 from ..scene.bearers import candidates, has_mass
-from ..scene.contact.bodies import rigid_bodies
+from ..scene.forces.bodies import rigid_bodies
 from ..scene.instances import with_instanced
 from ..scene.light import materials
 from ..scene.rays.solids import SURFACE_TYPES

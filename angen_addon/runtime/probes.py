@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.contact.world import PadForces
+from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.model import Answers, LightSample
 from ..scene.changes import LightChanges
-from ..scene.contact.bodies import Pad
-from ..scene.contact.tracker import ContactTracker
+from ..scene.forces.bodies import Pad
+from ..scene.forces.tracker import ContactTracker
 from ..scene.instances import Uid
 from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring

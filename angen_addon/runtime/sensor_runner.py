@@ -32,7 +32,7 @@ from ...sensor_logic.model import (
 from ...sensor_logic.noise import generator
 from ...sensor_logic.parameters import specs
 from ..scene.animation import is_animated, stays
-from ..scene.contact.frame_state import gravity_of
+from ..scene.forces.frame_state import gravity_of
 from ..scene.instances import Uid, shown_in, within
 from ..scene.light.probe import LightRequest
 from ..scene.light.views import view_rays

@@ -20,7 +20,7 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.contact.world import PadForces
+from ...sensor_logic.forces.world import PadForces
 from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
 from ...sensor_logic.model import Array, Index
 from ..scene.animation import action_curves, all_animated, may_set, time_stretch

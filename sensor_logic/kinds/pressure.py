@@ -2,11 +2,11 @@
 """Pressure sensor: a pad that feels what presses on it, and its force-sensing resistor.
 
 - Model: `PressurePad`, with its resistor, parameters and presets in this file.
-- Scene: bodies and their motion by angen_addon/scene/contact/, beginning with tracker.py; the
-  forces between them by sensor_logic/contact/, beginning with pad_forces.py.
+- Scene: bodies and their motion by angen_addon/scene/forces/, beginning with tracker.py; the
+  forces between them by sensor_logic/forces/, beginning with pad_forces.py.
 - Window: angen_addon/kinds/pressure.py; the weight of things: panels/load.py.
 - Physics: docs/pressure.md; the resistor: docs/force_resistor.md.
-- Tests: tests/pure/test_pressure.py, test_contact_*.py and test_balance.py,
+- Tests: tests/pure/test_pressure.py, test_forces*.py and test_balance.py,
   tests/blender/test_pressure_*.py.
 """
 

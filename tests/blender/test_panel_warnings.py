@@ -8,7 +8,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands.command_line import 
     run_command as command,
 )
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
-from bl_ext.user_default.angen_sensors.angen_addon.scene.contact.bodies import ContactBodies
+from bl_ext.user_default.angen_sensors.angen_addon.scene.forces.bodies import ContactBodies
 from panel_layout import activate, drawn, pad, pad_under_a_box, panel_of
 
 ops = bpy.ops.angen

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
-from bl_ext.user_default.angen_sensors.angen_addon.scene.contact import posed_bodies
+from bl_ext.user_default.angen_sensors.angen_addon.scene.forces import posed_bodies
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays import changing_shapes
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.caster import RayBundle, RayCaster
 from bl_ext.user_default.angen_sensors.angen_addon.scene.rays.reference import SceneRayCaster

@@ -2,7 +2,7 @@
 """Poses and boxes for tests of contact and of plans."""
 
 import numpy as np
-from angen_sensors.sensor_logic.contact.shapes import rotation_about
+from angen_sensors.sensor_logic.forces.shapes import rotation_about
 
 # A box's sides, by the corners of `CORNERS`, and their triangles, outwards.
 CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.contact.balance import GROUND, Joint, Load, Points, balance
+from angen_sensors.sensor_logic.forces.balance import GROUND, Joint, Load, Points, balance
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy import optimize

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.contact.world import PadForces, Partner
+from angen_sensors.sensor_logic.forces.world import PadForces, Partner
 from angen_sensors.sensor_logic.kind import FORCES
 from angen_sensors.sensor_logic.kinds.pressure import (
     ForceResistor,

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.contact.pad_forces import held_by_pads
-from ....sensor_logic.contact.underside import Samples, clustered, firmness, looks_up, underside
-from ....sensor_logic.contact.world import BareSurface, Support
+from ....sensor_logic.forces.pad_forces import held_by_pads
+from ....sensor_logic.forces.underside import Samples, clustered, firmness, looks_up, underside
+from ....sensor_logic.forces.world import BareSurface, Support
 from ....sensor_logic.model import Array
 from ..rays.caster import NOTHING
 from ..rays.solids import Solid, Solids

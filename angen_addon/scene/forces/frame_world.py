@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.contact import motion
-from ....sensor_logic.contact.balance import Load
-from ....sensor_logic.contact.covered import Contact
-from ....sensor_logic.contact.patches import contact_patch
-from ....sensor_logic.contact.shapes import Shape, perpendiculars
-from ....sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
+from ....sensor_logic.forces import motion
+from ....sensor_logic.forces.balance import Load
+from ....sensor_logic.forces.covered import Contact
+from ....sensor_logic.forces.patches import contact_patch
+from ....sensor_logic.forces.shapes import Shape, perpendiculars
+from ....sensor_logic.forces.world import Constraint, Node, RequiredLoad, Support
 from ....sensor_logic.model import Array
 from .bodies import (
     FIELDS,
@@ -45,7 +45,7 @@ MOVING_MOMENT = 1e-4
 
 
 class FrameWorld:
-    """The scene at the middle one of three frames, as `contact.world.World`."""
+    """The scene at the middle one of three frames, as `forces.world.World`."""
 
     def __init__(
         self,

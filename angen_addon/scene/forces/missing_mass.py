@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.contact.shapes import perpendiculars
-from ....sensor_logic.contact.world import BareSurface
+from ....sensor_logic.forces.shapes import perpendiculars
+from ....sensor_logic.forces.world import BareSurface
 from ....sensor_logic.model import Array
 from ..rays.solids import Solid
 from . import posed_bodies

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.contact.underside import is_closed
+from ....sensor_logic.forces.underside import is_closed
 from ....sensor_logic.model import Array
 from ..bearers import armatures, bearer, candidates
 from ..instances import Uid, chain

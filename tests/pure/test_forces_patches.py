@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.contact import shapes
-from angen_sensors.sensor_logic.contact.patches import contact_patch
+from angen_sensors.sensor_logic.forces import shapes
+from angen_sensors.sensor_logic.forces.patches import contact_patch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import spatial

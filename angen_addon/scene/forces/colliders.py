@@ -15,9 +15,9 @@ from typing import Any
 import bmesh
 import numpy as np
 
-from ....sensor_logic.contact import shapes
-from ....sensor_logic.contact.shapes import Shape
-from ....sensor_logic.contact.world import Constraint, Key
+from ....sensor_logic.forces import shapes
+from ....sensor_logic.forces.shapes import Shape
+from ....sensor_logic.forces.world import Constraint, Key
 from ....sensor_logic.model import Array
 from ..rays.geometry import triangles_of
 

@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.contact import motion, shapes
-from angen_sensors.sensor_logic.contact.balance import Load
-from angen_sensors.sensor_logic.contact.covered import Contact, without_covered
-from angen_sensors.sensor_logic.contact.pad_forces import pad_forces
-from angen_sensors.sensor_logic.contact.patches import contact_patch
-from angen_sensors.sensor_logic.contact.shapes import rotation_about
-from angen_sensors.sensor_logic.contact.underside import (
+from angen_sensors.sensor_logic.forces import motion, shapes
+from angen_sensors.sensor_logic.forces.balance import Load
+from angen_sensors.sensor_logic.forces.covered import Contact, without_covered
+from angen_sensors.sensor_logic.forces.pad_forces import pad_forces
+from angen_sensors.sensor_logic.forces.patches import contact_patch
+from angen_sensors.sensor_logic.forces.shapes import rotation_about
+from angen_sensors.sensor_logic.forces.underside import (
     centre_of_mass,
     clustered,
     firmness,
     gathered,
     underside,
 )
-from angen_sensors.sensor_logic.contact.world import Constraint, Node, RequiredLoad, Support
+from angen_sensors.sensor_logic.forces.world import Constraint, Node, RequiredLoad, Support
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from solids import CORNERS, TRIANGLES, at

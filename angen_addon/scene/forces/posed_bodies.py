@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.contact import underside
-from ....sensor_logic.contact.world import Support
+from ....sensor_logic.forces import underside
+from ....sensor_logic.forces.world import Support
 from ....sensor_logic.model import Array
 from ..rays.solids import Solid, Solids
 from .bodies import ContactBody

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.contact.pad_forces import ABOVE, BESIDE, pad_forces
-from ....sensor_logic.contact.world import PadForces
+from ....sensor_logic.forces.pad_forces import ABOVE, BESIDE, pad_forces
+from ....sensor_logic.forces.world import PadForces
 from ....sensor_logic.model import NOT_YET, Array
 from ..instances import Uid
 from ..rays.solids import Solids

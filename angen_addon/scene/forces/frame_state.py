@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ....sensor_logic.contact.world import Support
+from ....sensor_logic.forces.world import Support
 from ....sensor_logic.model import Array
 from ..rays.solids import Solids
 from .bodies import MARGIN, BodySettings, ContactBodies, ContactBody, Key

@@ -88,7 +88,7 @@ class Live:
         due = [(s, *update) for s in runners if (update := self._due(s, step))]
         pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.requires_forces]
         frame = scene.frame_current if pads or (publish and self._motion_matters(step)) else None
-        self.told = self._probes.caster.solids.told_of(self._objects)
+        self.told = self._probes.caster.solids.has_noted(self._objects)
         if self.told:
             self._probes.note_edits()
         watching = [s for s in self._runners if s.watches]

@@ -17,7 +17,7 @@ from ..scene.instances import Uid
 from ..scene.light.cycles import CyclesLight, Steps, request_key
 from ..scene.light.probe import LightRequest, measuring
 from ..scene.rays.caster import RayCaster, Rays
-from ..scene.rays.frames import Film
+from ..scene.rays.frames import FrameCopies
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.sensors import Sensor, unit_scale
@@ -57,7 +57,7 @@ class Probes:
         self.known_forces: dict[int, PadForces] = {}
         # The number of the frame that is looked at alone.
         self.frame = 0
-        self._film: Film | None = None
+        self._copies: FrameCopies | None = None
         # By the sensor's name, what was asked in which state of the scene, and what was found.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._lighting = LightChanges()
@@ -107,12 +107,12 @@ class Probes:
     @property
     def full(self) -> bool:
         """Whether the frames that are kept are to be sensed now."""
-        return self._film is None or self._film.full
+        return self._copies is None or self._copies.full
 
     @property
     def follows(self) -> bool:
         """Whether the frames to come are those of solids that are listed."""
-        return self._film is not None and not self.must_list
+        return self._copies is not None and not self.must_list
 
     @property
     def must_list(self) -> bool:
@@ -123,20 +123,20 @@ class Probes:
         """As `look`, but a frame is only taken down, until `develop`. `watched` is the depsgraph of
         the scene or of what moves in it, which tells the frames. False where things may have come
         or gone: then `keep_first` makes the list anew."""
-        return self._film is not None and self._film.take(watched)
+        return self._copies is not None and self._copies.add(watched)
 
     def keep_first(self, depsgraph: Any, watched: Any) -> None:
         """Takes down the first frame after all before were sensed, with a new list of solids.
         `depsgraph` is that of the whole scene at this frame."""
         solids = self._solids
         # What is listed anew is sensed alone: instances may be gone at the next frame.
-        stands = solids.stands(depsgraph) and not isinstance(self.caster, SceneRayCaster)
+        is_current = solids.is_current(depsgraph) and not isinstance(self.caster, SceneRayCaster)
         self._update(depsgraph)
-        self._film = Film(solids, watched) if stands else None
+        self._copies = FrameCopies(solids, watched) if is_current else None
         if self._pads:
             self._contacts.prepare(depsgraph, unit_scale(depsgraph.scene), self._pads)
-        if self._film is not None and not self._film.take(watched):
-            self._film = None
+        if self._copies is not None and not self._copies.add(watched):
+            self._copies = None
             solids.forget()
             self._update(depsgraph)
 
@@ -148,8 +148,8 @@ class Probes:
 
     def develop(self, depsgraph: Any) -> None:
         """From now on what is asked is answered at the frames that were taken down."""
-        if self._film is not None and len(self._film):
-            self.caster.show(depsgraph, self._film.develop())
+        if self._copies is not None and len(self._copies):
+            self.caster.show(depsgraph, self._copies.finish())
 
     def met(self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
         """What the rays met that were cast just now at `count` updates: `RayHits`, which nobody may

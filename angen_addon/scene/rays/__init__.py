@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Casts rays through the scene: as exactly as Blender's own caster, and many times as fast."""
+"""Cast rays through the scene as exactly as Blender's ray caster, and many times as fast."""

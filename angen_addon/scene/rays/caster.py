@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Casts rays against the solids: exact, and only where something can have changed.
+"""Cast rays against the solids: exactly, and only where something may have changed.
 
-Still solids are met once for each bundle of rays and remembered; of those that move, only what has
-changed since the bundle was last cast is tested, for all frames that are kept at once, and only
-where a ray crosses its box. A ray is met in the solid's own space, where single precision is
-accurate wherever in the world the solid stands.
+The hits of a bundle of rays on still solids are stored and used again. Of the moving solids, the
+caster tests those that have changed since the bundle was last cast. It tests all frames of a batch
+together, and only where a ray crosses the bounds of a solid. Rays are transformed into the space
+of the solid, so that single precision is accurate at any distance from the world origin.
 """
 
 from __future__ import annotations
@@ -20,21 +20,19 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import Answers, Array
 from ..instances import Uid
 from . import changing_shapes
-from .changing_shapes import RayPicture, apex_of, pictures_of, turned
+from .changing_shapes import RayPicture, apex_of, pictures_of, rotated
 from .frames import Frames
 from .geometry import Geometry
 from .solids import Solids, inverted
 
-# Bundles of rays, and what each met when it was last cast.
-
 Index = NDArray[np.intp]
-# Origins (n, 3), unit directions (n, 3) and how far they reach (n,).
+# Origins (n, 3), unit directions (n, 3) and maximum ranges (n,).
 Rays = tuple[Array, Array, Array]
 
 
 @dataclass
 class RayBundle:
-    """A bundle: origins (n, 3), unit directions (n, 3), how far they reach (n,)."""
+    """A bundle of rays: origins (n, 3), unit directions (n, 3) and maximum ranges `length` (n,)."""
 
     origins: Array
     directions: Array
@@ -42,34 +40,34 @@ class RayBundle:
 
     @property
     def starts(self) -> Array:
-        """(3, n): by axis, as numpy is quick with."""
+        """The origins (3, n), one row an axis, which is the faster layout for numpy."""
         return np.ascontiguousarray(self.origins.T)
 
-    # These are made once a bundle, which lasts while its sensor rests. Without them, of 600 rays,
-    # 6 µs (inverse), 0.1 ms (apex) and 2 ms (pictures) more for each batch of frames.
+    # Cached while the sensor does not move. Without the caches, each batch of frames takes longer
+    # with 600 rays: 6 µs (inverse), 0.1 ms (apex) and 2 ms (pictures).
     @cached_property
     def inverse(self) -> Array:
-        """(3, n): one over the directions."""
+        """One divided by the directions, shape (3, n)."""
         with np.errstate(divide="ignore"):
             return 1.0 / np.ascontiguousarray(self.directions.T)
 
     @cached_property
     def apex(self) -> Array | None:
-        """The point (3,) that the lines of all of them go through, if they do."""
+        """The point (3,) through which the lines of all rays go; None without one."""
         return apex_of(self.origins, self.directions)
 
     @cached_property
     def pictures(self) -> list[RayPicture]:
-        """The pictures in which the bundle sees shapes that change."""
+        """The pictures in which the rays are compared with meshes that change shape."""
         return pictures_of(self.origins, self.directions, self.apex)
 
     def same(self, other: RayBundle) -> bool:
-        """Whether another is equal."""
+        """Return whether another bundle has equal rays."""
         own = self.origins, self.directions, self.length
         return all(map(np.array_equal, own, (other.origins, other.directions, other.length)))
 
     def box(self, ranges: Array) -> tuple[Array, Array]:
-        """Bounds (3,), (3,) of the rays as far as `ranges`."""
+        """Return the bounds (3,), (3,) of the rays up to `ranges` (n,)."""
         ends = self.origins + self.directions * ranges[:, None]
         both = np.concatenate([self.origins, ends])
         return both.min(axis=0), both.max(axis=0)
@@ -77,17 +75,30 @@ class RayBundle:
 
 @dataclass
 class RayHits:
-    """What rays meet: ranges (n,), the number of the solid met (n,), and which face of it (n,)."""
+    """The hits of n rays: `ranges` (n,), number `met` (n,) of the hit solid, and its face (n,)."""
 
     ranges: Array
     met: NDArray[np.int64]
     faces: Index
 
     def copy(self) -> RayHits:
+        """Return a copy with arrays of its own."""
         return RayHits(self.ranges.copy(), self.met.copy(), self.faces.copy())
 
     def shorten(self, number: int, which: Index, far: Array, faces: Index) -> None:
-        """The rays `which` (k,) get to the solid of this number, where that is nearer."""
+        """Replace the hits of the rays `which` by hits on solid `number`, where these are nearer.
+
+        Parameters
+        ----------
+        number
+            Number of the solid.
+        which
+            Indices (k,) of the rays.
+        far
+            Ranges (k,) to the solid, in Blender units.
+        faces
+            Indices (k,) of the hit faces.
+        """
         nearer = far < self.ranges[which]
         which = which[nearer]
         self.ranges[which], self.met[which] = far[nearer], number
@@ -96,11 +107,16 @@ class RayHits:
 
 @dataclass
 class CastBundle:
-    """What a bundle meets among the still solids, and the box of the rays up to there. `gone_seen`:
-    how much of `Solids.gone` is dealt with. Of the moving solids, in that `state` of the list: the
-    versions (m,) when it was cast last, 0 for one that is away from it; by row those that it met:
-    which rays, how far they go and to which face; and with these what it `seen` last, which nobody
-    may write to."""
+    """A bundle of rays with its latest hits.
+
+    `still` has the hits on still solids, and `box` the bounds of the rays up to these hits.
+    `gone_seen` is the length of `Solids.gone` when `still` was last brought up to date.
+
+    The rest holds for one `state` of the list of solids. `versions` (m,) are the versions of the
+    moving solids at the last cast, AWAY for solids whose bounds are outside `box`. `hits` has, by
+    row of a moving solid, the indices, ranges and faces of the rays that hit it. `seen` has the
+    nearest hits of all rays; do not write to it.
+    """
 
     rays: RayBundle
     own: frozenset[int]
@@ -113,21 +129,25 @@ class CastBundle:
     seen: RayHits | None = None
 
 
-# A box test of more pairs of boxes and rays than this is split, to bound its memory.
+# A test of more pairs of boxes and rays than this is split, to limit its memory.
 PAIRS_AT_ONCE = 200_000
-# Points of a shape, over frames, that are looked at together.
+# Points of a changing mesh, over all frames, that are tested together.
 POINTS_AT_ONCE = 1 << 16
-# The limit handed to the tree is in single precision: let it pass what is at the limit exactly.
+# The tree has limits in single precision. This factor keeps hits exactly at the limit.
 LIMIT_SLACK = 1.0 + 1e-6
+# The number for no solid, and the version of a solid whose bounds are away from a bundle.
 NOTHING = 0
 AWAY = 0
 
 
 @dataclass
-class _Own:
-    """What a sensor's rays pass through and meet, for one `state` of the list of solids: `numbers`
-    of its own solids; rows of all others, `still` and `moving`, and the latter's `columns` in the
-    frames."""
+class _SensorSolids:
+    """The sensor's own solids, which its rays pass through, and all other solids.
+
+    All attributes hold for one `state` of the list of solids. `numbers` are the sensor's own
+    solids. `still` and `moving` are the rows of all others, and `columns` those of `moving` in the
+    frames.
+    """
 
     state: tuple[int, int]
     numbers: frozenset[int]
@@ -137,60 +157,96 @@ class _Own:
 
 
 class RayCaster:
-    """Ranges in Blender units of rays through the solids, without the sensor's own objects."""
+    """Casts rays through the solids of a scene, in Blender units.
+
+    The rays of a sensor pass through the solids that belong to it.
+    """
 
     def __init__(self, solids: Solids | None = None) -> None:
         self.solids = solids or Solids()
         self.frames = Frames.present(self.solids)
-        # What the rays met that were cast last, as `see_at` has it.
+        # The latest return value of `see_at`.
         self.seen = Answers([], np.zeros(0, np.intp))
         self._bundles: dict[tuple[Uid, int], CastBundle] = {}
-        self._own: dict[Uid, _Own] = {}
+        self._own: dict[Uid, _SensorSolids] = {}
         self._depsgraph: Any = None
 
     def update(self, depsgraph: Any) -> None:
-        """Reads the scene's changes; to be called once after each evaluation, before rays are
-        cast."""
+        """Read the changes of the scene. Call once after each evaluation, before casting rays."""
         self.solids.sync(depsgraph)
         self.show(depsgraph, Frames.present(self.solids))
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
-        """Sets the frames at which rays are cast from now on."""
+        """Set the frames at which rays are cast from now on."""
         self._depsgraph = depsgraph
         self.frames = frames
 
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
-        """Ranges (n,) of rays from origins (n, 3) along unit vectors (n, 3), at most length (n,),
-        at the last of the frames.
+        """Return the ranges of rays at the last frame.
 
-        `sensor` is the session uid, or path, of the object whose own solids the rays pass through.
+        Parameters
+        ----------
+        sensor
+            Session uid or path of the sensor; rays pass through the solids that belong to it.
+        bundle
+            Number of the bundle: hits are stored for each sensor and bundle.
+        origins
+            Origins (n, 3), in Blender units.
+        directions
+            Unit vectors (n, 3).
+        length
+            Maximum ranges (n,), in Blender units.
+
+        Returns
+        -------
+        Array
+            Ranges (n,), in Blender units; the maximum range where a ray hits nothing.
         """
         return self.cast_met(sensor, bundle, origins, directions, length)[0]
 
     def cast_met(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> tuple[Array, NDArray[np.int64]]:
-        """The same ranges, and the number (n,) of the solid that each ray meets, or NOTHING."""
+        """Return the ranges (n,) and the numbers (n,) of the hit solids, or NOTHING.
+
+        The parameters are those of `cast`.
+        """
         last = np.array([len(self.frames) - 1])
         rays = origins, directions, length
         seen: RayHits = self.see_at(sensor, bundle, rays, last)[0]
         return seen.ranges, seen.met
 
     def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
-        """The ranges (n,) at each of some frames (k,), in order of time, which nobody may write
-        to."""
+        """Return the ranges of rays at some frames.
+
+        Parameters
+        ----------
+        sensor, bundle
+            As for `cast`.
+        rays
+            Origins (n, 3), unit directions (n, 3) and maximum ranges (n,), in Blender units.
+        frames
+            Indices (k,) of the frames, in order of time.
+
+        Returns
+        -------
+        Answers
+            A read-only array of ranges (n,) for each frame.
+        """
         found = self.see_at(sensor, bundle, rays, frames)
         for seen in found.table:
             seen.ranges.flags.writeable = False
         return Answers([seen.ranges for seen in found.table], found.rows)
 
     def see_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
-        """What the rays meet at each of some frames (k,), in order of time: `RayHits`, which nobody
-        may write to."""
+        """Return the hits of rays at some frames, as `RayHits`; do not write to them.
+
+        The parameters are those of `cast_at`.
+        """
         own = self._own_solids(sensor)
-        known = self._meet_still(sensor, bundle, RayBundle(*rays), own)
+        known = self._hits_on_still(sensor, bundle, RayBundle(*rays), own)
         if known.state != own.state or known.seen is None:
             known.state, known.hits, known.seen = own.state, {}, known.still
             known.versions = np.full(len(own.moving), AWAY)
@@ -204,27 +260,26 @@ class RayCaster:
             when, which = np.nonzero(changed & (versions != AWAY))
             hits = self._hits(known, frames[when], own.columns[which])
             for i in np.flatnonzero(changed.any(axis=1)).tolist():
-                if self._renew(known, own.moving[changed[i]].tolist(), hits, int(frames[i])):
+                if self._update_hits(known, own.moving[changed[i]].tolist(), hits, int(frames[i])):
                     table.append(known.seen)
                 rows[i:] = len(table) - 1
         self.seen = Answers(table, rows)
         return self.seen
 
     def last_ranges(self, sensor: Uid, bundle: int) -> Array:
-        """Ranges (n,) of a bundle at the last of the frames that it was cast at."""
+        """Return the ranges (n,) of a bundle at the last frame at which it was cast."""
         seen = self._bundles[sensor, bundle].seen
         assert seen is not None
         return seen.ranges
 
-    def _renew(
+    def _update_hits(
         self,
         bundle: CastBundle,
         rows: list[int],
         hits: dict[tuple[int, int], tuple[Index, Array, Index]],
         frame: int,
     ) -> bool:
-        """Casts a bundle again where solids have changed; False where it meets the same as
-        before."""
+        """Update the hits of a bundle where solids have changed; return whether they may differ."""
         dropped = [row for row in rows if bundle.hits.pop(row, None) is not None]
         found = {row: hit for row in rows if (hit := hits.get((frame, row))) is not None}
         if not found and not dropped:
@@ -244,21 +299,41 @@ class RayCaster:
         directions: Array,
         length: Array,
     ) -> tuple[Array, NDArray[np.int64]]:
-        """Ranges (n,) to the nearest of the solids `rows` as last synced, and its number (n,), or
-        NOTHING; remembers nothing."""
+        """Return the ranges to the nearest of some solids, and the numbers of these solids.
+
+        The hits are not stored.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph of the last `Solids.sync`.
+        rows
+            Rows of the solids that may be hit.
+        origins
+            Origins (n, 3), in Blender units.
+        directions
+            Unit vectors (n, 3).
+        length
+            Maximum ranges (n,), in Blender units.
+
+        Returns
+        -------
+        tuple
+            Ranges (n,) in Blender units, and numbers (n,) of the hit solids, or NOTHING.
+        """
         self._depsgraph = depsgraph
-        seen = self._nothing(length)
+        seen = self._no_hits(length)
         if len(length):
             rays = RayBundle(origins, directions, length)
             self._meet(rows, rays, rays.box(length), seen, by_trees=True)
         return seen.ranges, seen.met
 
-    def _nothing(self, length: Array) -> RayHits:
+    def _no_hits(self, length: Array) -> RayHits:
         count = len(length)
         met = np.full(count, NOTHING, np.int64)
         return RayHits(length.copy(), met, np.zeros(count, np.intp))
 
-    def _own_solids(self, sensor: Uid) -> _Own:
+    def _own_solids(self, sensor: Uid) -> _SensorSolids:
         state = self.solids.listing, len(self.solids.gone)
         known = self._own.get(sensor)
         if known is None or known.state != state:
@@ -267,16 +342,21 @@ class RayCaster:
             moving = self.solids.moving
             columns = np.flatnonzero(~mask[self.frames.rows])
             rows = self.frames.rows[columns]
-            known = _Own(state, numbers, np.flatnonzero(~moving & ~mask), rows, columns)
+            known = _SensorSolids(state, numbers, np.flatnonzero(~moving & ~mask), rows, columns)
             self._own[sensor] = known
         return known
 
-    def _meet_still(self, sensor: Uid, bundle: int, rays: RayBundle, own: _Own) -> CastBundle:
-        """The known hits of a bundle on still solids; cast again if solids that it met are gone."""
+    def _hits_on_still(
+        self, sensor: Uid, bundle: int, rays: RayBundle, own: _SensorSolids
+    ) -> CastBundle:
+        """Return the hits of a bundle on still solids.
+
+        A ray is cast again where the solid that it hit is gone or has moved.
+        """
         gone = self.solids.gone
         known = self._bundles.get((sensor, bundle))
         if known is None or known.own != own.numbers or not known.rays.same(rays):
-            still = self._nothing(rays.length)
+            still = self._no_hits(rays.length)
             known = CastBundle(rays, own.numbers, still, rays.box(rays.length), len(gone))
             self._bundles[sensor, bundle] = known
             again = np.arange(len(rays.length))
@@ -287,9 +367,9 @@ class RayCaster:
             return known
         if len(again):
             part = RayBundle(rays.origins[again], rays.directions[again], rays.length[again])
-            seen = self._nothing(part.length)
+            seen = self._no_hits(part.length)
             self._meet(own.still, part, part.box(part.length), seen)
-            # What was seen before may be in other hands.
+            # Callers may still hold the earlier hits: change a copy.
             known.still = still = known.still.copy()
             still.ranges[again], still.met[again] = seen.ranges, seen.met
             still.faces[again] = seen.faces
@@ -299,8 +379,11 @@ class RayCaster:
     def _hits(
         self, bundle: CastBundle, frames: Index, columns: Index
     ) -> dict[tuple[int, int], tuple[Index, Array, Index]]:
-        """The hits on solids that are given by frame (p,) and column (p,), by frame and row: which
-        rays of a bundle meet each, how far they go and to which face."""
+        """Return the hits of a bundle on solids given by frame (p,) and column (p,).
+
+        The keys are frame and row of the solid; the values are indices, ranges and faces of the
+        rays.
+        """
         at, found = self.frames, {}
         rays, limits = bundle.rays, bundle.still.ranges
         size = max(1, PAIRS_AT_ONCE // len(rays.length))
@@ -330,22 +413,45 @@ class RayCaster:
         crossed: NDArray[np.bool_],
         by_trees: bool = False,
     ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
-        """At those of some frames (k) at which rays meet a solid within their limits (n,): the
-        number of the frame, which rays do, how far they go and to which face. It has a surface at
-        each, and matrices (k, 4, 4) with their inverses; `crossed` (k, n): which rays may."""
+        """Yield the hits of a bundle on one solid, frame by frame.
+
+        Parameters
+        ----------
+        geometry
+            The geometry of the solid.
+        surfaces
+            Its surface at each of k frames.
+        matrix, inverse
+            Its matrices (k, 4, 4) to the world, and their inverses.
+        rays
+            The bundle of n rays.
+        limits
+            Ranges (n,) within which a hit counts.
+        crossed
+            Mask (k, n) of the rays that cross the bounds of the solid.
+        by_trees
+            Use a tree also for a mesh that changes shape.
+
+        Yields
+        ------
+        tuple
+            Index of a frame with hits, and indices, ranges and faces of the rays that hit.
+        """
         if geometry.deforms and not by_trees and not surfaces[0].large:
             yield from _meet_changing(surfaces, matrix, inverse, rays, limits, crossed)
             return
         for i, surface in enumerate(surfaces):
             which = np.flatnonzero(crossed[i])
-            far, faces = self._far(geometry, surface, which, rays, limits[which], inverse[i])
+            far, faces = self._distances(geometry, surface, which, rays, limits[which], inverse[i])
             nearer = far < limits[which]
             if nearer.any():
                 yield i, (which[nearer], far[nearer], faces[nearer])
 
-    def _near(self, rows: Index, rays: RayBundle, box: tuple[Array, Array]) -> list[Index]:
-        """The solids among `rows` whose bounds meet the box of the rays, in portions that can be
-        compared with each ray."""
+    def _overlapping(self, rows: Index, rays: RayBundle, box: tuple[Array, Array]) -> list[Index]:
+        """Return the solids among `rows` whose bounds overlap `box`, in portions.
+
+        A portion is small enough to be compared with each ray.
+        """
         near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
         rows = rows[near.all(axis=1)]
         at_once = max(1, PAIRS_AT_ONCE // len(rays.length))
@@ -359,17 +465,19 @@ class RayCaster:
         seen: RayHits,
         by_trees: bool = False,
     ) -> None:
-        """Shortens what is `seen` to the nearest of the solids `rows`, as they are in the list.
-        `by_trees`: also those that change, which is worth it where many bundles are cast in turn.
+        """Shorten the hits `seen` to the nearest of the solids `rows`, as the list has them now.
+
+        With `by_trees`, meshes that change shape get trees too. That pays where many bundles are
+        cast.
         """
-        for part in self._near(rows, rays, box):
+        for part in self._overlapping(rows, rays, box):
             enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)
             crossed = (leave >= enter) & (enter <= seen.ranges)
             hit_rows = np.flatnonzero(crossed.any(axis=1))
             nearest_first = np.argsort(np.where(crossed, enter, np.inf)[hit_rows].min(axis=1))
             for i in hit_rows[nearest_first].tolist():
-                asked = crossed[i] & (enter[i] <= seen.ranges)
-                if asked.any():
+                may_hit = crossed[i] & (enter[i] <= seen.ranges)
+                if may_hit.any():
                     row = int(part[i])
                     solid, matrix = self.solids.solids[row], self.solids.matrix[row][None]
                     shape = solid.geometry, [solid.geometry.state], matrix
@@ -378,12 +486,12 @@ class RayCaster:
                         self.solids.inverse[row][None],
                         rays,
                         seen.ranges,
-                        asked[None],
+                        may_hit[None],
                         by_trees,
                     ):
                         seen.shorten(solid.number, *hit)
 
-    def _far(
+    def _distances(
         self,
         geometry: Geometry,
         surface: Any,
@@ -392,14 +500,13 @@ class RayCaster:
         limits: Array,
         inverse: Array,
     ) -> tuple[Array, Index]:
-        """How far (k,) the rays `which` (k,) go to a shape with this inverse matrix, inf where that
-        is beyond the limits, and to which face."""
-        origins, ways = rays.origins[which], turned(rays.directions[which], inverse)
+        """Return the ranges (k,) of some rays to a shape, inf beyond the limits, and the faces."""
+        origins, ways = rays.origins[which], rotated(rays.directions[which], inverse)
         if geometry.deforms and surface.large:
-            return surface.meet(turned(origins, inverse) + inverse[:3, 3], ways)
+            return surface.meet(rotated(origins, inverse) + inverse[:3, 3], ways)
         # Building the tree sets its pivot.
         geometry.tree(self._depsgraph)
-        starts = turned(origins, inverse) + (inverse[:3, 3] - geometry.pivot)
+        starts = rotated(origins, inverse) + (inverse[:3, 3] - geometry.pivot)
         scale = np.linalg.norm(ways, axis=1)
         limits = limits * scale * LIMIT_SLACK
         far, faces = geometry.meet(self._depsgraph, starts, ways, limits)
@@ -414,13 +521,13 @@ def _meet_changing(
     limits: Array,
     crossed: NDArray[np.bool_],
 ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
-    """As `RayCaster._meet_shape`, for a solid that changes its shape."""
-    for part in _of_one_cut(surfaces):
+    """Yield the hits on a solid that changes shape, as `RayCaster._meet_shape` does."""
+    for part in _runs_of_same_triangles(surfaces):
         points = np.stack([surface.points for surface in surfaces[part]])
         corners, face = surfaces[part.start].triangles
-        asked = crossed[part]
+        may_hit = crossed[part]
         seen = rays.pictures, rays.origins, rays.directions
-        hits = changing_shapes.meet(points, corners, matrix[part], inverse[part], *seen, asked)
+        hits = changing_shapes.meet(points, corners, matrix[part], inverse[part], *seen, may_hit)
         hits = hits.at(hits.far < limits[hits.ray])
         for same in np.split(np.arange(len(hits.frame)), np.flatnonzero(np.diff(hits.frame)) + 1):
             if len(same):
@@ -434,9 +541,8 @@ def _meet_changing(
                 )
 
 
-def _of_one_cut(surfaces: list[Any]) -> Iterator[slice]:
-    """Stretches of surfaces whose faces are cut into the same triangles, so many as fit into
-    memory that is quick."""
+def _runs_of_same_triangles(surfaces: list[Any]) -> Iterator[slice]:
+    """Yield runs of surfaces with the same triangles, small enough for the processor's caches."""
     most = max(1, POINTS_AT_ONCE // max(1, surfaces[0].points.shape[1]))
     start = 0
     for end in range(1, len(surfaces) + 1):
@@ -450,13 +556,12 @@ def _of_one_cut(surfaces: list[Any]) -> Iterator[slice]:
 
 
 def _slabs(lo: Array, hi: Array, rays: RayBundle) -> tuple[Array, Array]:
-    """The distances at which rays (n) enter and leave boxes (m): two arrays (m, n); leave < enter:
-    missed."""
+    """Return the ranges (m, n) at which n rays enter and leave m boxes; leave < enter: a miss."""
     enter, leave = np.zeros((len(lo), len(rays.length))), np.full((1, 1), np.inf)
     with np.errstate(invalid="ignore"):
         for start, inverse, low, high in zip(rays.starts, rays.inverse, lo.T, hi.T, strict=True):
             one, two = (low[:, None] - start) * inverse, (high[:, None] - start) * inverse
-            # fmin and fmax pass over the NaN of a ray that runs in the plane of a face.
+            # fmin and fmax ignore the NaN of a ray that runs in the plane of a face.
             enter = np.fmax(enter, np.fmin(one, two))
             leave = np.fmin(leave, np.fmax(one, two))
     return enter, leave

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays against the triangles of a surface that changes shape from frame to frame.
+"""Cast rays against the triangles of a surface that changes shape from frame to frame.
 
-A hierarchy of it would be built anew for a few rays. Instead, triangles and rays are seen from
-where the rays come from, as in a picture: most triangles of a person lie between the rays of a
-sensor, and a grid of cells with rays and without leaves them out at once. What is left is met
-exactly.
+A tree would have to be built again at each frame for a few rays. Instead, triangles and rays are
+projected onto a picture as seen from the origin of the rays. A grid over the picture discards all
+triangles without a ray near them: most triangles of a person lie between the rays of a sensor. The
+remaining pairs of a ray and a triangle are tested exactly.
 """
 
 from __future__ import annotations
@@ -19,29 +19,33 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import Array
 
 Index = NDArray[np.intp]
-# A ray this little beside a triangle, as share of it, meets it: no gap opens along an edge, and one
-# that goes through the edge itself is not lost to the rounding of single precision.
+# A ray beside a triangle by at most this share of the triangle's size still hits it. So no ray is
+# lost between two triangles, or on an edge, by rounding.
 RIM = 1e-7
-# Cells along an axis of the picture; how near, in cells, to an edge is on both sides of it; the
-# least size of the picture of the rays, as share of 1; by how much a triangle is larger; and up to
-# which size in cells it is told whether a square holds a ray.
+# Cells along an axis of the picture.
 CELLS = 128
 EVERY_CELL = np.arange(CELLS * CELLS + 1)
+# A ray nearer to the edge of a cell than this, in cells, is in both cells.
 EDGE = 0.01
+# The least size of a picture, relative to the largest coordinate plus 1.
 LEAST_SIZE = 1e-2
+# Triangles are widened by this share in the picture.
 BORDER = 1e-6
+# For squares of up to this many cells, a table says whether they contain a ray.
 SQUARES = 3
-# Cosine: rays within this of their middle are in one picture, others in several.
+# Rays fit into one picture if the cosine of their angle to the mean direction exceeds this.
 WIDE = 0.35
-# Share of the largest size there is: nearer than this to the picture's eye nothing is drawn.
+# Points with a depth of less than this share of the largest depth have no place in the picture.
 TOO_NEAR = 1e-6
-# Lines this near to a point, as share of 1 and of how far away that is, go through it.
+# A line this near to a point, relative to 1 plus the point's distance, goes through the point.
 THROUGH = 1e-9
 
 
 def apex_of(origins: Array, directions: Array) -> Array | None:
-    """The point (3,) through which the lines of rays (n, 3) all go; None where there is none, or
-    they are all parallel."""
+    """Return the point (3,) through which the lines of all rays (n, 3) go.
+
+    None if there is no such point, or all rays are parallel.
+    """
     across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     total = across.sum(axis=0)
     if np.linalg.cond(total) > 1e8:
@@ -56,8 +60,10 @@ def apex_of(origins: Array, directions: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class FrameHits:
-    """The hits (p,) of some rays at some frames, in the order of the frames: the `frame`, the
-    `ray`, how `far` it goes, in lengths of its direction, and to which `triangle`."""
+    """The hits (p,) of rays at several frames, in order of the frames.
+
+    `far` is the range in lengths of the ray's direction. `frame`, `ray` and `triangle` are indices.
+    """
 
     frame: Index
     ray: Index
@@ -65,6 +71,7 @@ class FrameHits:
     triangle: Index
 
     def at(self, which: Any) -> FrameHits:
+        """Return the hits that an index or mask selects."""
         return FrameHits(self.frame[which], self.ray[which], self.far[which], self.triangle[which])
 
 
@@ -76,21 +83,43 @@ def meet(
     pictures: Sequence[RayPicture],
     origins: Array,
     directions: Array,
-    asked: NDArray[np.bool_],
+    may_hit: NDArray[np.bool_],
 ) -> FrameHits:
-    """The nearest of the triangles `corners` (3, m) that rays (n) meet at each of some frames (k):
-    their `points` (k, 3, v) are in the space of a solid whose matrices (k, 4, 4) and their inverses
-    are given. The rays have `origins` and `directions` (n, 3), and `pictures` in which they are
-    seen; `asked` (k, n): which of them may meet it."""
+    """Return the nearest hits of rays on a changing mesh, at each of k frames.
+
+    Parameters
+    ----------
+    points
+        Points (k, 3, v) of the mesh at each frame, in the solid's space.
+    corners
+        Point indices (3, m) of the triangles.
+    matrix, inverse
+        Matrices (k, 4, 4) of the solid to the world, and their inverses.
+    pictures
+        Pictures that hold all rays.
+    origins, directions
+        Origins (n, 3) and directions (n, 3) of the rays, in the world.
+    may_hit
+        Mask (k, n) of the rays that may hit the solid.
+
+    Returns
+    -------
+    FrameHits
+        At most one hit for each frame and ray.
+
+    References
+    ----------
+    Möller and Trumbore's test of a ray and a triangle.
+    """
     found = []
     for picture in pictures:
         frame, ray, triangle = picture.pairs(points, corners, matrix)
-        some = np.flatnonzero(asked[frame, ray])
+        some = np.flatnonzero(may_hit[frame, ray])
         frame, ray, triangle = frame[some], ray[some], triangle[some]
         back = inverse[frame]
-        starts = turned(origins[ray], back) + back[:, :3, 3]
-        ways = turned(directions[ray], back)
-        far = _lengths(points, frame, corners[:, triangle], starts, ways)
+        starts = rotated(origins[ray], back) + back[:, :3, 3]
+        ways = rotated(directions[ray], back)
+        far = _hit_distances(points, frame, corners[:, triangle], starts, ways)
         hit = np.flatnonzero(far < np.inf)
         found.append(FrameHits(frame[hit], ray[hit], far[hit], triangle[hit]))
     hits = found[0]
@@ -103,18 +132,22 @@ def meet(
     return hits.at(np.flatnonzero(which != np.concatenate([[-1], which[:-1]])))
 
 
-def turned(vectors: Array, matrix: Array) -> Array:
-    """Vectors (n, 3), turned by a matrix, or each by its own (n, 4, 4); each the same to the bit
-    whatever others there are."""
+def rotated(vectors: Array, matrix: Array) -> Array:
+    """Return vectors (n, 3) rotated by one matrix, or each by its own (n, 4, 4).
+
+    The result for a vector has the same bits whatever other vectors are given.
+    """
     x, y, z = (vectors[:, i : i + 1] for i in range(3))
     result: Array = x * matrix[..., :3, 0] + y * matrix[..., :3, 1] + z * matrix[..., :3, 2]
     return result
 
 
 def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[RayPicture]:
-    """Pictures in which all rays from `origins` (n, 3) along unit vectors (n, 3) are seen; `apex`
-    (3,): where their lines all meet, if they do. Rays that go towards it, as those to a lamp do,
-    are looked back along too."""
+    """Return pictures that hold all rays from `origins` (n, 3) along unit vectors `ways` (n, 3).
+
+    `apex` (3,) is the point where their lines meet; None without one. Rays that go towards the
+    apex, as those to a lamp do, are also seen in the opposite direction.
+    """
     every = np.arange(len(origins))
     if apex is None:
         return [RayPicture(every[i : i + 1], ways[i : i + 1], origins[i]) for i in every.tolist()]
@@ -122,12 +155,12 @@ def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[RayPict
     behind = bool((ahead < -THROUGH * float(np.abs(ahead).max(initial=0.0))).any())
     found = []
     for looks in (ways, -ways) if behind else (ways,):
-        found += [RayPicture(which, looks[which], apex) for which in _narrow(looks)]
+        found += [RayPicture(which, looks[which], apex) for which in _groups_by_direction(looks)]
     return found
 
 
-def _narrow(ways: Array) -> list[Index]:
-    """Which of some unit vectors (n, 3) fit into one picture."""
+def _groups_by_direction(ways: Array) -> list[Index]:
+    """Split unit vectors (n, 3) into groups that each fit into one picture."""
     every = np.arange(len(ways))
     middle = ways.mean(axis=0)
     if float((ways @ middle).min()) > WIDE * float(np.linalg.norm(middle)) > 0.0:
@@ -139,19 +172,23 @@ def _narrow(ways: Array) -> list[Index]:
 
 
 class RayPicture:
-    """The `rays` (n,) of a bundle that one picture holds: their directions `ways` (n, 3) from an
-    `eye` (3,), and the grid of the cells that they are in."""
+    """A picture of the `rays` (n,) of a bundle, seen from an `eye` (3,) along `ways` (n, 3).
+
+    It has a grid of the cells that contain rays.
+    """
 
     def __init__(self, rays: Index, ways: Array, eye: Array) -> None:
         self._rays, self._eye = rays, eye
-        self._axes = _axes(ways)
-        there = self._axes @ ways.T
-        self._places = there[:2] / there[2]
+        self._axes = _picture_axes(ways)
+        projected = self._axes @ ways.T
+        self._places = projected[:2] / projected[2]
         self._grid = RayCells(self._places)
 
     def pairs(self, points: Any, corners: Index, matrix: Array) -> tuple[Index, Index, Index]:
-        """Frames, and rays and triangles (p,) that lie in one place of the picture there: no fewer
-        than meet."""
+        """Return frames, rays and triangles (p,) that overlap in the picture.
+
+        All hits are among these pairs, and some misses.
+        """
         turn = self._axes @ matrix[:, :3, :3]
         shift = (matrix[:, :3, 3] - self._eye) @ self._axes.T
         seen = turn @ points.astype(np.float64) + shift[:, :, None]
@@ -159,12 +196,11 @@ class RayPicture:
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = seen[:, 0] / depth, seen[:, 1] / depth
         rows = self._grid.cells(y, 1)
-        below, above = _bounds(rows[:, own] for own in corners)
+        below, above = _least_and_greatest(rows[:, own] for own in corners)
         close = TOO_NEAR * np.abs(depth).max(axis=1)
         beside = []
         for frame in np.flatnonzero(depth.min(axis=1) <= close).tolist():
-            # What reaches beside the eye or behind it has no place in the picture: it may be
-            # anywhere.
+            # A triangle that reaches beside or behind the eye may be anywhere in the picture.
             off = depth[frame] <= close[frame]
             which = np.flatnonzero(off[corners].any(axis=0))
             ahead = ~off[corners[:, which]].all(axis=0)
@@ -174,7 +210,9 @@ class RayPicture:
         # A fan of rays lies in one row of the picture, and most triangles in others.
         near = self._grid.rows_hold(below, above)
         frame, triangle = np.divmod(near, corners.shape[1])
-        left, right = _bounds(self._grid.cells(x[frame, own[triangle]], 0) for own in corners)
+        left, right = _least_and_greatest(
+            self._grid.cells(x[frame, own[triangle]], 0) for own in corners
+        )
         if beside:
             anywhere = np.isin(near, np.concatenate(beside))
             left[anywhere], right[anywhere] = 0, CELLS - 1
@@ -186,21 +224,25 @@ class RayPicture:
         inside = np.ones(len(ray), bool)
         with np.errstate(invalid="ignore"):
             for places, at in ((x, self._places[0][ray]), (y, self._places[1][ray])):
-                least, most = _bounds(places[frame, own] for own in corners[:, triangle])
+                least, most = _least_and_greatest(
+                    places[frame, own] for own in corners[:, triangle]
+                )
                 slack = BORDER * (1.0 + np.abs(at))
                 inside &= ~((least > at + slack) | (most < at - slack))
         return frame[inside], self._rays[ray[inside]], triangle[inside]
 
 
-def _bounds(ends: Iterable[Any]) -> tuple[Any, Any]:
-    """Least and greatest of three arrays: numpy is slow to find them along an axis."""
+def _least_and_greatest(ends: Iterable[Any]) -> tuple[Any, Any]:
+    """Return the elementwise least and greatest of three arrays, faster than numpy does."""
     one, two, three = ends
     return np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
 
 
-def _axes(ways: Array) -> Array:
-    """Right, up and ahead (3, 3) of a picture with these rays in it: a fan lies from left to
-    right."""
+def _picture_axes(ways: Array) -> Array:
+    """Return the unit vectors right, up and ahead (3, 3) of a picture of rays along `ways`.
+
+    Right is the direction of the widest spread, so that a fan of rays lies in one row of cells.
+    """
     ahead = (ways / np.linalg.norm(ways, axis=1)[:, None]).sum(axis=0)
     ahead /= np.linalg.norm(ahead)
     aside = ways - (ways @ ahead)[:, None] * ahead
@@ -212,7 +254,7 @@ def _axes(ways: Array) -> Array:
 
 
 class RayCells:
-    """The places `rays` (2, n) of rays in a picture, by cells of it."""
+    """A grid over the places (2, n) of rays in a picture."""
 
     def __init__(self, rays: Array) -> None:
         lo, hi = rays.min(axis=1), rays.max(axis=1)
@@ -220,10 +262,10 @@ class RayCells:
         # A ring of cells without rays takes up all that is outside.
         self._scale = (CELLS - 2) * (1.0 - 4.0 * EDGE / CELLS) / size
         self._lo = (lo + hi) / 2.0 - CELLS / 2.0 / self._scale
-        self._put(rays)
+        self._sort_into_cells(rays)
 
-    def _put(self, rays: Array) -> None:
-        """Puts each ray into its cell; one near the edge of a cell into both."""
+    def _sort_into_cells(self, rays: Array) -> None:
+        """Put each ray into its cell, and a ray near the edge of a cell into both cells."""
         ray = np.arange(rays.shape[1])
         edge = np.array([-EDGE, EDGE])[:, None] / self._scale[:, None, None]
         moved = [self.cells(rays[axis] + edge[axis], axis).astype(np.intp) for axis in (0, 1)]
@@ -233,7 +275,7 @@ class RayCells:
         order = np.argsort(cell, kind="stable")
         self._ray = np.concatenate([ray, *also])[order]
         self._start = np.searchsorted(cell[order], EVERY_CELL)
-        self._next_row = _next(np.isin(np.arange(CELLS), cell % CELLS))
+        self._next_row = _next_held(np.isin(np.arange(CELLS), cell % CELLS))
         held = np.zeros((CELLS, CELLS), bool)
         held.ravel()[cell] = True
         self._held = np.ones((SQUARES + 1, CELLS, CELLS), bool)
@@ -245,53 +287,55 @@ class RayCells:
             held[:, :-1] |= wider[:, 1:]
 
     def cells(self, places: Array, axis: int) -> NDArray[np.uint8]:
-        """The column or row (k,) of places (k,)."""
+        """Return the columns (axis 0) or rows (axis 1) of places (k,)."""
         at = (places - self._lo[axis]) * self._scale[axis]
         with np.errstate(invalid="ignore"):
             return np.fmax(np.fmin(at, CELLS - 1), 0.0).astype(np.uint8)
 
     def rows_hold(self, below: Index, above: Index) -> Index:
-        """Which ranges of rows, in all, hold a ray."""
+        """Return the indices of the ranges of rows that contain a ray."""
         return np.flatnonzero(self._next_row.take(below) <= above)
 
     def may_hold(self, left: Index, right: Index, below: Index, above: Index) -> Index:
-        """Which rectangles of cells, in all, may hold a ray."""
+        """Return the indices of the rectangles of cells that may contain a ray."""
         size = np.minimum(np.maximum(right - left, above - below), SQUARES).astype(np.intp)
         return np.flatnonzero(self._held.ravel().take((size * CELLS + left) * CELLS + below))
 
     def pairs(self, left: Index, right: Index, below: Index, above: Index) -> tuple[Index, Index]:
-        """Rectangles of cells, each with a ray (p,) that is in it."""
-        which, column = _spread(left.astype(np.intp), right.astype(np.intp) + 1)
+        """Return pairs (p,) of a rectangle of cells and a ray in it."""
+        which, column = _members(left.astype(np.intp), right.astype(np.intp) + 1)
         first = self._start[column * CELLS + below[which]]
         end = self._start[column * CELLS + above[which] + 1]
-        of, at = _spread(first, end)
+        of, at = _members(first, end)
         return which[of], self._ray[at]
 
 
-def _next(held: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Of each row, and of those above it, the first (CELLS,) that is held; CELLS: there is none."""
+def _next_held(held: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return for each row the first row from it onwards that contains a ray, or CELLS."""
     found = np.where(held, np.arange(CELLS), CELLS)
     return np.minimum.accumulate(found[::-1])[::-1].astype(np.uint8)
 
 
-def _spread(first: Index, end: Index) -> tuple[Index, Index]:
-    """All members (p,) of ranges (m,), and for each the number of its range."""
+def _members(first: Index, end: Index) -> tuple[Index, Index]:
+    """Return all members (p,) of ranges (m,), each with the index of its range."""
     counts = end - first
     which = np.repeat(np.arange(len(first)), counts)
     start = first - (np.cumsum(counts) - counts)
     return which, np.arange(len(which)) + start[which]
 
 
-def _lengths(points: Any, frame: Index, corners: Index, origins: Array, ways: Array) -> Array:
-    """How far (p,) each ray goes to its triangle, in lengths of its way; inf where it misses it:
-    Möller and Trumbore's test, about the ray's origin."""
+def _hit_distances(points: Any, frame: Index, corners: Index, origins: Array, ways: Array) -> Array:
+    """Return the ranges (p,) of rays to their triangles, in lengths of the direction.
+
+    A miss is inf. The test is Möller and Trumbore's, relative to the triangle's first corner.
+    """
     corner, one, two = (points[frame, :, at].astype(np.float64) for at in corners)
     one, two, start = one - corner, two - corner, origins - corner
-    across, turned = _cross(ways, two), _cross(start, one)
+    across, rotated = _cross(ways, two), _cross(start, one)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         inverse = 1.0 / _dot(one, across)
-        u, v = _dot(start, across) * inverse, _dot(ways, turned) * inverse
-        far = _dot(two, turned) * inverse
+        u, v = _dot(start, across) * inverse, _dot(ways, rotated) * inverse
+        far = _dot(two, rotated) * inverse
         met = (u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM) & (far >= 0.0)
     result: Array = np.where(met, far, np.inf)
     return result
@@ -304,7 +348,7 @@ def _dot(one: Array, two: Array) -> Array:
 
 
 def _cross(one: Array, two: Array) -> Array:
-    """Vector products along the last axis; numpy's own takes several times as long on few."""
+    """Return the cross products of vectors (n, 3); numpy's takes several times as long on few."""
     a, b, c = one[:, 0], one[:, 1], one[:, 2]
     x, y, z = two[:, 0], two[:, 1], two[:, 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frames of the solids that are kept: what moves, as it was at each of them.
+"""Batches of frames: the moving solids as they were at each frame.
 
-While Blender evaluates frame after frame as little as possible is done between: Python there makes
-its caches cold, and the next frame takes two to three times as long. So what moves is copied at
-each frame, and all else is worked out for many frames at once.
+Python code between two frames evicts Blender's data from the processor's caches: the next frame
+then takes two to three times as long. So each frame only copies the data that change, and arrays
+are computed for many frames together.
 """
 
 from __future__ import annotations
@@ -18,33 +18,36 @@ from .geometry import Surface, read_surface
 from .solids import Solids, invertible, matrices_of, pointers_of, world_bounds
 
 Index = NDArray[np.intp]
-# Frames that are kept at once, and bytes that they may take.
+# The most frames in a batch, and the most bytes that their copies take.
 MOST_FRAMES = 256
 MOST_BYTES = 1 << 26
 
 
 class Frames:
-    """k frames of the m solids in `rows` of the list, those that were seen to move: `matrix`
-    (k, m, 4, 4), world bounds `lo`, `hi` (k, m, 3), and `version` (k, m), which is the same number
-    as long as one stays as it is. All other solids are as in the list itself."""
+    """The m moving solids of a list at k frames.
+
+    `rows` (m,) are their rows in the list, `matrix` (k, m, 4, 4) their matrices, and `lo`, `hi`
+    (k, m, 3) their world bounds. `version` (k, m) changes whenever a solid moves or changes shape.
+    All other solids are as in the list.
+    """
 
     def __init__(self, rows: Index, matrix: Array, lo: Array, hi: Array, version: Index) -> None:
         self.rows = rows
         self.matrix, self.lo, self.hi, self.version = matrix, lo, hi, version
         self.column = {row: column for column, row in enumerate(rows.tolist())}
-        # By row of a solid whose shape changes, its surface at each frame.
+        # Surfaces at each frame, by row of the solids that change shape.
         self.surfaces: dict[int, list[Surface]] = {}
 
     @classmethod
     def present(cls, solids: Solids) -> Frames:
-        """One frame: the solids as they were at the last synchronisation."""
+        """Return one frame: the solids as they were at the last synchronisation."""
         rows = np.flatnonzero(solids.moving)
         matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
         return cls(rows, matrix, lo, hi, solids.version[None, rows])
 
     @classmethod
     def unchanged(cls, solids: Solids, count: int) -> Frames:
-        """So many frames at which the solids are as they were."""
+        """Return `count` frames at which the solids are as the list has them now."""
         one = cls.present(solids)
         matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
         return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
@@ -53,22 +56,21 @@ class Frames:
         return len(self.version)
 
     def show(self, solids: Solids, frame: int) -> None:
-        """Brings the list to one of the frames."""
+        """Set the solids in the list to one of the frames."""
         at = self.matrix[frame], self.lo[frame], self.hi[frame], self.version[frame]
         solids.show(self.rows, *at)
         for row, surfaces in self.surfaces.items():
             solids.solids[row].geometry.take_over(surfaces[frame])
 
     def surface(self, solids: Solids, row: int, frame: int) -> Surface:
-        """The surface of a solid at a frame."""
+        """Return the surface of the solid in a row at a frame."""
         kept = self.surfaces.get(row)
         surface: Surface = kept[frame] if kept else solids.solids[row].geometry.state
         return surface
 
 
-class Film:
-    """Takes down frames of a list of solids, as objects in the order of a depsgraph, and works out
-    what they are in the end."""
+class FrameCopies:
+    """Copies the moving solids frame by frame, and computes `Frames` of the copies."""
 
     def __init__(self, solids: Solids, depsgraph: Any) -> None:
         self._solids = solids
@@ -77,10 +79,10 @@ class Film:
         self._uids = set(uids)
         self._listed = pointers_of(depsgraph)
         self._solid_of = [solids.row_of((uid,)) for uid in uids]
-        self._world = self._worlds_now(depsgraph)
+        self._world = self._read_matrices(depsgraph)
         self._worlds: list[NDArray[np.float32]] = []
-        # What changes its shape: as it was before the first of the frames, and at those at which
-        # Blender named it.
+        # Surfaces of the objects that change shape, by session uid: before the first frame, and
+        # at each frame at which Blender reported a change.
         self._before: dict[int, Surface] = {}
         self._shapes: list[dict[int, Surface]] = []
         self._keeps_faces: dict[int, bool] = {}
@@ -91,18 +93,21 @@ class Film:
 
     @property
     def full(self) -> bool:
+        """Whether the batch has as many frames or bytes as it may have."""
         return len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
 
-    def _worlds_now(self, depsgraph: Any) -> NDArray[np.float32]:
+    def _read_matrices(self, depsgraph: Any) -> NDArray[np.float32]:
         world = np.empty(len(self._solid_of) * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", world)
         return world
 
-    def take(self, depsgraph: Any) -> bool:
-        """Takes down a frame; False where the list has to be made anew: things came or went, or one
-        has other faces than before."""
+    def add(self, depsgraph: Any) -> bool:
+        """Copy a frame; return False where the solids must be listed again.
+
+        That is where objects appeared or vanished, or a mesh has other faces than before.
+        """
         solids, shapes = self._solids, {}
-        if not (solids.settled and solids.has_objects_of(depsgraph, self._listed)):
+        if not (solids.is_settled and solids.has_objects_of(depsgraph, self._listed)):
             return False
         for uid in solids.reshaped:
             geometry = solids.shape_of(uid) if uid in self._uids else None
@@ -117,21 +122,21 @@ class Film:
                 return False
             geometry.deforms = geometry.deforms or uid in solids.bends
             shapes[uid] = surface
-        solids.note_seen()
-        world = self._worlds_now(depsgraph)
+        solids.clear_noted()
+        world = self._read_matrices(depsgraph)
         self._worlds.append(world)
         self._shapes.append(shapes)
         self._bytes += world.nbytes + sum(surface.bytes for surface in shapes.values())
         return True
 
-    def develop(self) -> Frames:
-        """The frames since the last time; the list then is as at the last of them."""
+    def finish(self) -> Frames:
+        """Return the frames since the last call, and set the list to the last of them."""
         solids, count = self._solids, len(self)
         worlds = np.stack([self._world, *self._worlds]).reshape(count + 1, -1, 16)
         changed = (worlds[1:] != worlds[:-1]).any(axis=2)
         moved = np.flatnonzero(changed.any(axis=0)).tolist()
         moves = {row: o for o in moved if (row := self._solid_of[o]) is not None}
-        kept, bends = self._surfaces()
+        kept, bends = self._changed_surfaces()
         solids.set_moving(np.array(sorted({*moves, *kept}), np.intp))
         frames = Frames.unchanged(solids, count)
         steps = solids.syncs + 1 + np.arange(count)
@@ -145,20 +150,22 @@ class Film:
             frames.version[:, column] = np.maximum(newer, frames.version[:, column])
             frames.surfaces[row] = surfaces
         frames.version[:] = np.maximum.accumulate(frames.version, axis=0)
-        self._place(frames, sorted({*moves, *kept}))
-        self._begin_anew(frames)
+        self._update_bounds(frames, sorted({*moves, *kept}))
+        self._start_again(frames)
         return frames
 
-    def _begin_anew(self, frames: Frames) -> None:
+    def _start_again(self, frames: Frames) -> None:
         solids = self._solids
         solids.syncs += len(frames)
         frames.show(solids, -1)
         self._world = self._worlds[-1]
         self._worlds, self._shapes, self._before, self._bytes = [], [], {}, 0
 
-    def _surfaces(self) -> tuple[dict[int, list[Surface]], dict[int, NDArray[np.bool_]]]:
-        """Of each solid that changes its shape, by row: its surface at each frame, and at which
-        frames it differs from the one before."""
+    def _changed_surfaces(self) -> tuple[dict[int, list[Surface]], dict[int, NDArray[np.bool_]]]:
+        """Return the surfaces at each frame of the solids that changed shape, and masks of changes.
+
+        Both have the rows of the solids as keys. A mask has one entry a frame.
+        """
         kept: dict[int, list[Surface]] = {}
         bends: dict[int, NDArray[np.bool_]] = {}
         for uid, last in self._before.items():
@@ -173,8 +180,8 @@ class Film:
                     kept[row], bends[row] = each, other
         return kept, bends
 
-    def _place(self, frames: Frames, rows: list[int]) -> None:
-        """The bounds of what moved."""
+    def _update_bounds(self, frames: Frames, rows: list[int]) -> None:
+        """Compute the world bounds of the solids `rows`."""
         for row in rows:
             column = frames.column[row]
             shapes: list[Any] = [self._solids.solids[row].geometry]

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The evaluated shape of an object, or of what geometry nodes make: its bounds, and a bounding
-volume hierarchy when needed."""
+"""The evaluated surface of an object, or of what geometry nodes make, with its bounds and tree."""
 
 from __future__ import annotations
 
@@ -18,22 +17,25 @@ from ....sensor_logic.model import Array
 from ..timed import DEFORMING_MODIFIERS
 
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
-# A mesh this many times farther from its own origin than it is large loses digits in single
-# precision; its tree is then built about its centre.
+# A mesh that is this many times farther from its origin than it is large loses digits in single
+# precision. Its tree is built about its centre.
 FAR_FROM_OWN_ORIGIN = 8.0
-# From so many triangles on a tree of Blender's takes too long to build, and too much memory.
+# From this many triangles on, a tree of Blender's takes too much time and memory.
 LARGE = 250_000
-# Most faces to count along a ray.
+# The most faces that are counted along a ray.
 MOST_FACES = 200
-# Bounds of what is empty.
+# The bounds of an empty mesh.
 NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
 
 @dataclass(eq=False)
 class Surface:
-    """A mesh as it was at a frame: `points` (3, n), by axis, as numpy is quick with; `corners`
-    (k,): the point of each corner of its `faces`; `lo`, `hi` (3,): its bounds, inf where it is
-    empty."""
+    """A copy of a mesh at one frame.
+
+    `points` (3, n), one row an axis, which is the faster layout for numpy. `corners` (k,): the
+    index of the point at each corner of the `faces`. `lo`, `hi` (3,): bounds, inf for an empty
+    mesh.
+    """
 
     points: NDArray[np.float32]
     corners: NDArray[np.int32]
@@ -51,17 +53,30 @@ class Surface:
 
     @property
     def large(self) -> bool:
-        """Whether it has too many triangles to be asked one by one, or for a tree of Blender's."""
+        """Whether it has too many triangles for `changing_shapes`, or for a tree of Blender's."""
         return len(self.corners) - 2 * self.faces >= LARGE
 
     @property
     def bytes(self) -> int:
-        """Memory for the points, and for all that is made of them later."""
+        """Bytes of the points, and of all that may be computed of them later."""
         return self.points.nbytes * (4 if self.large else 1)
 
     def meet(self, starts: Array, ways: Array) -> tuple[Array, NDArray[np.intp]]:
-        """How far (n,) rays go, in lengths of their ways, to the nearest face of a large surface,
-        inf where there is none; and which (n,) that is."""
+        """Return how far rays go to the nearest face of a large surface, and the faces.
+
+        Parameters
+        ----------
+        starts
+            Origins (n, 3), in the space of the surface.
+        ways
+            Directions (n, 3), not of unit length.
+
+        Returns
+        -------
+        tuple
+            Distances (n,) in lengths of the directions, inf without a hit; and indices (n,) of the
+            faces.
+        """
         corners, face = (self.corners.reshape(-1, 3), None) if self.plain else self.triangles
         if self._tree is None:
             by_triangle = corners if face is None else corners.T
@@ -72,15 +87,17 @@ class Surface:
 
     @property
     def triangles(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """(3, m): the points of triangles, and the face (m,) that each is of. Of one that is not
-        plain only where they were asked for when it was read."""
+        """The points (3, m) of triangles, and the face (m,) that each belongs to.
+
+        A surface with other faces than triangles has them only if `read_surface` read them.
+        """
         if self._triangles is None:
             by_corner = np.ascontiguousarray(self.corners.reshape(-1, 3).T).astype(np.intp)
             self._triangles = by_corner, np.arange(self.faces)
         return self._triangles
 
     def has_faces_of(self, other: Surface) -> bool:
-        """Whether another has the same faces; then what is known of them is taken over."""
+        """Return whether another surface has the same faces; if so, share its triangles."""
         known = self.corners is other.corners
         if self.faces != other.faces or not (known or np.array_equal(self.corners, other.corners)):
             return False
@@ -90,14 +107,17 @@ class Surface:
         return True
 
     def same(self, other: Surface) -> bool:
-        """Whether another is the same mesh in the same place."""
+        """Return whether another surface has the same faces and points."""
         return self.has_faces_of(other) and np.array_equal(self.points, other.points)
 
 
 @dataclass
 class Built:
-    """What is made from a surface when it is needed, once for all objects of one mesh: its `tree`
-    about the `pivot` (3,), whose faces are triangles or those of the mesh."""
+    """The tree of a surface, shared by all objects of one mesh.
+
+    `pivot` (3,) is the origin of the `tree`. With `by_triangle` the tree's faces are triangles,
+    otherwise the faces of the mesh.
+    """
 
     tree: BVHTree | RayTree | None = None
     pivot: Array = field(default_factory=lambda: np.zeros(3))
@@ -105,11 +125,11 @@ class Built:
 
 
 class Geometry:
-    """Surface of one object in its own space; `lo`, `hi` (3,) its bounds, inf where empty.
+    """The surface of one object, with its bounds `lo`, `hi` (3,) in the object's space.
 
-    `original` is the object of the file that has the shape: of it, never of what is evaluated, a
-    reference may be kept. `deforms` once Blender named it as one whose shape may change from frame
-    to frame.
+    The bounds of an empty surface are inf. `original` is the object in the file: references to
+    evaluated objects must not be stored. `deforms` is set once Blender has reported a change of its
+    shape at a frame change.
     """
 
     lasting = True
@@ -136,30 +156,30 @@ class Geometry:
 
     @property
     def keeps_faces(self) -> bool:
-        """Whether nothing but an edit can give it other faces."""
+        """Whether only an edit can change the faces."""
         original = self.original
         plain = original.type == "MESH" and original.mode == "OBJECT"
         return plain and all(m.type in DEFORMING_MODIFIERS for m in original.modifiers)
 
     @property
     def pivot(self) -> Array:
-        """The point (3,) of its space where the tree has its origin."""
+        """The origin (3,) of the tree, in the object's space."""
         return self._built.pivot
 
     @property
     def state(self) -> Any:
-        """Another object whenever the surface has changed."""
+        """The present surface: another object whenever the surface has changed."""
         return self._surface
 
     @property
     def vertices(self) -> NDArray[np.float32]:
-        """(n, 3), in the object's own space."""
+        """The vertices (n, 3), in the object's space."""
         if self._surface is None:
             return np.empty((0, 3), np.float32)
         return np.ascontiguousarray(self._surface.points.T)
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
-        """(m, 3) vertices of triangles; the same array as long as the faces stay."""
+        """Return the vertex indices (m, 3) of triangles; the same array while the faces stay."""
         assert self._surface is not None
         corners = self._surface.corners
         if self._corners is None or not np.array_equal(corners, self._corners):
@@ -171,15 +191,15 @@ class Geometry:
         return self._triangles
 
     def read(self, evaluated: Any) -> bool:
-        """Reads the surface of the evaluated object; True where it differs from before."""
+        """Read the surface of the evaluated object; return whether it changed."""
         return self.take_over(read_surface(evaluated, self.deforms))
 
     def take_over(self, surface: Surface) -> bool:
-        """The surface is another from now on; True where it differs from before."""
+        """Set the surface; return whether it changed."""
         if surface is self._surface:
             return False
         if self._surface is not None and surface.same(self._surface):
-            # Its triangles may not have been asked for before.
+            # Only the new surface may have its triangles.
             self._surface._triangles = self._surface._triangles or surface._triangles
             return False
         self._surface = surface
@@ -188,8 +208,7 @@ class Geometry:
         return True
 
     def share(self, other: Geometry) -> bool:
-        """Takes over the surface of another object of the same mesh, as just read; True where it
-        differs from before."""
+        """Take surface and tree of another object of the same mesh; return whether they changed."""
         before, self._surface = self._surface, other._surface
         self._built, self.lo, self.hi = other._built, other.lo, other.hi
         if before is None or other._surface is None:
@@ -197,7 +216,7 @@ class Geometry:
         return before is not other._surface and not before.same(other._surface)
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
-        """The hierarchy over all faces, built when first asked for."""
+        """Return the tree over all faces; built at the first call."""
         if self._built.tree is None:
             self._built.tree = self._tree_of(self.original, depsgraph)
         return self._built.tree
@@ -205,8 +224,24 @@ class Geometry:
     def meet(
         self, depsgraph: Any, starts: Array, ways: Array, limits: Array
     ) -> tuple[Array, NDArray[np.intp]]:
-        """How far (n,) rays go in the space of the tree to its nearest face within their limits,
-        inf where there is none, and which (n,) that is, or -1."""
+        """Return how far rays go to the nearest face of the tree, and the faces.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        starts
+            Origins (n, 3), in the object's space relative to `pivot`.
+        ways
+            Directions (n, 3), not of unit length.
+        limits
+            Maximum distances (n,).
+
+        Returns
+        -------
+        tuple
+            Distances (n,), inf without a hit; and indices (n,) of the faces, or -1.
+        """
         tree = self.tree(depsgraph)
         if isinstance(tree, RayTree):
             return tree.meet(starts, ways, limits)
@@ -219,18 +254,18 @@ class Geometry:
         return far, met
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
-        """The number (n,) of the material slot of each face, as the tree counts faces."""
+        """Return the index (n,) of each face's material slot, in the order of the tree's faces."""
         if not self.deforms:
             self.tree(depsgraph)
         by_triangle = self._built.by_triangle and not self.deforms
         return slots_of(self.original.evaluated_get(depsgraph), by_triangle)
 
     def materials(self, depsgraph: Any) -> list[int]:
-        """The session uid of the material of each slot; 0 where there is none."""
+        """Return the session uid of each slot's material; 0 without one."""
         return uids_of(evaluated_materials(self.original.evaluated_get(depsgraph)))
 
     def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
-        """The hierarchy of an object, in the file or as just listed. Epsilon 0 leaks nowhere."""
+        """Build the tree of an object; epsilon 0, so that no ray slips through an edge."""
         if self._surface is not None and self._surface.large:
             self._built.by_triangle = True
             self._built.pivot = np.zeros(3)
@@ -244,11 +279,11 @@ class Geometry:
         try:
             return BVHTree.FromObject(source, depsgraph, epsilon=0.0)
         except (ValueError, SystemError):
-            # A hidden object that is instanced; SystemError is Blender 4.2's way to say so.
+            # The object is hidden but instanced. Blender 4.2 raises SystemError then.
             return self._tree_of_triangles(source, depsgraph)
 
     def _tree_of_triangles(self, source: Any, depsgraph: Any) -> BVHTree:
-        """The slower way: through Python, about the pivot."""
+        """Build the tree through Python, about the pivot, which takes longer."""
         self._built.by_triangle = True
         points, triangles = triangles_of(source.evaluated_get(depsgraph))
         return BVHTree.FromPolygons(
@@ -257,8 +292,19 @@ class Geometry:
 
 
 def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
-    """The number of a tree's faces that a ray meets from `point` (3,) along the unit `ahead` (3,),
-    less than `step` apart counted as one; 0 for MOST_FACES and more."""
+    """Return the number of a tree's faces along a ray; 0 for MOST_FACES and more.
+
+    Parameters
+    ----------
+    tree
+        A tree of triangles or faces.
+    point
+        Origin (3,) of the ray.
+    ahead
+        Unit direction (3,).
+    step
+        Faces less than this far apart count as one.
+    """
     for count in range(MOST_FACES):
         found = tree.ray_cast(point, ahead)[0]
         if found is None:
@@ -268,8 +314,10 @@ def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
 
 
 def mesh_shared_by(original: Any) -> int:
-    """What all objects have in common whose surface is this object's mesh as it is; 0: its surface
-    is its own."""
+    """Return the session uid of the mesh that an object shows unchanged; 0 if it is changed.
+
+    All objects with the same uid have the same surface.
+    """
     own = original.modifiers or original.mode != "OBJECT"
     if original.type != "MESH" or own or original.data.shape_keys or original.data.is_editmode:
         return 0
@@ -277,9 +325,9 @@ def mesh_shared_by(original: Any) -> int:
 
 
 def evaluated_materials(evaluated: Any) -> Iterator[Any]:
-    """The material of each slot of an evaluated object; None where there is none."""
+    """Yield the material of each slot of an evaluated object; None without one."""
     slots = evaluated.material_slots
-    # Modifiers can bring materials that the object has no slots for.
+    # Modifiers can add materials for which the object has no slots.
     of_data = evaluated.data.materials if evaluated.type == "MESH" else ()
     for i in range(max(len(slots), len(of_data))):
         own = i < len(slots) and (slots[i].link == "OBJECT" or i >= len(of_data))
@@ -291,7 +339,7 @@ def uids_of(materials: Iterable[Any]) -> list[int]:
 
 
 def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
-    """The number (n,) of the material slot of each face, or of each triangle."""
+    """Return the index (n,) of the material slot of each face, or of each triangle."""
     with surface_mesh(evaluated) as mesh:
         slots = np.zeros(len(mesh.polygons) if mesh else 0, np.int32)
         if not len(slots):
@@ -307,8 +355,8 @@ def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
 
 @contextmanager
 def surface_mesh(evaluated: Any) -> Iterator[Any]:
-    """The mesh of an object's surface, which may be None, for as long as the block lasts."""
-    # In Edit Mode the evaluated mesh is empty: what is shown is still in the editor's hands.
+    """Give the mesh of an object's surface, or None, while the block lasts."""
+    # In Edit Mode the evaluated mesh is empty, and `to_mesh` gives the shown mesh.
     if evaluated.type == "MESH" and not evaluated.data.is_editmode:
         yield evaluated.data
         return
@@ -320,10 +368,10 @@ def surface_mesh(evaluated: Any) -> Iterator[Any]:
 
 
 def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
-    """The bounds of the finite ones among points (3, n)."""
+    """Return the bounds of the finite points among (3, n)."""
     lo, hi = axes.min(axis=1), axes.max(axis=1)
     if not (np.isfinite(lo).all() and np.isfinite(hi).all()):
-        # A vertex that is nowhere takes its own faces away, not the others.
+        # A vertex that is not finite removes its own faces, not the others.
         axes = axes[:, np.isfinite(axes).all(axis=0)]
         if not axes.size:
             return NOWHERE
@@ -334,11 +382,11 @@ def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
 def read_surface(
     evaluated: Any, with_triangles: bool = False, like: Surface | None = None
 ) -> Surface:
-    """The surface of an evaluated object, copied; `like`: one that has the same faces."""
+    """Return a copy of the surface of an evaluated object; `like` has the same faces, if given."""
     with surface_mesh(evaluated) as mesh:
         if mesh is None or not len(mesh.polygons):
             return Surface(np.empty((3, 0), np.float32), np.empty(0, np.int32), 0)
-        # As attributes they are copied whole; vertex by vertex it takes 500 times as long.
+        # Attributes are copied as a whole; vertex by vertex takes 500 times as long.
         coordinates = np.empty(len(mesh.vertices) * 3, np.float32)
         mesh.attributes["position"].data.foreach_get("vector", coordinates)
         if like is not None and len(like.corners) == len(mesh.loops):
@@ -348,7 +396,7 @@ def read_surface(
             mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
         faces, triangles = len(mesh.polygons), None
         if with_triangles and len(corners) != 3 * faces:
-            # How a face is cut can change with its shape.
+            # The triangles of a face can change with its shape.
             triangles = _cut_into_triangles(mesh)
     points = np.ascontiguousarray(coordinates.reshape(-1, 3).T)
     return Surface(points, corners, faces, triangles)
@@ -364,7 +412,7 @@ def _cut_into_triangles(mesh: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
-    """Vertices (n, 3) and triangles (m, 3) of an object's surface, in its own space."""
+    """Return the vertices (n, 3) and triangles (m, 3) of an object's surface, in its space."""
     if evaluated.type not in SURFACE_TYPES:
         return np.empty((0, 3)), np.empty((0, 3), np.int32)
     with surface_mesh(evaluated) as mesh:
@@ -378,12 +426,12 @@ def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
     return coordinates.reshape(-1, 3).astype(np.float64), triangles.reshape(-1, 3)
 
 
-# The shape of what geometry nodes make and instance: a mesh that no object of the file has.
-
-
 class MadeByNodes(Geometry):
-    """It is gone as soon as Blender lists the next instance: all that is ever asked of it is copied
-    then, while it is `seen`."""
+    """The surface of an instance whose mesh geometry nodes made: no object in the file has it.
+
+    Blender frees the mesh once it lists the next instance. So all data are copied while the
+    instance is `seen`.
+    """
 
     __slots__ = ("_faces", "_materials", "_slots")
 
@@ -396,7 +444,7 @@ class MadeByNodes(Geometry):
         self._faces = self._slots = slots_of(seen, by_triangle=False)
 
     def same(self, other: Any) -> bool:
-        """Whether another is made of the same faces and materials."""
+        """Return whether another surface has the same points, faces and materials."""
         return (
             isinstance(other, MadeByNodes)
             and self._surface is not None
@@ -407,7 +455,7 @@ class MadeByNodes(Geometry):
         )
 
     def finish(self, seen: Any, depsgraph: Any) -> None:
-        """Copies what takes long, where no equal one is known."""
+        """Copy the triangles and build the tree, which takes long."""
         self._triangles = triangles_of(seen)[1]
         if np.isfinite(self.lo).all():
             self._built.tree = self._tree_of(seen, depsgraph)
@@ -431,8 +479,11 @@ class MadeByNodes(Geometry):
 def made_shape(
     depsgraph: Any, seen: Any, made: dict[int, MadeByNodes], last: Geometry | None
 ) -> MadeByNodes:
-    """The shape of an instance of what nodes made, shared by all instances of the same mesh in this
-    listing; `last`, where it is as it was then."""
+    """Return the surface of an instance that nodes made, shared by all instances of its mesh.
+
+    `made` has the surfaces of this listing, by pointer of the mesh. `last` is the instance's
+    surface at the previous listing; it is returned if nothing has changed.
+    """
     pointer = seen.data.as_pointer()
     if pointer not in made:
         found = MadeByNodes(seen)

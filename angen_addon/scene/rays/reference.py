@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The reference: Blender's own `scene.ray_cast` for every ray, at every update."""
+"""Cast each ray with Blender's `scene.ray_cast`, as a reference for tests of `RayCaster`."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ from .caster import Rays
 from .frames import Frames
 from .solids import Solids
 
-# To pass through an object the ray starts anew this far behind it: more than single precision
-# rounds away, at any distance from the origin.
+# Blender units. A ray that passes through an object starts again this far behind the hit. The
+# distance is larger than the rounding of single precision.
 STEP = 1e-6
 STEP_ROUNDINGS = 8
 
 
 class SceneRayCaster:
-    """As `RayCaster`, which see; slow, and as accurate as single precision in the world's frame."""
+    """A slow ray caster with the interface of `RayCaster`.
+
+    It casts in world space, with single precision.
+    """
 
     def __init__(self, scene: Any) -> None:
         self.solids = Solids()
@@ -32,6 +35,7 @@ class SceneRayCaster:
         self._rows: dict[int, list[int]] = {}
 
     def update(self, depsgraph: Any) -> None:
+        """Read the evaluated scene. Call once after each evaluation, before casting rays."""
         self.solids.sync(depsgraph)
         self.show(depsgraph, Frames.present(self.solids))
         if self._listing != self.solids.listing:
@@ -41,16 +45,18 @@ class SceneRayCaster:
                 self._rows.setdefault(solid.key[0], []).append(row)
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
-        """Sets the frames at which rays are cast from now on: only one, the present."""
+        """Set the frame at which rays are cast from now on: only one, the present frame."""
         self._depsgraph, self.frames = depsgraph, frames
 
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
+        """Return the ranges (n,) of rays at the present frame, as `RayCaster.cast` does."""
         rays = zip(origins, directions, length.tolist(), strict=True)
         return np.array([self._cast_one(sensor, o, d, limit) for o, d, limit in rays])
 
     def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
+        """Return the ranges at the present frame for each of `frames`."""
         ranges = self.cast(sensor, bundle, *rays)
         return Answers(ranges[None], np.zeros(len(frames), np.intp))
 
@@ -73,7 +79,7 @@ class SceneRayCaster:
         return limit
 
     def _counts(self, sensor: Uid, seen: Any, matrix: Any) -> bool:
-        """Whether what was hit is a solid, and none of the sensor's own."""
+        """Return whether the hit object is a solid that does not belong to the sensor."""
         uid = seen.original.session_uid
         rows = self._rows.get(uid, ())
         solids = self.solids.solids

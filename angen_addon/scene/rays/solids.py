@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the viewport shows as solid, kept up to date from frame to frame at little cost.
+"""Keep a list of the solids that the viewport shows, and update it cheaply from frame to frame.
 
-Solid is what `scene.ray_cast` meets: evaluated meshes, curves with a surface, text, metaballs and
-instances of them; not what is hidden from the viewport. Objects with `angen_ignored` are left out.
+Solids are what `scene.ray_cast` hits: evaluated meshes, curves with a surface, text, metaballs and
+instances of these. Objects that are hidden in the viewport, or have `angen_ignored`, are left out.
 """
 
 from __future__ import annotations
@@ -20,52 +20,54 @@ from ..instances import UNUSED_LEVEL, Paths, Uid, chain, parts_of_instances
 from ..timed import INSTANCING_MODIFIERS
 from .geometry import SURFACE_TYPES, Geometry, MadeByNodes, made_shape, mesh_shared_by
 
-# Compares the objects and instances that a depsgraph lists with earlier ones.
-
 
 def pointers_of(depsgraph: Any) -> list[int]:
-    """What tells whether its objects are the same: what is evaluated has no session uid."""
+    """Return the pointers of a depsgraph's objects, which identify evaluated objects."""
     return [evaluated.as_pointer() for evaluated in depsgraph.objects]
 
 
 def name_of(original: Any, owner: Any, made_by_nodes: bool) -> str:
-    """The object's name, and for an instance also that of what brings it forth."""
+    """Return the name that users know a solid by.
+
+    For an instance it also names the object that makes the instance.
+    """
     if original == owner or made_by_nodes:
         return str(owner.name)
     return f"{original.name} in {owner.name}"
 
 
 def is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
-    """Curves, text and the like come twice: as themselves and as an instance of their mesh."""
+    """Return whether an instance is only the mesh of a curve or text.
+
+    Blender lists curves and text twice: as themselves, and as an instance of their mesh.
+    """
     return (
         original == owner and original.type != "MESH" and instance.persistent_id[1] == UNUSED_LEVEL
     )
 
 
 def is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
-    """Whether an instance is of a mesh that nodes made, not of the object it is listed under."""
+    """Return whether an instance has a mesh that geometry nodes made, not its object's mesh."""
     data = original.evaluated_get(depsgraph).data
     return data is None or seen.data.as_pointer() != data.as_pointer()
 
 
-# Matrices of many objects at once, and the bounds that their shapes have in the world.
-
-# A box is padded by this many units, and by the rounding of single precision at its distance, so
-# that a flat object's box still catches the rays that hit it.
+# Bounds are widened by this many Blender units, and by the rounding of single precision at their
+# distance. So rays that hit a flat object also cross its bounds.
 PADDING = 1e-5
 RELATIVE_PADDING = 1e-6
-# Of each row or column of a 3 × 3 matrix, the next one and the one after, in turn.
+# Indices of the next row or column of a 3 × 3 matrix, and of the one after, in cyclic order.
 BELOW = RIGHT = np.array([1, 2, 0])
 ABOVE = LEFT = np.array([2, 0, 1])
 
 
 def matrices_of(flat: NDArray[np.float32]) -> Array:
-    """(n, 4, 4) from what `foreach_get` gives (n, 16), which is column by column."""
+    """Return matrices (n, 4, 4) from the values (n, 16) of `foreach_get`, column by column."""
     return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
 
 
 def invertible(matrix: Array) -> NDArray[np.bool_]:
-    """Which matrices (…, 4, 4) have an inverse."""
+    """Return the mask of the matrices (…, 4, 4) that have an inverse."""
     with np.errstate(all="ignore"):
         determinant = _determinant(matrix, _cofactors(matrix))
         good = np.isfinite(matrix).all(axis=(-2, -1)) & (determinant != 0.0)
@@ -74,10 +76,10 @@ def invertible(matrix: Array) -> NDArray[np.bool_]:
 
 
 def inverted(matrix: Array) -> Array:
-    """The inverses (…, 4, 4) of affine matrices that have one, by their cofactors.
+    """Return the inverses of affine matrices (…, 4, 4), by their cofactors.
 
-    numpy's `inv` calls LAPACK, whose threads wait for each other: in Blender, where others are at
-    work beside them, that took 4 ms for a single matrix.
+    All matrices must be invertible. numpy's `inv` calls LAPACK, whose threads wait for each other:
+    inside Blender that took 4 ms for a single matrix.
     """
     cofactors = _cofactors(matrix)
     inverse = np.zeros_like(matrix)
@@ -89,7 +91,7 @@ def inverted(matrix: Array) -> Array:
 
 
 def _cofactors(matrix: Array) -> Array:
-    """(…, 3, 3) of the linear parts of matrices (…, 4, 4)."""
+    """Return the cofactors (…, 3, 3) of the linear parts of matrices (…, 4, 4)."""
     right, left = matrix[..., RIGHT], matrix[..., LEFT]
     return right[..., BELOW, :] * left[..., ABOVE, :] - left[..., BELOW, :] * right[..., ABOVE, :]
 
@@ -101,8 +103,23 @@ def _determinant(matrix: Array, cofactors: Array) -> Array:
 def world_bounds(
     matrix: Array, invertible: NDArray[np.bool_], lo: Array, hi: Array
 ) -> tuple[Array, Array]:
-    """Bounds (…, 3) in the world of what has the bounds `lo`, `hi` (…, 3) before its matrix
-    (…, 4, 4); of what is flattened or not a number, such that nothing is in them."""
+    """Return the bounds in the world of solids, from their bounds in their own space.
+
+    Parameters
+    ----------
+    matrix
+        Matrices (…, 4, 4) to the world.
+    invertible
+        Mask (…,) of the matrices that have an inverse.
+    lo, hi
+        Bounds (…, 3) in the space of each solid.
+
+    Returns
+    -------
+    tuple
+        Bounds (…, 3), (…, 3), slightly widened. They are empty (inf, -inf) where a matrix has no
+        inverse or a bound is not finite.
+    """
     turn = matrix[..., :3, :3]
     with np.errstate(all="ignore"):
         good = (invertible & np.isfinite(lo).all(axis=-1))[..., None]
@@ -113,15 +130,19 @@ def world_bounds(
 
 
 Key = tuple[int, ...]
-# To be looked up once: at each evaluation it is asked of everything that changed.
+# Looked up once: each evaluation compares the type of each changed datablock with it.
 OBJECT = bpy.types.Object
 
 
 class Solid:
-    """One visible object or instance. `number` is never reused; `original` is the object of the
-    file that it is, or is an instance of; `owner` is that object or what instances it, and `owners`
-    are the session uids of this and of its parents, within instances also the paths of the sensors
-    that it hangs on. `moving` once it was seen to change. `name`: what people know it by."""
+    """A visible object or instance.
+
+    `number` is never used again for another solid. `original` is the object in the file whose
+    surface it has. `owner` is that object, or the object that makes the instance. `owners` are the
+    session uids of `owner` and of its parents. Within instances they include the paths of the
+    sensors that the solid is or hangs on. `moving` is set once the solid has changed. `name` is for
+    users.
+    """
 
     __slots__ = (
         "geometry",
@@ -148,12 +169,17 @@ class Solid:
 
 
 class Solids:
-    """The list of solids with arrays of equal length n: `matrix`, `inverse` (n, 4, 4), float64,
-    world bounds `lo`, `hi` (n, 3), and `version` (n,), the number of the synchronisation, of which
-    there were `syncs`, at which one last moved or changed its shape. `listing` counts how often the
-    list was made anew; `edits` how often more than the frame may have changed; `gone` lists the
-    numbers of still solids that are no more, or moved: what was known of rays that met them is
-    void; `instanced` are the session uids of objects that others instance."""
+    """The list of n solids, with arrays that have a row for each.
+
+    `matrix`, `inverse` (n, 4, 4), float64: to the world and back. `lo`, `hi` (n, 3): world bounds.
+    `version` (n,): the number of the synchronisation at which the solid last moved or changed
+    shape.
+
+    `syncs` counts the synchronisations, and `listing` how often the list was made again. `edits`
+    counts how often more than the frame may have changed. `gone` has the numbers of still solids
+    that vanished or began to move: stored hits on these are void. `instanced` has the session uids
+    of objects that other objects instance.
+    """
 
     def __init__(self) -> None:
         self.solids: list[Solid] = []
@@ -174,33 +200,33 @@ class Solids:
         self.syncs = 0
         self.edits = 0
         self._listed: list[int] = []
-        self._stays = 0
-        self._scene_told = True
+        self._same_depsgraph = 0
+        self._scene_noted = True
         self._world = np.empty(0, np.float32)
         self._solid_of_row: list[Solid | None] = []
         self.instanced: set[int] = set()
-        # What instances, what is in an instanced collection, and what is instanced otherwise.
+        # Session uids of objects that make instances or are instanced, also in collections.
         self._of_instances: set[int] = set()
         self.must_list = True
-        # Those without such modifiers, until the next edit.
+        # Session uids of objects without instancing modifiers, until the next edit.
         self._plain: set[int] = set()
         self._unsure = False
         self._touched: set[int] = set()
         self._reshaped: set[int] = set()
-        # By mesh, a geometry of this synchronisation that has its present surface.
+        # By mesh, a geometry whose surface was read at this synchronisation.
         self._read_now: dict[int, Geometry] = {}
         self.reshaped: set[int] = set()
         self.bends: set[int] = set()
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool = True) -> None:
-        """Takes down what the depsgraph says has changed; to be called in its handlers.
+        """Store the changes that the depsgraph reports. Call in Blender's handlers.
 
-        Frame changes name every object that could have changed. An edit can change anything,
+        A frame change names each object that may have changed. An edit may change anything,
         visibility included.
         """
         if edited:
             self.forget()
-        self._scene_told |= depsgraph.id_type_updated("SCENE")
+        self._scene_noted |= depsgraph.id_type_updated("SCENE")
         for update in depsgraph.updates:
             changed = update.id
             if not isinstance(changed, OBJECT):
@@ -217,19 +243,21 @@ class Solids:
                     self.bends.add(uid)
 
     def _may_instance(self, original: Any) -> bool:
-        """Whether modifiers of an object can bring forth instances."""
+        """Return whether modifiers of an object can make instances."""
         may = any(m.type in INSTANCING_MODIFIERS for m in original.modifiers)
         if not may:
             self._plain.add(original.session_uid)
         return may
 
-    def told_of(self, uids: set[int]) -> bool:
-        """Whether the scene or some object was named since the last look, as what a script changed
-        before it moved the playhead is."""
-        return self._scene_told or not uids.isdisjoint(self._touched)
+    def has_noted(self, uids: set[int]) -> bool:
+        """Return whether the scene or one of the objects `uids` was reported since the last look.
+
+        A script that changes an object before it moves the playhead causes such a report.
+        """
+        return self._scene_noted or not uids.isdisjoint(self._touched)
 
     def forget(self) -> None:
-        """Anything may have changed unheard: all is looked at again."""
+        """Have everything read again at the next synchronisation: anything may have changed."""
         self.edits += 1
         self._plain.clear()
         self.must_list = True
@@ -237,7 +265,7 @@ class Solids:
 
     @property
     def inverse(self) -> Array:
-        """Of each matrix, made when it is asked for; of one that has none it means nothing."""
+        """The inverses (n, 4, 4) of the matrices; undefined where a matrix has no inverse."""
         if self._not_inverted:
             rows = np.array(sorted(self._not_inverted), np.intp)
             self._not_inverted.clear()
@@ -246,51 +274,53 @@ class Solids:
         return self._inverse
 
     def sync(self, depsgraph: Any) -> None:
-        """Brings the solids to the depsgraph's present state."""
+        """Update the solids to the present state of the depsgraph."""
         self.syncs += 1
-        if self.stands(depsgraph):
-            self._follow(depsgraph, len(self._listed))
+        if self.is_current(depsgraph):
+            self._update_moved(depsgraph, len(self._listed))
         else:
             self._listed = pointers_of(depsgraph)
-            self._list(depsgraph)
-        self._scene_told = False
+            self._list_again(depsgraph)
+        self._scene_noted = False
         self._touched.clear()
         self._reshaped.clear()
         self._read_now.clear()
         self._unsure = False
 
-    def stands(self, depsgraph: Any) -> bool:
-        """Whether the list is that of the depsgraph: nothing can have come or gone."""
-        return self.settled and self.has_objects_of(depsgraph, self._listed)
+    def is_current(self, depsgraph: Any) -> bool:
+        """Return whether the list still holds the objects of the depsgraph."""
+        return self.is_settled and self.has_objects_of(depsgraph, self._listed)
 
     def has_objects_of(self, depsgraph: Any, listed: list[int]) -> bool:
-        """Whether a depsgraph holds the objects that were listed (see `pointers_of`): that of the
-        list does as long as neither keys nor, as the scene tells, scripts show and hide any."""
-        stays = not self._scene_told and depsgraph.as_pointer() == self._stays
-        return stays or pointers_of(depsgraph) == listed
+        """Return whether a depsgraph holds the objects `listed` (see `pointers_of`).
+
+        The comparison is skipped for the depsgraph of the list, while neither keys nor scripts can
+        have shown or hidden an object.
+        """
+        is_same = not self._scene_noted and depsgraph.as_pointer() == self._same_depsgraph
+        return is_same or pointers_of(depsgraph) == listed
 
     @property
-    def settled(self) -> bool:
-        """Whether nothing was told of that has to be listed anew."""
+    def is_settled(self) -> bool:
+        """Whether no reported change requires a new list."""
         return not self.must_list and self._of_instances.isdisjoint(self._touched)
 
     def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
-        """Mask (n,) of the solids that belong to the object `uid`, perhaps in an instance: itself
-        and its children."""
+        """Return the mask (n,) of the solids that belong to a sensor: itself and its children."""
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
-    def note_seen(self) -> None:
-        """Forgets the changes that were noted at this frame, since they are read now."""
-        self._scene_told = False
+    def clear_noted(self) -> None:
+        """Delete the stored changes: they are read at this frame."""
+        self._scene_noted = False
         self.reshaped.clear()
         self._touched.clear()
 
     def shape_of(self, uid: int) -> Geometry | None:
-        """The shape of an object of the file, where solids have it."""
+        """Return the shape of an object in the file; None where no solid has it."""
         return self._shapes.get(uid)
 
     def rows_of_shape(self, uid: int) -> list[int]:
-        """The rows of the solids that have it."""
+        """Return the rows of the solids that have the shape of an object."""
         return [solid.row for solid in self._by_shape.get(uid, ())]
 
     def show(
@@ -301,22 +331,22 @@ class Solids:
         hi: Array,
         version: NDArray[np.int64],
     ) -> None:
-        """Some rows are where they were found to be otherwise than by `sync`."""
+        """Set matrices, bounds and versions of some rows, as `Frames` has them."""
         self.matrix[rows], self.lo[rows], self.hi[rows] = matrix, lo, hi
         self.version[rows] = version
-        self._note_inverse(rows)
+        self._mark_inverse(rows)
 
     def row_of(self, key: Key) -> int | None:
-        """The row of the solid with this key, if there is one."""
+        """Return the row of the solid with a key; None without one."""
         solid = self._by_key.get(key)
         return None if solid is None else solid.row
 
     def name_of(self, number: int) -> str:
-        """The name that users know the solid `number` by; empty if it is gone."""
+        """Return the name that users know a solid by; empty if it is gone."""
         return next((s.name for s in self.solids if s.number == number), "")
 
-    def _follow(self, depsgraph: Any, count: int) -> None:
-        """Reads matrices and shapes that may have changed, where no object appeared or went."""
+    def _update_moved(self, depsgraph: Any, count: int) -> None:
+        """Read the matrices and shapes that may have changed, where no object came or went."""
         world = np.empty(count * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", world)
         differs = (world != self._world).reshape(count, 16).any(axis=1)
@@ -325,22 +355,22 @@ class Solids:
         if moved:
             rows = np.array(list(moved), np.intp)
             self.matrix[rows] = matrices_of(world.reshape(count, 16)[list(moved.values())])
-            self._note_inverse(rows)
+            self._mark_inverse(rows)
         if changed:
             self._world = world
         reshaped = [
             solid.row
             for uid in self._reshaped
             for solid in self._by_shape.get(uid, ())
-            if self._read_again(depsgraph, solid)
+            if self._reread(depsgraph, solid)
         ]
         for row in moved:
             self._set_moving(self.solids[row])
         both = sorted(moved.keys() | set(reshaped))
         if both:
-            self._place(np.array(both, np.intp))
+            self._update_bounds(np.array(both, np.intp))
 
-    def _read_again(self, depsgraph: Any, solid: Solid) -> bool:
+    def _reread(self, depsgraph: Any, solid: Solid) -> bool:
         solid.geometry.deforms = solid.geometry.deforms or solid.key[0] in self.bends
         if not self._read(depsgraph, solid.geometry):
             return False
@@ -354,33 +384,33 @@ class Solids:
             self.gone.append(solid.number)
 
     def set_moving(self, rows: NDArray[np.intp]) -> None:
-        """Some rows are seen to change."""
+        """Mark the solids `rows` as moving."""
         for row in rows.tolist():
             self._set_moving(self.solids[row])
 
-    def _note_inverse(self, rows: NDArray[np.intp]) -> None:
-        """Takes down which of some rows have an inverse matrix, to be made when asked for."""
+    def _mark_inverse(self, rows: NDArray[np.intp]) -> None:
+        """Store which rows have an inverse matrix, to be computed when needed."""
         self._invertible[rows] = invertible(self.matrix[rows])
         self._not_inverted.update(rows.tolist())
 
-    def _place(self, rows: NDArray[np.intp]) -> None:
-        """World bounds of some rows. A flattened or NaN one is never hit."""
+    def _update_bounds(self, rows: NDArray[np.intp]) -> None:
+        """Compute the world bounds of some rows; those of flat or NaN solids are empty."""
         self.version[rows] = self.syncs
         shapes = [self.solids[row].geometry for row in rows.tolist()]
         lo, hi = np.array([shape.lo for shape in shapes]), np.array([shape.hi for shape in shapes])
         good = self._invertible[rows]
         self.lo[rows], self.hi[rows] = world_bounds(self.matrix[rows], good, lo, hi)
 
-    def _list(self, depsgraph: Any) -> None:
-        """Makes the list anew; what was known of solids that stay is kept."""
+    def _list_again(self, depsgraph: Any) -> None:
+        """Make the list again; solids that are still present keep their numbers."""
         before, self._by_key = self._by_key, {}
         self.solids, self.instanced = [], set()
         made: dict[int, MadeByNodes] = {}
         shapes: dict[int, Geometry] = {}
         paths = Paths()
-        # Of all matrices: one array of them is made in half the time of one each.
+        # The cells of all matrices: one array takes half the time of one array each.
         cells: list[float] = []
-        # Rows, now and before (-1: of another shape), of solids that have stood still so far.
+        # Present and earlier rows of solids that were still so far; -1: the shape changed.
         stood: list[tuple[int, int]] = []
         holders: set[Any] = set()
         view_layer = depsgraph.scene.original.view_layers[depsgraph.view_layer.name]
@@ -397,7 +427,7 @@ class Solids:
                 holders.add(owner)
             if original.angen_ignored or owner.angen_ignored:
                 continue
-            # The closed eye of a collection leaves its objects in the depsgraph.
+            # A collection with a closed eye has its objects in the depsgraph all the same.
             if not owner.visible_get(view_layer=view_layer):
                 continue
             key: Key = (original.session_uid,)
@@ -446,8 +476,8 @@ class Solids:
         for row, solid in enumerate(self.solids):
             solid.row = row
         if count:
-            self._note_inverse(np.arange(count))
-            self._place(np.arange(count))
+            self._mark_inverse(np.arange(count))
+            self._update_bounds(np.arange(count))
         self._by_shape = defaultdict(list)
         for solid in self.solids:
             self._by_shape[solid.key[0]].append(solid)
@@ -457,13 +487,13 @@ class Solids:
         depsgraph.objects.foreach_get("matrix_world", self._world)
         self.must_list = False
         hides = any(may_set(obj, "hide_viewport") for obj in bpy.data.objects)
-        self._stays = 0 if hides else depsgraph.as_pointer()
+        self._same_depsgraph = 0 if hides else depsgraph.as_pointer()
         self.listing += 1
 
     def _shape(
         self, depsgraph: Any, original: Any, shapes: dict[int, Geometry]
     ) -> tuple[Geometry, bool]:
-        """The shape of an object of the file, shared by all its instances; whether it changed."""
+        """Return the shape of an object, shared by its instances, and whether the shape changed."""
         uid = original.session_uid
         if uid in shapes:
             return shapes[uid], uid in self._reshaped
@@ -480,8 +510,7 @@ class Solids:
         return geometry, changed
 
     def _read(self, depsgraph: Any, geometry: Geometry) -> bool:
-        """Reads a surface, but once that of a mesh which several objects have; whether it
-        changed."""
+        """Read a surface, once for all objects that share its mesh; return whether it changed."""
         mesh = mesh_shared_by(geometry.original)
         first = self._read_now.setdefault(mesh, geometry) if mesh else geometry
         if first is not geometry and not geometry.deforms:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sweeps beams and rigid solids from where they were a step ago to where they are now.
+"""Sweep beams and rigid solids from their poses at the previous step to those at this step.
 
-What changes its shape is taken as it stands now; what appears, and what nodes make, is left out.
-What jumps is taken to fly.
+A mesh that changes shape is taken as it is now. Solids that have just appeared, and those that
+geometry nodes make, are left out. A solid that jumps is treated as if it flew there.
 """
 
 from __future__ import annotations
@@ -32,18 +32,23 @@ from .geometry import Geometry, Surface
 from .reference import SceneRayCaster
 
 Rows = NDArray[np.intp]
-# Metres by which the beam may stray from its way through a solid: 4 % of the narrowest slit in the
-# data sheets, 0.25 mm.
+# Metres: the largest error of a beam's way through a solid. It is 4 % of the narrowest slit in the
+# data sheets, which is 0.25 mm wide.
 TOLERANCE = 1e-5
-# By how much of a point's straight way half a turn, the most that two poses tell, goes beside it.
+# A point on an arc of half a turn leaves its straight way by at most this share of its length. Two
+# poses cannot show a larger turn.
 BULGE = 0.5
+# In place of an earlier row: the solid did not move, or is new.
 STANDS = -1
 
 
 @dataclass(frozen=True)
 class SolidsAtStep:
-    """The solids at one step: numbers (n,), their surfaces, matrices (n, 4, 4) and world bounds
-    (n, 3)."""
+    """The n solids at one step.
+
+    `numbers` (n,) and `shapes` are their numbers and surfaces, `matrix` (n, 4, 4) their matrices,
+    and `lo`, `hi` (n, 3) their world bounds.
+    """
 
     numbers: NDArray[np.int64]
     shapes: list[Any]
@@ -54,9 +59,12 @@ class SolidsAtStep:
 
 @dataclass(frozen=True)
 class SolidMotion:
-    """How solids moved from one step to the next: by its row now, the row of each `before` (n,), or
-    STANDS where it did not move, and the bounds (n, 3) of the space that it swept; `moved` (m,):
-    the rows of those that moved."""
+    """The motion of n solids from one step to the next.
+
+    `before` (n,) is the earlier row of each solid, or STANDS where it did not move. `lo`, `hi` (n,
+    3) are the bounds of the space that it swept. `moved` (m,) are the rows of the solids that
+    moved.
+    """
 
     before: Rows
     lo: Array
@@ -66,8 +74,10 @@ class SolidMotion:
 
 @dataclass(frozen=True)
 class SweptRays:
-    """The rays of a sensor at one step, in Blender units: its matrix (4, 4) without scale, and the
-    rays as to `RayCaster.cast`."""
+    """The rays of a sensor at one step, in Blender units.
+
+    `matrix` (4, 4) is the sensor's pose without scale. The rays are as for `RayCaster.cast`.
+    """
 
     matrix: Array
     origins: Array
@@ -75,39 +85,40 @@ class SweptRays:
     length: Array
 
     def same(self, other: SweptRays) -> bool:
-        """Whether another is equal."""
+        """Return whether the other rays and pose are equal."""
         mine = self.matrix, self.origins, self.directions, self.length
         its = other.matrix, other.origins, other.directions, other.length
         return all(map(np.array_equal, mine, its))
 
     @cached_property
     def ends(self) -> Array:
-        """(k, 2, 3): where the rays start and end."""
-        there = self.origins + self.directions * self.length[:, None]
-        return np.stack([self.origins, there], axis=1)
+        """The start and end points (k, 2, 3) of the rays."""
+        ends = self.origins + self.directions * self.length[:, None]
+        return np.stack([self.origins, ends], axis=1)
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
+        """The bounds (3,), (3,) of the rays."""
         return _bounds(self.ends)
 
 
 class Sweeper:
-    """Finds what went through the beams of all switches of a scene."""
+    """Finds the solids that crossed the beams of optical switches between two steps."""
 
     def __init__(self, caster: RayCaster | SceneRayCaster) -> None:
         self._caster = caster
-        # Of the frames that are cast at now, until others are: all switches share them.
+        # The solids at the caster's present frames, shared by all switches.
         self._frames: Frames | None = None
         self._at_frames: dict[int, SolidsAtStep] = {}
         self._listing = -1
         self._numbers = np.zeros(0, np.int64)
         self._moves: tuple[SolidsAtStep, SolidsAtStep, SolidMotion] | None = None
-        # Of each shape that was met, while it is listed; without it 0.6 ms for 2000 triangles at
-        # each update at which they pass the beam.
+        # Trees of the shapes near beams, while these are listed. Without them each update takes
+        # 0.6 ms more for 2000 triangles.
         self._triangles: dict[Geometry, tuple[Any, TriangleTree]] = {}
 
     def solids_at(self, frame: int) -> SolidsAtStep:
-        """The solids at one of the caster's frames, an argument of `sweep`."""
+        """Return the solids at one of the caster's frames, as `sweep` takes them."""
         solids, frames = self._caster.solids, self._caster.frames
         if self._frames is not frames:
             self._frames, self._at_frames = frames, {}
@@ -136,14 +147,31 @@ class Sweeper:
         beam: SweptRays,
         tolerance: float,
     ) -> RayCrossings:
-        """The crossings of the rays between the steps `before`, when the beam was `start`, and
-        `now`; in Blender units, the `tolerance` too. `sensor` is the session uid of the object
-        whose own solids do not count."""
+        """Return the crossings of solids through the rays between two steps.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        sensor
+            Session uid of the sensor; its own solids do not count.
+        before, now
+            The solids at the earlier and the later step.
+        start, beam
+            The rays at the earlier and the later step.
+        tolerance
+            Largest error of a ray's way through a solid, in Blender units.
+
+        Returns
+        -------
+        RayCrossings
+            The crossings, in Blender units.
+        """
         moves = self._moves_since(before, now)
         stands = np.array_equal(start.matrix, beam.matrix)
         if stands and not _overlap(moves, moves.moved, *beam.bounds).any():
             return no_crossings()
-        # Seen from the beam, numbers are small wherever in the world it is.
+        # Relative to the beam, numbers are small, and rounding errors too.
         centre = beam.origins[0]
         points = beam.ends - centre
         move = Movement(_about(centre, start.matrix), _about(centre, beam.matrix))
@@ -156,7 +184,7 @@ class Sweeper:
             solid = self._caster.solids.solids[row]
             earlier = int(moves.before[row])
             if stands and earlier == STANDS and not any(found):
-                # What only stands in the beam does not break it.
+                # A solid that has been in the beam before does not cross it.
                 break
             if sensor in solid.owners or not solid.geometry.lasting:
                 continue
@@ -168,7 +196,7 @@ class Sweeper:
         return joined(found)
 
     def _moves_since(self, before: SolidsAtStep, now: SolidsAtStep) -> SolidMotion:
-        """The same for all sensors that looked last at the same step."""
+        """Return the motion of the solids between two steps; computed once for all sensors."""
         known = self._moves
         if known is None or known[0] is not before or known[1] is not now:
             known = before, now, self._compare(before, now)
@@ -182,7 +210,7 @@ class Sweeper:
         came = np.ones(len(rows), bool)
         came[known] = ~np.isfinite(before.lo[earlier]).all(axis=1)
         other = (now.matrix[known] != before.matrix[earlier]).any(axis=(1, 2))
-        # What was flattened or not a number at either step was never hit.
+        # A solid that is flat or NaN at either step has no swept volume.
         for solids, at in ((now, known), (before, earlier)):
             other &= np.isfinite(solids.lo[at]).all(axis=1)
         known, earlier = known[other], earlier[other]
@@ -194,14 +222,14 @@ class Sweeper:
             ],
             bool,
         )
-        # What is mirrored all of a sudden would have to go through itself.
+        # A solid that is suddenly mirrored has no rigid motion between the steps.
         sides = np.linalg.det(now.matrix[known, :3, :3] @ before.matrix[earlier, :3, :3])
         moved = known[rigid & (sides > 0.0)]
         earlier = rows[moved]
         standing = np.full(len(rows), STANDS, np.intp)
         standing[moved] = earlier
         lo, hi = now.lo.copy(), now.hi.copy()
-        # What was nowhere the step before was on nothing's way.
+        # A solid without bounds at the earlier step has swept nothing.
         lo[came], hi[came] = np.inf, -np.inf
         bulge = _bulges(before, earlier, now, moved)[:, None]
         lo[moved] = np.minimum(before.lo[earlier], now.lo[moved]) - bulge
@@ -209,7 +237,7 @@ class Sweeper:
         return SolidMotion(standing, lo, hi, moved)
 
     def _triangles_of(self, depsgraph: Any, geometry: Geometry, surface: Surface) -> TriangleTree:
-        """The triangles of a shape in its own space, as it was then."""
+        """Return the triangles of a surface in its object's space."""
         known = self._triangles.get(geometry)
         if known is None or known[0] is not surface:
             if geometry.deforms:
@@ -221,8 +249,11 @@ class Sweeper:
 
 
 def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> Array:
-    """The ends of rays, `points` (k, 2, 3) at last, as a moving body sees them: (n + 1, k, 2, 3),
-    at the bounds of n times between which they go straight enough."""
+    """Return the ends of rays in the space of a moving body, shape (n + 1, k, 2, 3).
+
+    `points` (k, 2, 3) are the ends in the sensor's space at the later step. The result has the
+    bounds of n intervals of time, between which the ends move straight within `tolerance`.
+    """
     ends = points.reshape(-1, 3)
     pieces = pieces_needed(body, sensor, ends, tolerance)
     seen = seen_from(body, sensor, np.linspace(0.0, 1.0, pieces + 1), ends)
@@ -230,7 +261,7 @@ def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> 
 
 
 def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
-    """The earlier rows of solids with these numbers (n,); STANDS for those that were not listed."""
+    """Return the earlier rows of the solids `numbers` (n,); STANDS for solids that are new."""
     if np.array_equal(numbers, before.numbers):
         return np.arange(len(numbers))
     known = {number: row for row, number in enumerate(before.numbers.tolist())}
@@ -238,10 +269,10 @@ def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
 
 
 def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
-    """How far (m,) solids that turn may go beside the straight ways of their points."""
+    """Return how far (m,) the points of turning solids may leave their straight ways."""
     change = now.matrix[moved] - before.matrix[earlier]
     turns = (change[:, :3, :3] != 0.0).any(axis=(1, 2))
-    # Of the corners of the boxes, which hold those of the solids, at both steps.
+    # The corners of the bounds enclose the points of the solids, at both steps.
     middle = (before.lo[earlier] + before.hi[earlier]) / 2.0
     shift = (now.lo[moved] + now.hi[moved]) / 2.0 - middle
     sizes = [
@@ -253,25 +284,25 @@ def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows)
 
 
 def _swept_bounds(move: Movement, ends: Array) -> tuple[Array, Array]:
-    """Bounds (3,), (3,) of the way of points (k, 3), as they are at last."""
-    there = seen_from(Movement(np.eye(4), np.eye(4)), move, np.zeros(1), ends)[0]
-    lo, hi = _bounds(np.stack([there, ends]))
-    bulge = BULGE * float(np.linalg.norm(ends - there, axis=1).max()) if move.angle else 0.0
+    """Return the bounds (3,), (3,) of the ways of points whose final places are `ends` (k, 3)."""
+    start = seen_from(Movement(np.eye(4), np.eye(4)), move, np.zeros(1), ends)[0]
+    lo, hi = _bounds(np.stack([start, ends]))
+    bulge = BULGE * float(np.linalg.norm(ends - start, axis=1).max()) if move.angle else 0.0
     return lo - bulge, hi + bulge
 
 
 def _bounds(points: Array) -> tuple[Array, Array]:
-    """Bounds (3,), (3,) of points (n, m, 3)."""
+    """Return the bounds (3,), (3,) of points (n, m, 3)."""
     return points.min(axis=(0, 1)), points.max(axis=(0, 1))
 
 
 def _overlap(moves: SolidMotion, rows: Rows, lo: Array, hi: Array) -> NDArray[np.bool_]:
-    """Mask (m,) of the solids in `rows` (m,) that went through a box."""
+    """Return the mask (m,) of the solids `rows` (m,) whose swept bounds overlap a box."""
     return np.asarray(((moves.lo[rows] <= hi) & (moves.hi[rows] >= lo)).all(axis=1))
 
 
 def _about(centre: Array, matrix: Array) -> Array:
-    """A matrix (4, 4) as seen from a point."""
+    """Return a matrix (4, 4) with its translation relative to a point (3,)."""
     seen = matrix.copy()
     seen[:3, 3] -= centre
     return seen

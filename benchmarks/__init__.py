@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Speed against error, each with its reference. Run with `make bench`."""
+"""Benchmarks of speed and error, each against a reference. Run them with `make bench`."""
 
 import os
 
-# As the command line sets it, before numpy is loaded.
+# Set before numpy is loaded, as the command line of the extension does.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks [--quick] [--only PART] [--page]`: measures, and writes data and pages.
+"""Measure speed and errors, and write the results and the pages of the docs.
 
-The data go to docs/data; docs/benchmarks.md, its plots and the tables of docs/pressure.md and
-docs/pir.md are made from them. With --quick all output goes to build/bench instead, and of light,
-which has its own program, only the error of a run is measured. Exit status 1: a figure breaks its
-bound, or a part could not be measured; the data of all other parts are written nevertheless.
+python -m benchmarks [--quick] [--only PART] [--page]
+
+The results go to docs/data. From them come docs/benchmarks.md with its plots, and the tables of
+docs/pressure.md and docs/pir.md. With --quick all output goes to build/bench instead, and of the
+light sensor, which has its own program, only the error of a run is measured. The exit status is 1
+if a figure breaks its bound or a part cannot be measured. The results of all other parts are
+written nevertheless.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from .bounds import PARTS, broken, checked, left_out
 
 ROOT = Path(__file__).resolve().parent.parent
 LIGHT = "light"
-# The functions that measure parts, where they are not `measure` of the part's module.
+# The functions that measure a part, where this is not the function `measure` of its module.
 FUNCTIONS = {"live": "home.measure_live", "pir_pyroelectric": "pir.measure_pyroelectric"}
 
 
@@ -57,7 +60,7 @@ def main() -> None:
     problems: list[str] = []
     for name in PARTS:
         if name in chosen and not arguments.page:
-            problems += _tried(name, arguments.quick, docs)
+            problems += _measure_safely(name, arguments.quick, docs)
     try:
         _write_pages(docs, arguments.quick)
     except Exception as error:
@@ -75,7 +78,7 @@ def main() -> None:
 
 
 def call(function: str, *arguments: Any) -> Any:
-    """Calls a function of the benchmarks ("module.name") with the extension registered."""
+    """Call a function of the benchmarks ("module.name") with the extension registered."""
     extension = load_extension()
     extension.register()
     try:
@@ -86,7 +89,7 @@ def call(function: str, *arguments: Any) -> Any:
 
 
 def _light_holds(options: list[str]) -> bool:
-    """Runs light's own program; returns whether its figures hold their bounds."""
+    """Run the light sensor's own program; return whether its figures hold their bounds."""
     return not subprocess.run([sys.executable, "-m", "benchmarks.light", *options]).returncode
 
 
@@ -98,8 +101,8 @@ def _write_pages(docs: Path, quick: bool) -> None:
             page.write_tables(name, data)
 
 
-def _tried(name: str, quick: bool, docs: Path) -> list[str]:
-    """Measures a part; returns the bounds that it breaks, or why it could not be measured."""
+def _measure_safely(name: str, quick: bool, docs: Path) -> list[str]:
+    """Measure a part; return the bounds that it breaks, or why it could not be measured."""
     try:
         data = _measure(name, quick, docs)
     except Exception as error:
@@ -114,7 +117,7 @@ def _tried(name: str, quick: bool, docs: Path) -> list[str]:
 
 
 def _measure(name: str, quick: bool, docs: Path) -> dict[str, Any]:
-    """Measures a part and writes its data at once, in case a later part fails."""
+    """Measure a part, and write its results at once, in case a later part fails."""
     begin = time.perf_counter()
     found = call(FUNCTIONS.get(name, f"{name}.measure"), quick)
     took = time.perf_counter() - begin
@@ -125,7 +128,7 @@ def _measure(name: str, quick: bool, docs: Path) -> dict[str, Any]:
 
 
 def dumped(data: dict[str, Any]) -> str:
-    """JSON with one line for each innermost list, for readable diffs."""
+    """Return `data` as JSON with one line for each innermost list, for readable diffs."""
     text = json.dumps(data, indent=1, ensure_ascii=False)
     return re.sub(r"\[[^][{}]*\]", lambda m: re.sub(r"\s*\n\s*", " ", m[0]), text) + "\n"
 

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks.big [--millions 1 3 10] [--only NAME …]`: what large scenes cost.
+"""Measure what large scenes cost.
 
-Seven motion detectors hang in a hall of 30 × 30 m whose hilly ground has so many millions of
-triangles: as one mesh, of triangles or of quads, as 1000 meshes, as 1000 objects of one mesh, and
-as 1000 instances of one collection; or as one mesh that changes at every frame. A box walks
-through. Each scene has a process of its own. Told are seconds, and MB of memory at most beside what
-Blender itself takes for the scene: for the start of a run (a run of its first frame alone), for one
-of 48 frames, for the digest of the scene that a recording keeps, and for all together.
+python -m benchmarks.big [--millions 1 3 10] [--only NAME …]
+
+Seven motion detectors hang in a hall of 30 × 30 m, and a box walks through it. The hilly ground has
+the given number of millions of triangles: as one mesh (of triangles or of quads), as 1000 meshes,
+as 1000 objects of one mesh, as 1000 instances of one collection, or as one mesh that changes at
+every frame. Each scene is measured in its own process.
+
+The table has seconds, and the peak of memory (MB) in addition to what Blender takes for the scene:
+for the start of a run (a run of its first frame), for a run of 48 frames, for the digest of the
+scene that a recording keeps, and for all together.
 """
 
 from __future__ import annotations
@@ -31,7 +35,7 @@ COLUMNS = ("Blender s", "Blender MB", "start s", "start MB", "48 frames s", "kee
 
 
 def hills(triangles: int, size: float, at: tuple[float, float] = (0.0, 0.0), sides: int = 3) -> Any:
-    """A mesh of hilly ground of about so many triangles, as faces of 3 or 4 sides."""
+    """Return a mesh of hilly ground of about `triangles` triangles, with faces of 3 or 4 sides."""
     side = max(2, math.isqrt(triangles // 2) + 1)
     axis = np.linspace(-size / 2, size / 2, side, dtype=np.float32)
     x, y = (grid.ravel() for grid in np.meshgrid(axis, axis))
@@ -52,6 +56,7 @@ def hills(triangles: int, size: float, at: tuple[float, float] = (0.0, 0.0), sid
 
 
 def _tiles() -> list[tuple[float, float]]:
+    """Return the centres (x, y) of the tiles of the ground, in metres."""
     at = ((np.arange(TILES) + 0.5) * SIZE_M / TILES - SIZE_M / 2).tolist()
     return [(x, y) for x in at for y in at]
 
@@ -77,7 +82,7 @@ def instances(triangles: int) -> None:
 
 
 def one_that_bends(triangles: int) -> None:
-    """Its ground heaves by a shape key."""
+    """Add a ground whose shape key raises it over the frames."""
     ground = link("ground", hills(triangles, SIZE_M))
     ground.shape_key_add(name="flat")
     high = ground.shape_key_add(name="high")
@@ -101,7 +106,7 @@ SCENES: dict[str, Callable[[int], Any]] = {
 
 
 def _furnish() -> None:
-    """Seven detectors, 2.2 m up, and a box that walks past them."""
+    """Add seven detectors, 2.2 m up, and a box that walks past them."""
     for number in range(7):
         pir = link(f"PIR {number}", None, (4.0 * number - 12.0, 2.0 * (number % 3), 2.2))
         pir.rotation_euler = (math.pi / 2, 0, number)
@@ -114,7 +119,7 @@ def _furnish() -> None:
 
 
 def measure(name: str, triangles: int) -> list[float]:
-    """What one scene costs in this process."""
+    """Return what one scene costs in this process, in the order of `COLUMNS`."""
     from angen_sensors.angen_addon.recording.stored_recording import stored_run
 
     scene = new_scene(24, FRAMES)
@@ -124,7 +129,7 @@ def measure(name: str, triangles: int) -> list[float]:
     bpy.context.view_layer.update()
     scene.frame_set(1)
     blender_s = time.perf_counter() - started
-    # What the building of the scene took at most does not count.
+    # The memory that building the scene took does not count.
     gc.collect()
     Path("/proc/self/clear_refs").write_text("5")
     before = memory_mib()

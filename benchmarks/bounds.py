@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bounds of all results, in one table, and their check. Times have none: they depend on the
-machine.
+"""The bounds of all results, in one table, and their check.
 
-A line of `BOUNDS` is (path, figure, limit, why).
+Times have no bounds, because they depend on the machine. A line of `BOUNDS` is (path, figure,
+limit, why).
 
-- path: keys of the part's results, joined by dots, "" for all of them. A list stands for each of
-  its rows, `*` for each value of a dict. `[condition]` selects some of them, at least one, or with
-  a `?` behind also none.
-- figure and limit: expressions of Jinja, of the row's fields; `data` are all results of the part,
-  `key` the key of a row in its dict. The limit begins with <=, >= or ==, or has two sides: "a … b".
+- path: keys of the part's results, joined by dots; "" means the results as a whole. A list stands
+  for each of its rows, `*` for each value of a dict. `[condition]` selects some of them: at least
+  one, or possibly none if a `?` follows.
+- figure and limit: Jinja expressions of the row's fields. `data` are all results of the part, `key`
+  is the key of a row in its dict. The limit begins with <=, >= or ==, or has two sides: "a … b".
 
-A figure that is missing, or not a number, breaks its bound.
+A figure that is missing or not a number breaks its bound.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CYCLES, RADIANCE = "Ängen Sensors (Cycles)", "Radiance `rtrace`"
 LEAST_W_M2 = 0.01
 Line = tuple[str, str, str, str]
 
-# In the order of the page.
+# In the order of the sections of the page.
 BOUNDS: dict[str, tuple[Line, ...]] = {}
 
 # fmt: off
@@ -94,7 +94,7 @@ BOUNDS["rays"] = (
     ("ray_layer.rows", "updates", ">= pirs * frames * 10 // 24", "10 Hz at 24 frames a second"),
     ("ray_layer.rows[pirs >= 7]", "updates_with_motion", ">= 1", "seven see who walks"),
 )
-# The settings of the range scan that are held to a dense fan that looks everywhere.
+# The settings of the range scan that are compared with a dense fan of all tilts.
 CHOSEN = "rows[group == 'chosen'].walkers.*"
 PERSON, CAT, ARM = "key not in ('cat', 'arm (NEMA minor)')", "key == 'cat'", "key.startswith('arm')"
 TO_DENSE = "said / data.rows[0].walkers[key].said"
@@ -253,7 +253,7 @@ BOUNDS["study"] = (
 )
 # The light sensor has its own program and page.
 PARTS = tuple(BOUNDS)
-# The home's own way, and the processor time of former code beside.
+# The settings of the home, and the processor time that another checkout takes.
 OWN = "run.rows[code == 'this' and reference == 32768 and samples == 256]"
 BESIDE = "data.run.rows|selectattr('code', 'eq', 'beside')"
 BOUNDS["light"] = (
@@ -283,12 +283,12 @@ class CheckedFigure:
 
 @cache
 def expression(text: str) -> Callable[..., Any]:
-    """A function that evaluates an expression of Jinja with the names that it is given."""
+    """Return a function that evaluates a Jinja expression with its keyword arguments."""
     return ENVIRONMENT.compile_expression(text, undefined_to_none=False)
 
 
 def checked(name: str, data: dict[str, Any]) -> list[CheckedFigure]:
-    """Every figure of a part that has a bound. Results that are missing break bounds too."""
+    """Return every figure of a part that has a bound; missing results count as broken."""
     found = [] if name == "light" else list(_no_numbers(data))
     for path, figure, limit, why in BOUNDS[name]:
         try:
@@ -302,12 +302,12 @@ def checked(name: str, data: dict[str, Any]) -> list[CheckedFigure]:
 
 
 def broken(name: str, data: dict[str, Any]) -> list[str]:
-    """The figures that break their bounds."""
+    """Return the figures of a part that break their bounds, as texts."""
     return [f"{name}: {figure}" for figure in checked(name, data) if not figure.holds]
 
 
 def held(name: str, data: dict[str, Any]) -> str:
-    """How many bounds of a part hold, in bold where some do not."""
+    """Return how many bounds of a part hold, in bold if one is broken."""
     figures = checked(name, data)
     count = sum(figure.holds for figure in figures)
     text = f"{count} of {len(figures)}"
@@ -315,7 +315,7 @@ def held(name: str, data: dict[str, Any]) -> str:
 
 
 def left_out(name: str, data: dict[str, Any]) -> list[str]:
-    """The engines that a part did without, as texts."""
+    """Return the engines that a part was measured without, as texts."""
     if name == "pressure" and not data["mujoco"]:
         return ["the same scenes in MuJoCo, which is not installed"]
     if name != "peers":
@@ -334,8 +334,11 @@ STEP = re.compile(r"(\*|\w+)(?:\[([^]]*)\])?(\?)?(?:\.|$)")
 
 
 def _rows(data: dict[str, Any], path: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The places in the results that a path leads to, each with the names of its expressions: its
-    fields, `this`, `key`, and the last row of a list on the way (`up`) with the one `before`."""
+    """Yield the places in the results that a path leads to, each with the names for expressions.
+
+    The names are the fields of the place, `this`, `key`, `up` (the last row of a list on the path)
+    and `before` (the row before `up`).
+    """
     found: list[tuple[str, Any, dict[str, Any]]] = [("", data, {"data": data})]
     for step, condition, may_be_none in STEP.findall(path):
         following = []
@@ -356,6 +359,7 @@ def _rows(data: dict[str, Any], path: str) -> Iterator[tuple[str, dict[str, Any]
 
 
 def _items(value: Any, step: str) -> Iterator[tuple[str, Any, dict[str, Any]]]:
+    """Yield what a step of a path leads to: the text of the step, the item, and its names."""
     at = "" if step == "*" else f".{step}"
     inner = value if step == "*" else value[step]
     if isinstance(inner, list):
@@ -370,6 +374,7 @@ def _items(value: Any, step: str) -> Iterator[tuple[str, Any, dict[str, Any]]]:
 
 
 def _checked(place: str, figure: str, limit: str, why: str, names: dict[str, Any]) -> CheckedFigure:
+    """Evaluate a figure and its limit with the names of a place."""
     what = ", ".join(text for text in (place.removeprefix("."), figure) if text)
     named = names.get("up")
     if isinstance(named, dict) and isinstance(first := next(iter(named.values()), None), str):
@@ -400,7 +405,7 @@ def _in(least: float, value: Any, most: float) -> bool:
 
 
 def _no_numbers(data: Any, place: str = "") -> Iterator[CheckedFigure]:
-    """The figures that are infinite or not a number."""
+    """Yield the figures that are infinite or not a number."""
     if isinstance(data, dict):
         for key, value in data.items():
             yield from _no_numbers(value, f"{place}.{key}" if place else key)

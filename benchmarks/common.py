@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Helpers of all benchmarks: the machine's name, repeated runs, the sample home, small scenes, and
-a process of its own for what must be measured apart."""
+"""Helpers of all benchmarks.
+
+They name the machine, repeat runs, open the sample home, make small scenes, and call a function in
+its own process.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def machine() -> str:
-    """The processor, the cores that this process may use, and the versions of Blender and numpy."""
+    """Return the processor, the cores of this process, and the versions of Blender and numpy."""
     name = platform.processor() or platform.machine()
     if CPU_INFO.exists():
         lines = CPU_INFO.read_text().splitlines()
@@ -48,12 +51,12 @@ def machine() -> str:
 
 
 def progress(part: str, done: int, total: int, now: str) -> None:
-    """Tells on standard error how far a long part is."""
+    """Print on standard error how far a long part is."""
     print(f"  {part}: {done} of {total} done, now {now}", file=sys.stderr, flush=True)
 
 
 def spread(values: Sequence[float]) -> dict[str, float]:
-    """Median, least and greatest of repeated runs."""
+    """Return median, least and greatest of repeated runs."""
     middle = statistics.median(values)
     return {"median": middle, "low": min(values), "high": max(values), "runs": len(values)}
 
@@ -63,13 +66,15 @@ def rms(values: Any) -> float:
 
 
 def has(module: str) -> bool:
-    """Whether a Python module is installed; "" always is."""
+    """Return whether a Python module is installed; True for ""."""
     return not module or importlib.util.find_spec(module) is not None
 
 
 def apart(function: str, *arguments: Any) -> Any:
-    """What a function of the benchmarks ("module.name") returns for JSON values, called in a
-    process of its own, with the extension registered."""
+    """Call a function of the benchmarks ("module.name") in its own process; return its result.
+
+    Arguments and result are JSON values. The extension is registered in the process.
+    """
     command = [sys.executable, "-m", "benchmarks", "--apart", function, json.dumps(arguments)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     if done.returncode:
@@ -78,7 +83,7 @@ def apart(function: str, *arguments: Any) -> Any:
 
 
 def memory_mib(most: bool = False) -> float:
-    """MiB of memory that this process has, or has had at most; 0 where the system does not tell."""
+    """Return the MiB of memory of this process, or their peak; 0 where the system has no figure."""
     status = Path("/proc/self/status")
     if not status.exists():
         return 0.0
@@ -88,7 +93,7 @@ def memory_mib(most: bool = False) -> float:
 
 
 def open_home(path: Path = HOME) -> Any:
-    """The scene of the Ängen home as saved, with live readings off."""
+    """Return the scene of the Ängen home as saved, with live readings off."""
     bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live = False
@@ -96,7 +101,7 @@ def open_home(path: Path = HOME) -> Any:
 
 
 def new_scene(fps: int, last: int) -> Any:
-    """An empty scene of frames 1 … `last`, with live readings off."""
+    """Return an empty scene of frames 1 … `last`, with live readings off."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.frame_start, scene.frame_end, scene.render.fps = 1, last, fps
@@ -105,7 +110,7 @@ def new_scene(fps: int, last: int) -> Any:
 
 
 def link(name: str, data: Any, at: Sequence[float] = (0, 0, 0), parent: Any = None) -> Any:
-    """A new object in the scene."""
+    """Add an object to the scene, and return it."""
     obj = bpy.data.objects.new(name, data)
     obj.location, obj.parent = at, parent
     bpy.context.scene.collection.objects.link(obj)
@@ -113,7 +118,7 @@ def link(name: str, data: Any, at: Sequence[float] = (0, 0, 0), parent: Any = No
 
 
 def box_mesh(parts: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Any:
-    """A mesh of boxes, each (half size, middle)."""
+    """Return a mesh of boxes, each given as (half size, centre)."""
     points: list[Any] = []
     faces: list[Any] = []
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
@@ -126,7 +131,7 @@ def box_mesh(parts: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Any:
 
 
 def sensors_of(*kinds: str) -> list[Any]:
-    """The scene's sensors of these kinds; all of them without one."""
+    """Return the scene's sensors of these kinds, or all sensors if no kind is given."""
     from angen_sensors.angen_addon.scene.sensors import all_sensors
 
     every = all_sensors(bpy.context.view_layer)
@@ -139,7 +144,7 @@ def enable_only(kinds: Sequence[str]) -> None:
 
 
 def run(scene: Any, sensors: list[Any], first: int, last: int) -> tuple[float, Any]:
-    """Seconds of a whole run, and its recording."""
+    """Simulate a range of frames; return the seconds that it took, and the recording."""
     from angen_sensors.angen_addon.runtime.simulation import simulate
     from angen_sensors.sensor_logic.recording.tracks import Recording
 
@@ -151,7 +156,7 @@ def run(scene: Any, sensors: list[Any], first: int, last: int) -> tuple[float, A
 
 
 def bare_frames(scene: Any, frames: Sequence[int]) -> float:
-    """Seconds that Blender takes to evaluate these frames, no other code listening."""
+    """Return the seconds in which Blender evaluates these frames without any handlers."""
     handlers = bpy.app.handlers.frame_change_post, bpy.app.handlers.depsgraph_update_post
     before = [list(functions) for functions in handlers]
     for functions in handlers:
@@ -169,9 +174,8 @@ def bare_frames(scene: Any, frames: Sequence[int]) -> float:
 EVALUATION = "evaluation of the scene"
 
 
-def _wrapped() -> tuple[tuple[Any, str, str], ...]:
-    """The functions of a run's parts: owner, name, and the part to which their own time is
-    added."""
+def _timed_functions() -> tuple[tuple[Any, str, str], ...]:
+    """Return the functions that `Stopwatch` times: owner, name, and part of the run."""
     from angen_sensors.angen_addon.runtime import state
     from angen_sensors.angen_addon.runtime.probes import Probes
     from angen_sensors.angen_addon.runtime.sensor_runner import PendingUpdates, SensorRunner
@@ -196,8 +200,10 @@ def _wrapped() -> tuple[tuple[Any, str, str], ...]:
 
 
 class Stopwatch:
-    """Seconds by part of a run, without those of nested parts. The remaining time is Blender's
-    evaluation of the frames, and the loop itself."""
+    """Seconds by part of a run, without those of nested parts.
+
+    The remaining time is Blender's evaluation of the frames, and the loop itself.
+    """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = defaultdict(float)
@@ -205,7 +211,7 @@ class Stopwatch:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        wrapped = _wrapped()
+        wrapped = _timed_functions()
         self.seconds.update(dict.fromkeys((EVALUATION, *(part for *_, part in wrapped)), 0.0))
         before = [(owner, name, getattr(owner, name)) for owner, name, _ in wrapped]
         begin = time.perf_counter()
@@ -227,7 +233,7 @@ class Stopwatch:
         @wraps(work)
         def measured_steps(*arguments: Any, **named: Any) -> Iterator[Any]:
             steps = work(*arguments, **named)
-            # What is done between its steps is not its own.
+            # The time between two steps of a generator is not the generator's.
             while True:
                 try:
                     step = self._timed(part, partial(next, steps))
@@ -238,7 +244,7 @@ class Stopwatch:
         return measured_steps if isgeneratorfunction(work) else measured
 
     def _timed(self, part: str, work: Callable[[], Any]) -> Any:
-        """What `work` returns; its seconds go to the part, but for those of nested parts."""
+        """Return the result of `work`; add its seconds, without nested parts, to `part`."""
         self._inner.append(0.0)
         start = time.perf_counter()
         try:

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What coverage maps of the Ängen home cost, and how far coarse cells and other phases of the
-sweep are from a dense map; and the office of the literature.
+"""Coverage maps of the Ängen home, and the office of the literature.
+
+For the home: what maps cost, and how far coarse cells and other phases of the sweep are from a
+dense map.
 
 The office is that of Ouadjaout, Lasla, Djenouri and Zizoua, "On the Effect of Sensing-holes in
-PIR-based Occupancy Detection Systems" (SENSORNETS 2016): how many detectors does a desk need?
-Published: 3.3 × 2.4 m, points 0.3 m apart (11 × 8), Panasonic EKMB detectors, a point is covered
-where it lies in a detection zone; the best single detector covers nearly 63 % of the desk, three
-cover all of it. Ours where nothing is published: the desk's place and size, heights, where
-detectors may hang, and the zones themselves.
+PIR-based Occupancy Detection Systems" (SENSORNETS 2016): how many detectors does a desk need? They
+published: 3.3 × 2.4 m, points 0.3 m apart (11 × 8), Panasonic EKMB detectors. A point is covered if
+it lies in a detection zone. The best single detector covers nearly 63 % of the desk, three
+detectors cover all of it. They did not publish, and we chose, the desk's place and size, the
+heights, the places for detectors, and the zones themselves.
 """
 
 from __future__ import annotations
@@ -47,9 +49,9 @@ REFERENCE = 0.0625
 PHASES = 6
 STEP, POINTS = 0.3, (11, 8)
 CEILING, DESK_TOP, OVER_DESK = 2.7, 0.75, 0.15
-# Points of the desk: 1.8 × 0.9 m against the middle of a long wall.
+# The desk's points: 1.8 × 0.9 m against the middle of a long wall.
 DESK = (slice(3, 9), slice(0, 3))
-# Detectors hang at the points of the grid, looking down, turned by multiples of 15°.
+# Detectors hang at all points of the grid, look down, and are turned by multiples of 15°.
 ROLLS = tuple(math.radians(a) for a in range(0, 90, 15))
 LENS = PirParameters(model="PYROELECTRIC", lens="EKMC1601111", range_max=5.0)
 AMBIENT = 20.0 + ZERO_CELSIUS
@@ -61,7 +63,7 @@ def measure(quick: bool) -> dict[str, Any]:
     return {
         "rows": [_row(name, 1 if quick else 3) for name in names],
         "sizes": _sizes(quick),
-        # Shares of the desk by the number of detectors: by zones, as published, and by an arm.
+        # Share of the desk by number of detectors: by zones, as published, and by an arm.
         "office": {
             "zones": _shares(_in_zones),
             "arm": _shares(_by_an_arm),
@@ -73,7 +75,7 @@ def measure(quick: bool) -> dict[str, Any]:
 
 
 def _row(name: str, rounds: int) -> dict[str, Any]:
-    """Time of each stage, and what changes where the motion sets off at other times."""
+    """Return the seconds of each stage, and how much the start of the motion changes the map."""
     progress("coverage", list(MOTIONS).index(name), len(MOTIONS), name)
     motion, taken = MOTIONS[name], []
     for _ in range(rounds):
@@ -104,7 +106,7 @@ def _row(name: str, rounds: int) -> dict[str, Any]:
 
 
 def _later(view: Any, share: float) -> Any:
-    """The same detector when the motion sets off at another moment of its sweep."""
+    """Return the detector with the phase of its sweep shifted by a share of its period."""
     assert isinstance(view, RangeView)
     return replace(view, offsets=(view.offsets + share * view.period) % view.period)
 
@@ -119,7 +121,7 @@ def _views(home: EvaluatedHome) -> dict[str, Any]:
 
 
 def _sizes(quick: bool) -> list[dict[str, Any]]:
-    """Maps of an arm in the living room by the size of the cells, against dense ones."""
+    """Compare maps of an arm in the living room, by the size of their cells, with a dense map."""
     reference = SIZES[-1] if quick else REFERENCE
     maps = {}
     for size in dict.fromkeys((*SIZES, reference)):
@@ -143,7 +145,7 @@ def _sizes(quick: bool) -> list[dict[str, Any]]:
 
 
 def _disagreement(coarse: CoverageMap, dense: CoverageMap) -> float:
-    """Share of the dense cells that lie in a coarse one which says otherwise."""
+    """Return the share of dense cells whose coarse cell has another value."""
 
     def keys(found: CoverageMap) -> list[tuple[int, int]]:
         places = np.floor(found.cells.at[:, :2] / coarse.cells.size).astype(int)
@@ -164,6 +166,7 @@ def _points(height: float) -> Array:
 
 
 def _shares(covers: Callable[[Array, Array], Array]) -> list[dict[str, float]]:
+    """Return the share of the desk that the best 1, 2 and 3 detectors cover, with its bound."""
     desk = _points(0.0)[DESK].reshape(-1, 3)
     sets, found = [], []
     for place in _points(CEILING).reshape(-1, 3):
@@ -179,7 +182,7 @@ def _shares(covers: Callable[[Array, Array], Array]) -> list[dict[str, float]]:
 
 
 def _in_zones(axes: Array, towards: Array) -> Array:
-    """Whether points of the desk's top, seen from the detector, lie in a zone."""
+    """Return whether points of the desk's top, relative to the detector, lie in a zone."""
     local = (towards + np.array([0.0, 0.0, DESK_TOP])) @ axes
     inside = np.zeros(len(local), bool)
     for zone in zones_of(LENS):
@@ -195,7 +198,10 @@ def _in_zones(axes: Array, towards: Array) -> Array:
 
 
 def _by_an_arm(axes: Array, towards: Array) -> Array:
-    """Whether an arm that turns by 90° over the point is noticed from half of its bearings."""
+    """Return whether the detector notices an arm over each point from half of its bearings.
+
+    The arm turns by 90°.
+    """
     local = zone_rays(zones_of(LENS), LENS.zone_rays)
     directions, walker = local.directions @ axes.T, Walker()
     warm = (walker.celsius + ZERO_CELSIUS) ** 4 - AMBIENT**4

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Days that somebody lives in the home by its routine of a week: how long each takes, what memory;
-and in both sample homes, whether random stretches of random days, evaluated at every frame and with
-all their keys at once, read the same to the bit."""
+"""Measure what days of residents cost, and whether skipping still frames changes a reading.
+
+Whole days of a week's routine in the Ängen home give seconds and memory. In both sample homes,
+random stretches of random days are run twice: as usual, and at every frame with all keys at once.
+Both runs must give the same readings to the bit.
+"""
 
 from __future__ import annotations
 
@@ -18,27 +21,27 @@ from angen_sensors.residents.blender.run import Household, Plan
 from .common import SAMPLES, apart, memory_mib, open_home, progress, sensors_of
 
 PIR, SWITCH, PAD, LIGHT = "PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"
-# Homes and their routines.
+# Homes, each with its routine.
 HOMES = (("angen.blend", "week.toml"), ("atelier.blend", "atelier_week.toml"))
 START, SEED = date(2026, 3, 2), 1
-# Kinds that are on, and how many days.
+# The kinds of sensors that are on, and the number of days.
 CASES = (
     ("7 PIRs, 7 switches and a pad", (PIR, SWITCH, PAD), 3),
     ("and 7 light sensors", (PIR, SWITCH, PAD, LIGHT), 1),
 )
-# s of the first day that a glance takes: somebody gets up and has breakfast.
+# Start and length (s) of the morning that --quick runs: the residents get up and have breakfast.
 MORNING = 25_000.0, 900.0
-# Stretches of each home, and s, that are evaluated at every frame; those of a glance.
-CHECKED, GLANCE = (3, 300.0), (1, 150.0)
+# Number and length (s) of the stretches in each home that run at every frame; with --quick.
+CHECKED, QUICK_CHECKED = (3, 300.0), (1, 150.0)
 
 
 def measure(quick: bool) -> dict[str, Any]:
     rows = []
     for number, (name, kinds, days) in enumerate(CASES[:1] if quick else CASES):
         progress("days", number, len(CASES), name)
-        # In a process of its own, so that its memory is its own.
+        # In its own process, so that the memory is that of this case alone.
         rows.append(apart("days.case", name, kinds, 1 if quick else days, quick))
-    return {"cases": rows, "checked": _checked(*(GLANCE if quick else CHECKED))}
+    return {"cases": rows, "checked": _checked(*(QUICK_CHECKED if quick else CHECKED))}
 
 
 def _household(kinds: tuple[str, ...], home: str, week: str) -> Household:
@@ -47,7 +50,7 @@ def _household(kinds: tuple[str, ...], home: str, week: str) -> Household:
 
 
 def case(name: str, kinds: tuple[str, ...], days: int, morning: bool) -> dict[str, Any]:
-    """Whole days, or the first morning."""
+    """Return the costs of whole days, or of the first morning."""
     household = _household(kinds, *HOMES[0])
     between = (MORNING[0], sum(MORNING)) if morning else (0.0, living.DAY_S)
     lasts = between[1] - between[0]
@@ -56,7 +59,7 @@ def case(name: str, kinds: tuple[str, ...], days: int, morning: bool) -> dict[st
     with household.keyed() as keys:
         for number in range(days):
             begin = time.perf_counter()
-            day, last = _gone_through(household.run(number, keys, between))
+            day, last = _exhausted(household.run(number, keys, between))
             took.append(time.perf_counter() - begin)
             events.append(len(day.events))
             steps, evaluated = steps + last.steps, evaluated + last.evaluated
@@ -68,8 +71,8 @@ def case(name: str, kinds: tuple[str, ...], days: int, morning: bool) -> dict[st
     }  # fmt: skip
 
 
-def _gone_through(run: Any) -> tuple[Any, Any]:
-    """What a generator returns, and the last that it yields."""
+def _exhausted(run: Any) -> tuple[Any, Any]:
+    """Return what a generator returns, and the last value that it yields."""
     last = None
     while True:
         try:
@@ -79,7 +82,7 @@ def _gone_through(run: Any) -> tuple[Any, Any]:
 
 
 def _checked(count: int, seconds: float) -> dict[str, Any]:
-    """Random stretches of each home with and without skipping and exchanging keys."""
+    """Run random stretches of each home with and without skipping, and compare the readings."""
     random = np.random.default_rng(SEED)
     found: dict[str, Any] = {"stretches": []} | dict.fromkeys(
         ("seconds", "sensors", "same", "active", "skipping_s", "plain_s"), 0
@@ -112,7 +115,7 @@ def _checked(count: int, seconds: float) -> dict[str, Any]:
 
 
 def _stretch(household: Household, number: int, between: tuple[float, float]) -> tuple[Any, float]:
-    """The tracks of a part of a day, and the seconds that it takes."""
+    """Return the tracks of a part of a day, and the seconds that it took."""
     begin, acted = time.perf_counter(), household.acted(number)
     with household.keyed() as keys:
         day = living.DayRun(

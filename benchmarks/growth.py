@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How cost and memory grow: with the objects, triangles, sensors and frames of a scene, and with
-the length of a recording. Each case runs in a process of its own, so that its memory is its own.
+"""Measure how cost and memory grow.
+
+They grow with the objects, triangles, sensors and frames of a scene, and with the length of a
+recording. Each case runs in its own process, so that its memory is measured alone.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ SWEEPS: dict[str, tuple[int, ...]] = {
     "sensors": (1, 10, 50, 100, 500),
     "frames": (100, 1000, 5000, 20_000),
 }
-GLANCE: dict[str, tuple[int, ...]] = {
+QUICK: dict[str, tuple[int, ...]] = {
     "objects": (10, 100, 1000),
     "triangles": (10_000, 100_000),
     "sensors": (1, 50),
@@ -51,29 +53,31 @@ FPS, HIGH = 24, 2.2
 
 def measure(quick: bool) -> dict[str, Any]:
     rounds = 1 if quick else 3
-    # Round by round, so that a busy moment of the machine meets all cases.
+    # Round by round, so that a busy moment of the machine spreads over all cases.
     found = defaultdict[tuple[str, int], list[dict[str, float]]](list)
     for turn in range(rounds):
-        for name, sizes in (GLANCE if quick else SWEEPS).items():
+        for name, sizes in (QUICK if quick else SWEEPS).items():
             for size in sizes:
                 progress("growth", turn, rounds, f"{size} {name}")
                 case = apart("growth.run_scene", *({**BASE, name: size}).values())
                 found[name, size].append(case)
     sweeps: dict[str, list[dict[str, Any]]] = {name: [] for name in SWEEPS}
     for (name, size), runs in found.items():
-        told = {key: spread([each[key] for each in runs]) for key in runs[0]}
-        sweeps[name].append({"size": size, **told})
+        figures = {key: spread([each[key] for each in runs]) for key in runs[0]}
+        sweeps[name].append({"size": size, **figures})
     recording = apart("growth.run_recording", DAY // 24 if quick else DAY)
     return {"base": BASE, "sweeps": sweeps, "recording": recording}
 
 
 def run_scene(objects: int, triangles: int, sensors: int, frames: int) -> dict[str, float]:
-    """A hall of still objects with as many triangles in all, one thing that moves to and fro, and
-    detectors of the thesis's kind, all 24 fps at 10 Hz."""
+    """Return what detectors cost in a hall of still objects with one moving object.
+
+    All detectors have the thesis's parameters and update at 10 Hz; the scene has 24 fps.
+    """
     empty = memory_mib(most=True)
     scene = hall(objects, triangles, sensors, frames)
     built = memory_mib(most=True)
-    # By the end of a second all tilts have been looked at once: what stands still is known.
+    # After one second every tilt was scanned once: the ranges of still objects are known.
     first, early = run(scene, sensors_of(), 1, 1 + FPS)
     wall, recording = run(scene, sensors_of(), 1, frames)
     tracks = recording.tracks.values()
@@ -89,8 +93,10 @@ def run_scene(objects: int, triangles: int, sensors: int, frames: int) -> dict[s
 
 
 def run_recording(seconds: int) -> dict[str, Any]:
-    """A recording as long as that, of the home's 22 sensors at the thesis's rates; its event log,
-    and its file."""
+    """Return what a recording of so many seconds costs: in memory, as event log, and as file.
+
+    It is filled with readings of the home's 22 sensors at the thesis's rates.
+    """
     before = memory_mib(most=True)
     recording, rows = Recording(frame_start=1, frame_end=seconds * FPS), 0
     begin = time.perf_counter()
@@ -101,7 +107,7 @@ def run_recording(seconds: int) -> dict[str, Any]:
             track = Track(f"{kind_name} {index}", kind_name)
             recording.tracks[track.sensor] = track
             for number in range(int(seconds * rate)):
-                # What stays as it was most of the time, as sensors' readings do.
+                # Most readings equal the one before, as those of real sensors do.
                 active = number // 97 % 5 == 0
                 reading = Reading(active, float(active), busy if active else idle)
                 track.append(1 + number * FPS / rate, number / rate, reading)
@@ -122,14 +128,14 @@ def run_recording(seconds: int) -> dict[str, Any]:
 
 
 def hall(objects: int, triangles: int, sensors: int, frames: int) -> Any:
-    """`objects` in the same 20 × 20 m however many there are, `triangles` shared among them."""
+    """Return a scene with `objects` objects on 20 × 20 m that share `triangles` triangles."""
     scene = new_scene(FPS, frames)
     chance = np.random.default_rng(1)
     link("floor", _sheet("floor", 20.0, 20.0, 1))
     side = max(1, math.ceil(math.sqrt(triangles / objects / 2)))
     for i in range(objects):
         x, y = chance.uniform(-9.5, 9.5, 2).tolist()
-        # Meshes of their own, as most furniture has; half of them stand, half lie.
+        # Each has its own mesh, as most furniture has. Half of them stand, half lie.
         thing = link(f"thing {i}", _sheet(f"thing {i}", 0.5, 0.5, side), (x, y, 0.3))
         thing.rotation_euler.x = math.pi / 2 if i % 2 else 0.0
     mover = link("mover", _sheet("mover", 0.6, 1.7, 8), (0, 0, 0.9))
@@ -140,7 +146,7 @@ def hall(objects: int, triangles: int, sensors: int, frames: int) -> Any:
     for i in range(sensors):
         x, y = chance.uniform(-6, 6, 2).tolist()
         sensor = link(f"PIR {i:03d}", None, (x, y, HIGH))
-        # Horizontal, any way.
+        # Level, in a random direction.
         sensor.rotation_euler = (math.pi / 2, 0, float(chance.uniform(0, 2 * math.pi)))
         sensor.angen_sensor.kind = "PIR"
     bpy.context.view_layer.update()
@@ -148,7 +154,7 @@ def hall(objects: int, triangles: int, sensors: int, frames: int) -> Any:
 
 
 def _sheet(name: str, width: float, depth: float, side: int) -> Any:
-    """A slightly wavy sheet of side × side squares."""
+    """Return a slightly wavy sheet of side × side squares."""
     x, y = np.meshgrid(
         np.linspace(-width / 2, width / 2, side + 1), np.linspace(-depth / 2, depth / 2, side + 1)
     )

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's own figures, on its own work: the Ängen home with 22 sensors at the thesis's rates.
+"""Repeat the thesis's own measurements: the Ängen home with 22 sensors at the thesis's rates.
 
-Simulation speed is simulated over real time, the evaluation of every frame by Blender included:
-against the kinds of sensors (figure 8.3), the rays (8.1) and the number of detectors (8.2). The
+Simulation speed is simulated time over real time, with Blender's evaluation of every frame
+included: by kinds of sensors (figure 8.3), by rays (8.1) and by number of detectors (8.2). The
 kinds are timed by the operator *Simulate* and by the command line, the rest by the generator behind
-both. `measure_live`: playback with live readings and without, without a window, and whether what is
-read live is what a run records.
+both. `measure_live` compares playback with and without live readings, without a window, and checks
+that live readings equal those of a run.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .common import (
 )
 from .rays import detectors
 
-# The kinds that are on: the thesis's full home is all of them.
+# The kinds that are on; all kinds together are the thesis's full home.
 PIR, SWITCH, PAD, LIGHT = "PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"
 CASES = (
     ("7 PIRs", (PIR,)),
@@ -46,21 +46,21 @@ CASES = (
 RAYS = (80, 160, 320, 640)
 DENSE_RAYS = 2560
 COUNTS = (1, 2, 4, 7, 14, 28, 56)
-# Where the person comes home, of which a glance is taken.
-GLANCE = (24, 191)
+# The frames of --quick, in which the person comes home.
+QUICK_FRAMES = (24, 191)
 LIVE_CASES = (
     ("7 PIRs", (PIR,)),
     ("7 PIRs and 7 switches", (PIR, SWITCH)),
     ("and the pad", (PIR, SWITCH, PAD)),
 )
-# Frames that are played: she goes from the kitchen to the sofa. Sensors look at all anew in the
-# first of them.
+# The frames that are played: the person goes from the kitchen to the sofa. In the first frame the
+# sensors start anew, so frames before FIRST are not timed.
 FIRST, LAST, AHEAD = 900, 1100, 5
 
 
 def measure(quick: bool) -> dict[str, Any]:
     scene = open_home()
-    first, last = GLANCE if quick else (scene.frame_start, scene.frame_end)
+    first, last = QUICK_FRAMES if quick else (scene.frame_start, scene.frame_end)
     rounds = 1 if quick else 3
     seconds = (last - first + 1) * scene.render.fps_base / scene.render.fps
     return {
@@ -74,8 +74,10 @@ def measure(quick: bool) -> dict[str, Any]:
 def _by_kind(
     scene: Any, first: int, last: int, seconds: float, rounds: int
 ) -> list[dict[str, Any]]:
-    """Time each case as users wait for it: by the operator *Simulate*, and by the command line in a
-    process of its own. The bare frames are timed beside it, in the same rounds."""
+    """Time each case by the operator *Simulate*, and by the command line in its own process.
+
+    The bare frames are timed in the same rounds.
+    """
     rows = []
     updates: dict[str, int] = {}
     operator, bare, command = (defaultdict[str, list[float]](list) for _ in range(3))
@@ -109,7 +111,7 @@ def _by_kind(
 
 
 def _by_command_line(kinds: Sequence[str], first: int, last: int) -> float:
-    """Seconds of `angen simulate`, from its start to its event log."""
+    """Return the seconds of `angen simulate` from its start to its event log."""
     words = [word for kind in kinds for word in ("--kind", kind)]
     words += ["--frames", f"{first}:{last}", "--quiet", "--events", os.devnull]
     command = [sys.executable, "-m", "angen_addon", "simulate", str(HOME), *words]
@@ -119,23 +121,26 @@ def _by_command_line(kinds: Sequence[str], first: int, last: int) -> float:
 
 
 def _by_rays(first: int, last: int, seconds: float, rounds: int) -> list[dict[str, Any]]:
-    """Speed, and what is kept of the updates at which a dense fan sees movement. The fans of one
-    angle differ in their number of rays alone."""
+    """Return the speed, and the share of a dense fan's updates with motion, by number of rays.
+
+    All fans have the same angle.
+    """
     scene = open_home()
     taken: dict[int, list[float]] = defaultdict(list)
-    said: dict[int, list[int]] = {}
+    moved_by_rays: dict[int, list[int]] = {}
     for rays in (*RAYS * rounds, DENSE_RAYS):
         wall, recording = run(scene, detectors(7, rays), first, last)
         taken[rays].append(wall)
-        said[rays] = [moved for track in recording.tracks.values() for moved in track.active]
-    true = said[DENSE_RAYS]
+        moved_by_rays[rays] = [on for track in recording.tracks.values() for on in track.active]
+    true = moved_by_rays[DENSE_RAYS]
     rows = []
     for rays, times in taken.items():
-        both = sum(a and b for a, b in zip(said[rays], true, strict=True))
+        both = sum(a and b for a, b in zip(moved_by_rays[rays], true, strict=True))
+        moved = sum(moved_by_rays[rays])
         rows.append({
             "rays": rays, "speed": spread([seconds / wall for wall in times]),
             "sensing_s": spread(times), "kept": both / max(sum(true), 1),
-            "extra": (sum(said[rays]) - both) / max(sum(said[rays]), 1), "updates": len(true),
+            "extra": (moved - both) / max(moved, 1), "updates": len(true),
             "updates_with_motion": sum(true),
         })  # fmt: skip
     return rows
@@ -176,7 +181,7 @@ def _live_case(kinds: tuple[str, ...], rounds: int) -> dict[str, Any]:
 
 
 def _played(scene: Any, live: bool) -> float:
-    """Milliseconds of processor time a frame."""
+    """Return the milliseconds of processor time per frame."""
     scene.angen_live = live
     begin = 0.0
     for frame in range(FIRST - AHEAD, LAST):
@@ -187,7 +192,7 @@ def _played(scene: Any, live: bool) -> float:
 
 
 def _compared(scene: Any, sensors: list[Any]) -> dict[str, int]:
-    """Readings that live sensing gave as a run from the first frame on records them."""
+    """Count the live readings that equal those of a run from the first frame on."""
     recording = run(scene, sensors, scene.frame_start, LAST)[1]
     expected = {
         (name, float(frame)): (bool(active), float(value))

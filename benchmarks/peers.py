@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ray layer against others, in one run, on the same boxes and the same rays: Blender's
-`scene.ray_cast`, BVH trees in world space, MuJoCo's rangefinder and multi-ray, and Embree.
+"""Compare the ray layer with other engines on the same boxes and the same rays.
 
-The scene is the Ängen home and a walker as boxes, which every engine can be given alike; the
-reference is a float64 intersection of ray and box. All see ten looks a second of seven detectors,
-120 rays at nine tilts each; every look moves the walker. MuJoCo's touch sensor is put beside the
-pad, and Radiance beside the light sensors.
+The engines are Blender's `scene.ray_cast`, BVH trees in world space, MuJoCo's rangefinder and
+multi-ray, and Embree. The scene is the Ängen home and a walker as boxes, which every engine can
+represent exactly. The reference is a float64 intersection of ray and box. Each engine casts ten
+looks a second for seven detectors, 120 rays at nine tilts each; the walker moves at every look.
+MuJoCo's touch sensor is compared with the pad, and Radiance with the light sensors.
 """
 
 from __future__ import annotations
@@ -34,30 +34,32 @@ from .walkers import Boxes, Walker, ranges_to
 
 Array = np.typing.NDArray[np.float64]
 FRAME = 600
-# Looks a second: the detectors' update rate, which is the scene's frame rate here.
+# Looks a second: the detectors' update rate, and the scene's frame rate.
 RATE = 10
-# Across the living room, towards the sofa: feet on the floor finish.
+# Across the living room, towards the sofa. FLOOR (m) is the height of the finished floor.
 START, TOWARDS, FLOOR = np.array([6.6, 4.0]), math.radians(20), 0.055
 WALKER = Walker("walk", 1.70, 1.2)
-# Where a ray passes an edge, single precision meets the one or the other side of it.
+# Single precision may miss a surface where a ray passes its edge: errors above EDGE (m) are edges.
 EDGE = 1e-3
 MASS, GRAVITY = 5.0, 9.81
 TOUCH_STEP = 0.001
-# A box's triangles, by its corners.
+# The triangles of a box as indices of its corners.
 TRIANGLES = np.array(
     [
         (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
         (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
     ]
 )  # fmt: skip
-# A look: seconds of sensing, and the ranges of all detectors (n,).
+# A look: the seconds of sensing, and the ranges of all detectors (n,).
 Looks = Iterator[tuple[float, Array]]
 
 
 @dataclass
 class BoxHome:
-    """Still boxes, where the walker is at each look, and every ray of every detector: `origins`,
-    `directions` (n, 3), `reach` (n,) for each of the detectors."""
+    """Still boxes, the walker at each look, and every ray of every detector.
+
+    `rays` has `origins` (n, 3), `directions` (n, 3) and `reach` (n,) for each detector.
+    """
 
     still: Boxes
     walker: list[Boxes]
@@ -90,7 +92,7 @@ def measure(quick: bool) -> dict[str, Any]:
 
 
 def _row(name: str, runs: list[list[tuple[float, Array]]], exact: Array) -> dict[str, Any]:
-    # The first look is the start: still things are met there.
+    # The first look is the start, in which still objects are hit.
     later = [[seconds for seconds, _ in looks[1:]] for looks in runs]
     error = np.abs(np.concatenate([ranges for _, ranges in runs[-1]]) - exact)
     off_edges = error[error <= EDGE]
@@ -115,7 +117,7 @@ def box_home(seconds: float) -> BoxHome:
 
 
 def _rays(pose: Pose) -> tuple[Array, Array, Array]:
-    """Every tilt of the thesis's fan."""
+    """Return the rays of all tilts of the thesis's fan: origins, directions and reach."""
     parameters = PirParameters()
     directions = fan_directions(parameters).reshape(-1, 3) @ pose.axes.T
     origins = pose.origin + directions * parameters.range_min
@@ -124,8 +126,10 @@ def _rays(pose: Pose) -> tuple[Array, Array, Array]:
 
 
 def _boxes(keep_out: Sequence[Array]) -> Boxes:
-    """A box about every mesh of the home, turned as its object is; none that a detector is in,
-    nor the person, who is animated."""
+    """Return the bounding box of every mesh of the home in the object's own axes.
+
+    The person, who is animated, and boxes that contain a detector are left out.
+    """
     centres, halves, axes = [], [], []
     depsgraph = bpy.context.evaluated_depsgraph_get()
     for obj in bpy.context.view_layer.objects:
@@ -141,7 +145,7 @@ def _boxes(keep_out: Sequence[Array]) -> Boxes:
         turn = matrix[:3, :3] / size
         middle = (corners.max(axis=0) + corners.min(axis=0)) / 2
         centre = matrix[:3, :3] @ middle + matrix[:3, 3]
-        # Near a detector's lens nothing starts inside of a box.
+        # No box may begin close to a detector's lens.
         if any((np.abs((at - centre) @ turn) < half + 0.06).all() for at in keep_out):
             continue
         if np.linalg.det(turn) < 0.0:
@@ -161,7 +165,7 @@ def _exact(home: BoxHome, walker: Boxes) -> Array:
 
 def _layer(caster_name: str) -> Callable[[BoxHome], Looks]:
     def looks(home: BoxHome) -> Looks:
-        """As in a run; Blender's evaluation of the frame is left out, as no peer has one."""
+        """Cast as a run does, but do not time Blender's evaluation of the frame."""
         scene = _blender_scene(home)
         scene.angen_ray_caster = caster_name
         caster = make_caster(scene)
@@ -177,7 +181,7 @@ def _layer(caster_name: str) -> Callable[[BoxHome], Looks]:
 
 
 def _blender_scene(home: BoxHome) -> Any:
-    """The boxes as objects, those of the walker keyed at each frame; a frame a look."""
+    """Return a scene with the boxes as objects; one frame is one look of the keyed walker."""
     scene = new_scene(RATE, len(home.walker))
     for boxes, name in ((home.still, "still"), (home.walker[0], "walker")):
         for i, half in enumerate(boxes.half):
@@ -195,12 +199,12 @@ def _blender_scene(home: BoxHome) -> Any:
 
 
 def triangles(boxes: Boxes) -> Array:
-    """(12 n, 3, 3)."""
+    """Return the triangles of boxes as corners (12 n, 3, 3)."""
     return boxes.corners()[:, TRIANGLES].reshape(-1, 3, 3)
 
 
 def _trees(home: BoxHome) -> Looks:
-    """Two BVH trees in world space; that of the walker is built anew at each look."""
+    """Cast with two BVH trees in world space; the walker's tree is rebuilt at each look."""
 
     def tree_of(corners: Array) -> Any:
         faces = np.arange(len(corners) * 3).reshape(-1, 3)
@@ -222,7 +226,7 @@ def _trees(home: BoxHome) -> Looks:
 
 
 def _embree(home: BoxHome) -> Looks:
-    """Two scenes of Intel's ray tracer; that of the walker is built anew at each look."""
+    """Cast with two Embree scenes; the walker's scene is rebuilt at each look."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
@@ -258,7 +262,7 @@ def _mujoco_model(home: BoxHome, rangefinders: bool) -> Any:
         text += f'<body mocap="true" {place}>{shape}/></body>'
     sensors = ""
     if rangefinders:
-        # In a body of their own: a rangefinder passes through what its body has.
+        # In a separate body, because a rangefinder ignores the geoms of its own body.
         text += "<body>"
         rays = [ray for bundle in home.rays for ray in zip(*bundle, strict=True)]
         for i, (origin, way, reach) in enumerate(rays):
@@ -278,7 +282,7 @@ def _quaternion(boxes: Boxes, index: int) -> Array:
 
 
 def _mujoco(home: BoxHome, rangefinders: bool) -> Looks:
-    """Rangefinders, or all rays of a detector in one call."""
+    """Cast with a rangefinder for each ray, or with all rays of a detector in one call."""
     import mujoco
 
     model = _mujoco_model(home, rangefinders)
@@ -299,7 +303,7 @@ def _mujoco(home: BoxHome, rangefinders: bool) -> Looks:
 
 
 def _multi_ray(model: Any, data: Any, origins: Array, directions: Array, reach: Array) -> Array:
-    """From the detector's lens; the start's offset is taken off."""
+    """Return ranges from the detector's lens, with the offset of the start added."""
     import mujoco
 
     offset = 0.05
@@ -323,7 +327,7 @@ ENGINES: tuple[tuple[str, str, Callable[[BoxHome], Looks]], ...] = (
 
 
 def _touch(rounds: int) -> dict[str, Any]:
-    """A box of 5 kg at rest on a pad: seconds for a simulated second, and the error."""
+    """Compare pad and touch sensor under a box of 5 kg at rest: seconds and error."""
     ours, evaluation, theirs = [], [], []
     for _ in range(rounds):
         scene = pressure_scenes.new_world(last=48)
@@ -350,7 +354,7 @@ def _touch(rounds: int) -> dict[str, Any]:
 
 
 def _mujoco_touch() -> tuple[float, list[float]]:
-    """Wall seconds of a simulated second, and the newtons in its last tenth."""
+    """Return the wall seconds of a simulated second, and the newtons in its last tenth."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the motion detectors find, by their settings, of who moves in their room.
+"""Measure what motion detectors notice of moving people and animals, by their settings.
 
-`measure`: the range scan; every setting sees the same passes of the same walkers.
-`measure_pyroelectric`: what the pyroelectric detector's error and cost depend on, and where it and
-the range scan differ. The models under test are the product's own; rays are met in closed form,
-but for the cost, which is that in the sample home.
+`measure` compares the settings of the range scan on the same passes of the same walkers.
+`measure_pyroelectric` measures what the error and the cost of the pyroelectric detector depend on,
+and where it differs from the range scan. The models are those of the product. Ranges come from
+closed-form intersections, except for the cost, which is measured in the sample home.
 """
 
 from __future__ import annotations
@@ -30,61 +30,65 @@ from .walkers import FURNITURE, SENSOR, WALKERS, WALLS, Boxes, Walker, passes, r
 Array = np.typing.NDArray[np.float64]
 THESIS = PirParameters()
 HZ, DEGREE = 10.0, math.pi / 180
-# Every ray of this one looks at every update, 1.5° apart up and down, 0.2° aside.
+# All rays of this fan scan at every update, 1.5° apart vertically and 0.2° horizontally.
 DENSE = replace(THESIS, rays=600, vertical_step=1.5 * DEGREE, sweep="ALL")
 ALL = replace(THESIS, sweep="ALL")
 RECOMMENDED = replace(THESIS, rays=160, vertical_step=5 * DEGREE, sweep="ALL")
 SWEEPS = (("saw-tooth", THESIS), ("all tilts", ALL))
 PYROELECTRIC = PirParameters(model="PYROELECTRIC", range_max=5.0)
 Setting = tuple[str, str, PirParameters, float]
-# Seconds of an empty room in which noise has the chance to raise an alarm.
+# Seconds of an empty room in which noise may raise an alarm.
 EMPTY_S = 3600.0
 ZONE_RAYS, RATES = (1, 2, 4, 8, 12, 24, 48), (60.0, 24.0, 10.0)
-# Of them in a glance: the default, and the finest, which must come near to the dense reference.
-GLANCE_RAYS, GLANCE_RATES = (12, 48), (60.0, 24.0)
+# With --quick: the default, and the finest, which must come close to the dense reference.
+QUICK_RAYS, QUICK_RATES = (12, 48), (60.0, 24.0)
 DENSE_RAYS, DENSE_RATE = 300, 120.0
 ROOM_CELSIUS, ZERO = 20.0, 273.15
 PERSON_CELSIUS, CAT_CELSIUS = 29.0, 27.0
 REST_BEFORE, REST_AFTER = 1.0, 1.5
-# Of the sample home: frames in which the person walks from the kitchen to the living room.
+# Frames of the sample home in which the person walks from the kitchen to the living room.
 FIRST, FRAMES = 600, 48
 
 
 class Room:
-    """The furnished room of `benchmarks.walkers`, whose rays are remembered by bundle, and whoever
-    is in it, with a temperature."""
+    """The furnished room of `benchmarks.walkers` with one body, as a source of ranges and warmth.
+
+    The ranges of the empty room are kept by bundle of rays.
+    """
 
     def __init__(self, celsius: float = PERSON_CELSIUS, room: float = ROOM_CELSIUS) -> None:
         self._still = Boxes.upright((*WALLS, *FURNITURE))
-        self._known: dict[tuple[int, int], Array] = {}
+        self._still_ranges: dict[tuple[int, int], Array] = {}
         self._body: Boxes | None = None
-        self._met: dict[tuple[int, int], Array] = {}
+        self._body_ranges: dict[tuple[int, int], Array] = {}
         self.celsius, self.room = celsius, room
 
     def put(self, body: Boxes) -> None:
-        """Who is there now. Somebody who stands as before is not met anew."""
+        """Place the body. Its ranges are kept if it has not moved."""
         if self._body is None or not body.same_as(self._body):
-            self._body, self._met = body, {}
+            self._body, self._body_ranges = body, {}
 
     def cast(self, bundle: int, origins: Array, directions: Array, reach: Array) -> Array:
         key = (bundle, len(reach))
-        if key not in self._known:
-            self._known[key] = ranges_to(self._still, origins, directions, reach)
+        if key not in self._still_ranges:
+            self._still_ranges[key] = ranges_to(self._still, origins, directions, reach)
         if self._body is None:
-            return self._known[key]
-        if key not in self._met:
-            self._met[key] = ranges_to(self._body, origins, directions, self._known[key])
-        return self._met[key]
+            return self._still_ranges[key]
+        if key not in self._body_ranges:
+            self._body_ranges[key] = ranges_to(
+                self._body, origins, directions, self._still_ranges[key]
+            )
+        return self._body_ranges[key]
 
     def warmth(self, bundle: int, origins: Array, directions: Array, reach: Array) -> Emission:
         body = self.cast(bundle, origins, directions, reach)
-        is_body = body < self._known[bundle, len(reach)]
+        is_body = body < self._still_ranges[bundle, len(reach)]
         kelvin = np.where(is_body, self.celsius, self.room) + ZERO
         return Emission(kelvin, np.full(len(kelvin), 0.95), self.room + ZERO)
 
 
 def settings(quick: bool) -> list[Setting]:
-    """Group, name, parameters, update rate in Hz; each group changes one thing."""
+    """Return group, name, parameters and update rate (Hz); each group varies one parameter."""
     found: list[Setting] = [
         ("chosen", "dense reference", DENSE, HZ),
         ("chosen", "thesis", THESIS, HZ),
@@ -113,7 +117,7 @@ def settings(quick: bool) -> list[Setting]:
 
 
 def _above_noise(sigma: float) -> Setting:
-    """A threshold of seven standard deviations of a difference of two ranges."""
+    """Return a setting whose threshold is 7 standard deviations of the difference of two ranges."""
     changed = replace(ALL, noise_sigma=sigma, threshold=7 * math.sqrt(2) * sigma)
     name = f"{sigma:g} m, {changed.threshold:.3g} m"
     return "noise and a threshold of 7 σ√2, all tilts", name, changed, HZ
@@ -136,13 +140,15 @@ def measure(quick: bool) -> dict[str, Any]:
         }
         row["seconds"] = time.perf_counter() - begin
         rows.append(row)
-    # Below this a share is with 2.5 % chance, when all passes were seen (exact).
+    # Exact 95 % confidence: the true share of passes seen is above this if all were seen.
     return {"passes": count, "rows": rows, "least_share": float(0.025 ** (1.0 / count))}
 
 
 def _reading(
     model: RangeScan, parameters: PirParameters, number: int, rate: float, room: Room, seed: int
 ) -> bool:
+    """Return whether the model notices motion at an update."""
+
     def noise() -> np.random.Generator:
         return np.random.default_rng((seed, number))
 
@@ -151,8 +157,11 @@ def _reading(
 
 
 def _seen(walker: Walker, parameters: PirParameters, rate: float, count: int) -> dict[str, Any]:
-    """Share of the passes detected, and how long after it set off; a pass begins with a body that
-    stands still until every tilt was scanned twice, at another phase of the sweep each time."""
+    """Return the share of passes detected, and the latency after the walker starts.
+
+    Before each pass the body stands still until every tilt was scanned twice, each time at another
+    phase of the sweep.
+    """
     room = Room()
     latencies, said, updates, early = [], 0, 0, 0
     for index, (start, yaw, length) in enumerate(passes(walker, count)):
@@ -180,13 +189,13 @@ def _seen(walker: Walker, parameters: PirParameters, rate: float, count: int) ->
         "latency_s": found[len(found) // 2] if found else None,
         "latency_90_s": found[int(0.9 * (len(found) - 1))] if found else None,
         "said": said / max(updates, 1),
-        # Updates that said so while nothing moved yet: by noise, or falsely.
+        # Updates with motion before the walker starts: false ones.
         "early": early,
     }
 
 
 def _false_alarms(parameters: PirParameters, rate: float, quick: bool) -> float:
-    """How often the output goes on in an hour of an empty room; without noise nothing changes."""
+    """Return how often the output goes on in an hour of an empty room; 0 without noise."""
     if parameters.noise_sigma == 0.0:
         return 0.0
     room, model, before, alarms = Room(), RangeScan(), False, 0
@@ -209,7 +218,7 @@ def measure_pyroelectric(quick: bool) -> dict[str, Any]:
 def _pass(
     room: Room, walker: Walker, way: Any, parameters: PirParameters, rate: float
 ) -> tuple[list[Any], float]:
-    """Readings of one pass, with rest before and after; seconds until the first detection."""
+    """Return the readings of one pass, with rest before and after, and the latency (s)."""
     start, yaw, length = way
     detector, readings, latency = MotionDetector(), [], math.inf
     seconds = walker.seconds(length)
@@ -224,7 +233,7 @@ def _pass(
 
 
 def _error(count: int, quick: bool) -> list[dict[str, Any]]:
-    """Relative error of the peak signal, rms and worst over walks through the room."""
+    """Return the relative error of the peak signal, rms and worst over walks through the room."""
     walk, room = next(walker for walker in WALKERS if walker.name == "walk"), Room()
 
     def peaks(rays: int, rate: float) -> Array:
@@ -233,10 +242,10 @@ def _error(count: int, quick: bool) -> list[dict[str, Any]]:
         return np.array([max(abs(r.fields["signal"]) for r in readings) for readings in runs])
 
     exact, rows = peaks(DENSE_RAYS, DENSE_RATE), []
-    chosen = GLANCE_RAYS if quick else ZONE_RAYS
+    chosen = QUICK_RAYS if quick else ZONE_RAYS
     for done, rays in enumerate(chosen):
         progress("pir_pyroelectric", done, len(chosen), f"error with {rays} rays a zone")
-        for rate in GLANCE_RATES if quick else RATES:
+        for rate in QUICK_RATES if quick else RATES:
             error = peaks(rays, rate) / exact - 1
             rows.append({
                 "zone_rays": rays, "rate": rate, "rms": rms(error), "mean": float(error.mean()),
@@ -246,8 +255,10 @@ def _error(count: int, quick: bool) -> list[dict[str, Any]]:
 
 
 def _cost(frames: int, rounds: int) -> list[dict[str, Any]]:
-    """Milliseconds of processor time an update of one detector in the sample home, after its first
-    second."""
+    """Return the milliseconds of processor time of an update in the sample home.
+
+    The first second is left out.
+    """
     scene = open_home()
     person = bpy.data.objects["Person"].angen_warmth
     person.use_temperature, person.temperature = True, 28.0
@@ -274,7 +285,7 @@ def _cost(frames: int, rounds: int) -> list[dict[str, Any]]:
 
 
 def _in_home(scene: Any, sensors: list[Any], frames: int) -> tuple[float, int, int]:
-    """Milliseconds an update, updates, and those that said that something moves."""
+    """Return the milliseconds of an update, the number of updates, and of those with motion."""
     clock, probes = clock_of(scene), Probes(scene)
     runners = [SensorRunner(sensor, clock) for sensor in sensors]
     taken, updates, moved = 0.0, 0, 0
@@ -283,7 +294,7 @@ def _in_home(scene: Any, sensors: list[Any], frames: int) -> tuple[float, int, i
         scene.frame_set(step + scene.frame_start)
         depsgraph = evaluated_depsgraph()
         probes.look(depsgraph, None)
-        # Trees of what has moved are built once for all sensors, whatever their model.
+        # Build the trees of moved solids outside of the time: all models share them.
         for solid in probes.caster.solids.solids:
             if solid.moving and np.isfinite(solid.geometry.lo).all():
                 solid.geometry.tree(depsgraph)
@@ -298,7 +309,7 @@ def _in_home(scene: Any, sensors: list[Any], frames: int) -> tuple[float, int, i
 
 
 def _models(count: int) -> list[dict[str, Any]]:
-    """Shares of passes detected, and the median latency, of the two models side by side."""
+    """Return shares of passes detected and median latencies of both models side by side."""
     models = (("thesis", THESIS, 10.0), ("all tilts", ALL, 10.0))
     models += (("pyroelectric", PYROELECTRIC, 24.0),)
     situations: list[tuple[str, Walker, float, float]] = [

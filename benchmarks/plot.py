@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plots of the pages as SVG, drawn by matplotlib, which `make bench` installs."""
+"""Draw the plots of the pages as SVG with matplotlib, which `make bench` installs."""
 
 from __future__ import annotations
 
@@ -25,8 +25,10 @@ STYLES: Mapping[str, Mapping[str, Any]] = {
 
 @dataclass(frozen=True)
 class Series:
-    """A line, a `thin` line, or `dots`; without a label it is not in the legend. `names` label its
-    points."""
+    """A line, a `thin` line, or `dots`.
+
+    Without a label it is not in the legend. `names` label its points.
+    """
 
     label: str
     x: Sequence[float]
@@ -38,9 +40,11 @@ class Series:
 
 @dataclass(frozen=True)
 class Panel:
-    """Series over one y axis, with its label and unit; `height` in hundredths of an inch; `least`:
-    the axis spans at least this much on both sides of zero; `legend`: the title of the legend;
-    `log`: a logarithmic axis."""
+    """Series over one y axis, with its label and unit.
+
+    `height` is in hundredths of an inch. The axis spans at least `least` on both sides of zero.
+    `legend` is the title of the legend; `log` makes the axis logarithmic.
+    """
 
     label: str
     series: Sequence[Series]
@@ -51,7 +55,7 @@ class Panel:
 
 
 def figures(parts: Mapping[str, dict[str, Any]]) -> dict[str, str]:
-    """SVGs by file name."""
+    """Return the SVGs by file name."""
     drawn = {"home": _home, "pir": _pir, "switch": _switch, "pressure": _pressure}
     drawn |= {"growth": _growth, "light": _light}
     found: dict[str, str] = {}
@@ -66,7 +70,7 @@ Drawn = Iterator[tuple[str, str]]
 def _home(data: dict[str, Any]) -> Drawn:
     rays, counts = data["rays"], data["counts"]
     speed = Panel("times real time", _ranged("rays", rays, "seven PIRs"), 200, log=True)
-    kept = [Series("kept", _of(rays, "rays"), _of(rays, "kept", 100), BLUE)]
+    kept = [Series("kept", _column(rays, "rays"), _column(rays, "kept", 100), BLUE)]
     title = "Speed and accuracy over the rays of a fan, seven detectors"
     panels = [speed, Panel("updates kept, %", kept, 160)]
     yield "bench_rays.svg", figure(title, "rays", panels, log_x=True)
@@ -79,7 +83,7 @@ def _home(data: dict[str, Any]) -> Drawn:
 
 def _pir(data: dict[str, Any]) -> Drawn:
     panels, colours = [], (BLUE, SKY, GREEN, PURPLE, ORANGE, BLACK)
-    # A quick measurement does not vary the rays.
+    # A quick measurement has no rows with other numbers of rays.
     for group in ("rays, all tilts", "rays, saw-tooth"):
         rows = [row for row in data["rows"] if row["group"] == group]
         rays, walkers = [int(row["name"]) for row in rows], rows[0]["walkers"] if rows else {}
@@ -93,19 +97,19 @@ def _pir(data: dict[str, Any]) -> Drawn:
 
 def _switch(data: dict[str, Any]) -> Drawn:
     series = []
-    names = dict.fromkeys(_of(data["flags"], "name"))
+    names = dict.fromkeys(_column(data["flags"], "name"))
     for name, colour in zip(names, (BLUE, ORANGE, GREEN, PURPLE), strict=True):
         rows = [row for row in data["flags"] if row["name"] == name]
-        substeps = _of(rows, "substeps")
-        series.append(Series(name.partition(",")[0], substeps, _of(rows, "exact", 100), colour))
-        series.append(Series("", substeps, _of(rows, "seen", 100), BLACK, "dots"))
+        substeps = _column(rows, "substeps")
+        series.append(Series(name.partition(",")[0], substeps, _column(rows, "exact", 100), colour))
+        series.append(Series("", substeps, _column(rows, "seen", 100), BLACK, "dots"))
     panel = Panel("crossings seen, %", series, 260, legend="lines: exact\ndots: measured")
     title = "Flags seen at 24 frames a second"
     yield "bench_switch.svg", figure(title, "substeps", [panel], log_x=True)
 
 
 def _pressure(data: dict[str, Any]) -> Drawn:
-    """Measured (dots) and exact (lines) forces, with their difference below."""
+    """Draw measured (dots) and exact (lines) forces, with their difference below."""
     data = data["table"]
     time, shown = data["time_s"], [i for i, known in enumerate(data["known"]) if known]
     forces, residuals = [], []
@@ -125,7 +129,7 @@ def _pressure(data: dict[str, Any]) -> Drawn:
 
 def _growth(data: dict[str, Any]) -> Drawn:
     for name, rows in data["sweeps"].items():
-        x = _of(rows, "size")
+        x = _column(rows, "size")
 
         def series(what: str, unit: str, colour: str, x: Any = x, rows: Any = rows) -> Series:
             return Series(what, x, _medians(rows, f"{what}_{unit}"), colour)
@@ -139,17 +143,17 @@ def _growth(data: dict[str, Any]) -> Drawn:
 
 
 def _light(data: dict[str, Any]) -> Drawn:
-    """Rms error over milliseconds a sensor: of an update of seven sensors, and of runs."""
+    """Draw the rms error over milliseconds per sensor, of updates of seven sensors and of runs."""
     methods = (("ILLUMINANCE", "Illuminance", ORANGE), ("FOUR_WALL", "Four walls", BLUE))
     speed, run = [], []
     for method, title, colour in methods:
         rows = [row for row in data.get(method, {}).get("rows", ()) if row["sensors"] == 7]
-        points = _of(rows, "ms_a_sensor"), _of(rows, "rms", 100)
+        points = _column(rows, "ms_a_sensor"), _column(rows, "rms", 100)
         speed.append(Series(title, *points, colour))
         speed.append(Series("", *points, colour, "dots", [f"{row['samples']}" for row in rows]))
         rows = [row for row in data.get("run", {}).get("rows", ()) if row["method"] == method]
-        points = _of(rows, "ms_a_sensor"), _of(rows, "rms", 100)
-        run.append(Series(title, *points, colour, "dots", [_way(row) for row in rows]))
+        points = _column(rows, "ms_a_sensor"), _column(rows, "rms", 100)
+        run.append(Series(title, *points, colour, "dots", [_paths_label(row) for row in rows]))
     panel = Panel("rms error, %", speed, 330, legend="numbers: light paths", log=True)
     title = "Seven light sensors of the Ängen home: error over time"
     yield "light_benchmarks.svg", figure(title, "ms a sensor and update", [panel], log_x=True)
@@ -159,22 +163,25 @@ def _light(data: dict[str, Any]) -> Drawn:
     yield "light_run.svg", figure(title, "ms a sensor", [panel], log_x=True)
 
 
-def _way(row: dict[str, Any]) -> str:
+def _paths_label(row: dict[str, Any]) -> str:
+    """Return the light paths of a row as a label."""
     paths = f"{row['samples']} + {row['reference']}" if row["reference"] else f"{row['samples']}"
     return paths if row["code"] == "this" else f"{paths}, former"
 
 
-def _of(rows: Sequence[dict[str, Any]], key: str, times: int = 1) -> list[Any]:
+def _column(rows: Sequence[dict[str, Any]], key: str, times: int = 1) -> list[Any]:
+    """Return a field of all rows, multiplied by `times`."""
     return [row[key] if times == 1 else times * row[key] for row in rows]
 
 
 def _medians(rows: Sequence[dict[str, Any]], key: str, of: str = "median") -> list[float]:
+    """Return the medians of a field of all rows."""
     return [row[key][of] for row in rows]
 
 
 def _ranged(key: str, rows: list[dict[str, Any]], label: str) -> list[Series]:
-    """The median speed as a line, the least and the greatest as dots."""
-    x, repeated = _of(rows, key), rows[0]["speed"]["runs"] > 1
+    """Return the median speed as a line, the least and the greatest as dots."""
+    x, repeated = _column(rows, key), rows[0]["speed"]["runs"] > 1
     dots = [
         Series("", x, _medians(rows, "speed", of), BLACK, "dots")
         for of in (("low", "high") if repeated else ())
@@ -183,7 +190,7 @@ def _ranged(key: str, rows: list[dict[str, Any]], label: str) -> list[Series]:
 
 
 def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = False) -> str:
-    """Panels below each other over a common x axis, as SVG."""
+    """Return panels below each other over a common x axis, as SVG."""
     heights = [panel.height for panel in panels]
     drawing, axes = _subplots(len(panels), sum(heights) / 100 + 0.9, height_ratios=heights)
     drawing.suptitle(title, fontweight="bold")
@@ -195,7 +202,7 @@ def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = Fals
             for name, *at in zip(series.names, series.x, series.y, strict=False):
                 axis.annotate(name, at, xytext=(5, 4), textcoords="offset points", fontsize="small")
         if any(series.names for series in panel.series):
-            # Room for those of the outermost.
+            # Space for the names of the outermost points.
             axis.margins(x=0.3, y=0.1)
         axis.set_ylabel(panel.label)
         if panel.least:
@@ -216,7 +223,7 @@ def figure(title: str, x_label: str, panels: Sequence[Panel], log_x: bool = Fals
 
 
 def bars(title: str, unit: str, rows: Sequence[Mapping[str, Any]]) -> str:
-    """Stacked bars of the seconds of each part of the runs, as SVG."""
+    """Return stacked bars of the seconds of each part of the runs, as SVG."""
     drawing, (axis,) = _subplots(1, 0.45 * len(rows) + 1.3)
     drawing.suptitle(title, fontweight="bold")
     names, left = [row["name"] for row in rows], [0.0] * len(rows)
@@ -235,7 +242,7 @@ def bars(title: str, unit: str, rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _plain_numbers(axis: Any) -> None:
-    """Ticks at 1, 2 and 5 times powers of ten, without exponents."""
+    """Set ticks at 1, 2 and 5 times powers of ten, without exponents."""
     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
@@ -251,7 +258,7 @@ def _subplots(rows: int, height: float, **ratios: Any) -> tuple[Any, Any]:
 
 
 def _svg(drawing: Any) -> str:
-    """The SVG, with the same bytes for the same numbers, and with text as text."""
+    """Return the SVG: the same bytes for the same numbers, and text as text."""
     out = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": "angen", "svg.fonttype": "none"}):
         drawing.savefig(out, format="svg", metadata={"Date": None})

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pressure sensor: its error against closed forms, and against MuJoCo where it has the scene;
-its cost; and the figure of the sample's table.
+"""Measure the pressure sensor's error and cost, and the figure of the sample's table.
 
-Resting: statics (of an elastic foundation where it takes one). Falling: the momentum theorem. A
-row tells the worst valid frame of the second half of its scene, in which things are at rest.
+The error is that against closed forms, and against MuJoCo where it has the scene: statics for
+resting bodies (of an elastic foundation where the supports are many), the momentum theorem for
+falling ones. A row has the worst valid frame in the second half of its scene, when bodies rest.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from .pressure_scenes import (
 Row = dict[str, Any]
 G = 9.81
 PAD = 0.01
-# What a divider with 10 kΩ at 5 V and 10 bits reads from the data sheet's curve, by hand.
+# Worked out by hand: a divider with 10 kΩ at 5 V and 10 bits, from the data sheet's curve.
 BY_HAND = {0.2: 260, 1.0: 642, 5.0: 854, 10.0: 910, 20.0: 952}
 FORCES = (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 200.0)
 LEGS = ("front left", "front right", "back left", "back right")
@@ -66,7 +66,7 @@ def measure(quick: bool) -> dict[str, Any]:
 
 
 def _resistor(force: float) -> Row:
-    """The resistor with its default parameters, fresh at a force."""
+    """Return the row of the resistor with its default parameters, fresh, at a force."""
     felt = ForceResistor().update(PressureParameters(), force, 0.0, 0.0)
     told = {name: getattr(felt, name) for name in ("resistance_ohm", "voltage_v", "adc")}
     return {"force_n": force, **told, "by_hand": BY_HAND.get(force)}
@@ -75,8 +75,7 @@ def _resistor(force: float) -> Row:
 def row(
     group: str, scene: str, followed: Followed, exact: Mapping[str, float], **other: Any
 ) -> Row:
-    """The errors of pads with these exact forces in newtons, and what they say in MuJoCo if
-    `mujoco`."""
+    """Return the errors of pads whose exact forces (N) are known, and of MuJoCo if `mujoco`."""
     found, worst = [], []
     for name, force in exact.items():
         track = followed.tracks[name]
@@ -99,8 +98,10 @@ def row(
 def _row(
     group: str, scene: str, exact: Any, measured: Any, error: float, *runs: Followed, **other: Any
 ) -> Row:
-    """A row with the numbers of valid and of all updates; the first of a run has no frame before it
-    and is never valid."""
+    """Return a row with the numbers of valid and of all updates.
+
+    The first update of a run has no frame before it, and is never valid.
+    """
     tracks = [track for followed in runs for track in followed.tracks.values()]
     residuals = [zip(track.residual, track.valid, strict=True) for track in tracks]
     return {
@@ -114,7 +115,7 @@ def _row(
 
 
 def ground(fps: int = 24, last: int = 48, half: float = 0.15, **settings: Any) -> Any:
-    """A floor with one pad on it."""
+    """Add a floor with one pad on it."""
     scene = new_world(fps, last)
     floor(**settings)
     pad("pad", (half, half, PAD / 2), (0, 0, PAD / 2), **settings)
@@ -142,8 +143,11 @@ def stacks() -> Iterator[Row]:
 def _on_legs(
     name: str, places: Any, leg: float, high: float, top: Any, half: float, mass: float
 ) -> tuple[list[str], float]:
-    """A floor, and a thing with a plate (half sizes `top`) on square legs that stand on pads each;
-    the pads' names, and the height of the plate's upper side."""
+    """Add a floor and a plate on square legs, each of which stands on a pad.
+
+    `top` are the half sizes of the plate. Returns the names of the pads, and the height of the
+    plate's upper side.
+    """
     floor()
     names = [f"pad {i}" for i in range(len(places))]
     for pad_name, at in zip(names, places, strict=True):
@@ -158,7 +162,7 @@ def _on_legs(
 def tables(
     places: Any = ((0.0, 0.0), (0.25, 0.15), (0.4, 0.25)),
 ) -> Iterator[Row]:
-    """20 kg on four legs, 10 kg on it."""
+    """Yield tables of 20 kg on four legs, with 10 kg at several places."""
     legs, leg = [(-0.5, -0.3), (0.5, -0.3), (-0.5, 0.3), (0.5, 0.3)], 0.025
     for at in places:
         scene = new_world()
@@ -175,7 +179,7 @@ def one_table() -> Iterator[Row]:
 
 
 def sitters() -> Iterator[Row]:
-    """70 kg, animated, on a chair of 6 kg that is simulated; also sunk in, or floating a bit."""
+    """Yield an animated person of 70 kg on a simulated chair of 6 kg; also sunk in or floating."""
     legs, leg = [(-0.2, -0.2), (0.2, -0.2), (-0.2, 0.2), (0.2, 0.2)], 0.02
     for (x, y), sink, say in (
         ((0.0, 0.0), 0.0, "in the middle"),
@@ -200,8 +204,11 @@ def sitters() -> Iterator[Row]:
 
 
 def drop(height: float, bounce: float, fps: int) -> Row:
-    """2 kg, from rest to rest: the impulse is the weight's over the whole time. A reading stands
-    for the time half a frame about it; the first of them, at the release, is not known."""
+    """Return the row of 2 kg that fall and come to rest: the impulse is weight times time.
+
+    A reading stands for the time of half a frame before and after it. The first, at the release, is
+    not known.
+    """
     mass, seconds = 2.0, 4.0
     scene = ground(fps, int(seconds * fps), restitution=bounce)
     box("box", (0.1,) * 3, (0, 0, PAD + 0.1 + height), mass, restitution=bounce, linear_damping=0.0)
@@ -225,7 +232,7 @@ def one_drop() -> Iterator[Row]:
 
 
 def slopes() -> Iterator[Row]:
-    """Things that slide and roll down a pad: m·g·cos of its angle."""
+    """Yield bodies that slide and roll down a pad: m·g·cos of the pad's angle."""
     lying = Quaternion((1, 0, 0), math.pi / 2)
     for name, shape, radius, degrees, friction in (
         ("box sliding down 20°, μ = 0.3", "BOX", 0.1, 20.0, 0.3),
@@ -243,7 +250,7 @@ def slopes() -> Iterator[Row]:
 
 
 def lift() -> Iterator[Row]:
-    """A pad that is moved up and down 0.1 m once a second with a box on it: m(g + a)."""
+    """Yield a box on a pad that moves up and down 0.1 m once a second: m(g + a)."""
     for fps in (24, 60):
         scene = new_world(fps, 2 * fps)
         high = {frame: 0.1 * math.sin(2 * math.pi * frame / fps) for frame in range(2 * fps + 2)}
@@ -302,7 +309,7 @@ def scales() -> Iterator[Row]:
 
 
 def piles(count: int = PILES) -> Iterator[Row]:
-    """Bodies dropped at random on a pad that is all of the floor; judged where all rest."""
+    """Yield bodies dropped at random on a pad as large as the floor, judged once all rest."""
     worst, judged, rested, runs = 0.0, 0, 0, []
     for seed in range(count):
         scene, bodies = _pile(random.Random(seed))
@@ -332,14 +339,14 @@ def _pile(chance: random.Random) -> tuple[Any, list[Any]]:
         at = (chance.uniform(-0.2, 0.2), chance.uniform(-0.2, 0.2), 0.25 + 0.3 * i)
         radius = chance.uniform(0.05, 0.12)
         body = solid(f"body {i}", shape, radius, at, mass, rotation=turn, form=form)
-        # What rolls comes to rest before long.
+        # Bodies that roll come to rest before long.
         body.rigid_body.angular_damping, body.rigid_body.linear_damping = 0.9, 0.3
         bodies.append(body)
     return scene, bodies
 
 
 def at_rest(followed: Followed, dt: float) -> Any:
-    """Mask of the frames before and after which every body, and its rim, is slower than 10 mm/s."""
+    """Return the mask of frames around which every body, with its rim, is slower than 10 mm/s."""
     count = min(len(track.force) for track in followed.tracks.values())
     still = np.ones(count, bool)
     still[0] = False
@@ -360,16 +367,18 @@ CASES: tuple[Callable[[], Iterator[Row]], ...] = (
 
 
 def _cost(bodies: int, elsewhere: int, frames: int) -> Row:
-    """What sensing costs, without Blender's own simulation, of a wall of boxes on one pad, and
-    others on the floor far from it; and the error of the same frames. The first second is left out:
-    shapes are read once."""
+    """Return what sensing costs for a wall of boxes on one pad, and boxes far from it.
+
+    Blender's own simulation is not timed. The error is that of the same frames. The first second,
+    in which shapes are read once, is left out.
+    """
     half, width = (0.1, 0.06, 0.04), 5
     scene = new_world(last=frames + 6)
     floor(half=(20, 20, 0.5))
     pad("pad", (0.7, 0.1, PAD / 2), (0, 0, PAD / 2))
     for i in range(bodies):
         level, place = divmod(i, width)
-        # Shifted by level, so that the columns lean on each other.
+        # Shifted from level to level, so that the columns lean on each other.
         aside = (place - (width - 1) / 2) * 0.21 + 0.03 * (level % 2)
         if bodies < width:
             level, aside = i, 0.0
@@ -390,8 +399,10 @@ def _cost(bodies: int, elsewhere: int, frames: int) -> Row:
 
 
 def sample_table() -> dict[str, Any]:
-    """The four legs of the sample's table as the weight moves over it: time in seconds, and newtons
-    of each leg, measured and exact."""
+    """Return the forces on the legs of the sample's table as the weight moves over it.
+
+    Times are in seconds, the forces of each leg in newtons, measured and exact.
+    """
     scene, objects = open_home(SAMPLES / "pressure.blend"), bpy.data.objects
     watched = [objects[name] for name in ("Table", "Weight", *(f"Leg {leg}" for leg in LEGS))]
     followed = follow(scene, watched)
@@ -423,8 +434,17 @@ def sample_table() -> dict[str, Any]:
 
 
 def legs_exactly(places: Any, half: float, loads: Any) -> Any:
-    """Forces (n,) in N on square legs of half width `half` m at `places` (n, 2 or 3): an elastic
-    foundation under one stiff thing that carries `loads`, pairs of newtons and place."""
+    """Return the forces (n,) in N on square legs of an elastic foundation.
+
+    Parameters
+    ----------
+    places
+        Centres of the legs, shape (n, 2) or (n, 3), m.
+    half
+        Half width of a leg, m.
+    loads
+        Pairs of newtons and place that the stiff body on the legs carries.
+    """
     rows = np.column_stack([np.ones(len(places)), places[:, :2]])
     inner = len(places) * half**2 / 3.0
     moments = rows.T @ rows + np.diag([0.0, inner, inner])

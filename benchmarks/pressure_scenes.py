@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small scenes of known statics: what their pads read, and what MuJoCo, an engine of its own, says
-that they carry."""
+"""Small scenes of known statics, with what their pads read and what MuJoCo computes."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from .common import box_mesh, has, link, new_scene, sensors_of
 
 Array = np.typing.NDArray[np.float64]
 Vec = Sequence[float]
-# What moves is made with Blender's own shapes: (operator, its settings for a radius).
+# Moving bodies are Blender's own shapes: (operator, its arguments for a radius).
 ROUND = {
     "SPHERE": ("uv_sphere", lambda r: {"radius": r}),
     "CAPSULE": ("cylinder", lambda r: {"radius": r / 2, "depth": 2 * r}),
@@ -36,7 +35,7 @@ tolerance="1e-12"/><default><geom friction="0.5 0 0" solref="0.004 1" margin="0"
 
 
 def new_world(fps: int = 24, last: int = 48) -> Any:
-    """An empty file with a rigid-body world; frames 1 … `last`."""
+    """Return an empty file with a rigid-body world and frames 1 … `last`."""
     scene = new_scene(fps, last)
     bpy.ops.rigidbody.world_add()
     world = scene.rigidbody_world
@@ -47,7 +46,7 @@ def new_world(fps: int = 24, last: int = 48) -> Any:
 
 
 def rigid(obj: Any, kind: str, mass: float = 1.0, shape: str = "BOX", **settings: Any) -> Any:
-    """Makes an object a rigid body; returns the object."""
+    """Make an object a rigid body, and return it."""
     rotation = settings.pop("rotation", None)
     if rotation is not None:
         obj.rotation_mode, obj.rotation_quaternion = "QUATERNION", rotation
@@ -68,7 +67,7 @@ def floor(at: Vec = (0, 0, -0.5), half: Vec = (6, 6, 0.5), **settings: Any) -> A
 
 
 def pad(name: str, half: Vec, at: Vec, physics: bool = True, **settings: Any) -> Any:
-    """A pad that senses at every frame; `physics`: whether things rest on it in the engine."""
+    """Add a pad that senses at every frame; `physics`: whether it is a rigid body too."""
     obj = _box(name, half, at)
     obj.angen_sensor.kind = "PRESSURE"
     obj.angen_sensor.update_rate = bpy.context.scene.render.fps
@@ -80,8 +79,11 @@ def box(name: str, half: Vec, at: Vec, mass: float, **settings: Any) -> Any:
 
 
 def solid(name: str, shape: str, radius: float, at: Vec, mass: float, **settings: Any) -> Any:
-    """A body of any of Blender's collision shapes, `radius` the half of its height. `form`: what
-    its mesh is, where that is not the shape; a hull or a mesh is a box else."""
+    """Add a body of any of Blender's collision shapes, with half its height as `radius`.
+
+    `form` is the shape of its mesh, if this is not the collision shape. A hull or a mesh is a box
+    without `form`.
+    """
     form = settings.pop("form", shape)
     if form in ROUND:
         operator, sizes = ROUND[form]
@@ -94,7 +96,7 @@ def solid(name: str, shape: str, radius: float, at: Vec, mass: float, **settings
 
 
 def compound(name: str, parts: Sequence[tuple[Vec, Vec]], at: Vec, mass: float) -> Any:
-    """A body of boxes, its centre of mass at `at`."""
+    """Add a body of boxes with its centre of mass at `at`."""
     obj = rigid(link(name, box_mesh(parts), at), "ACTIVE", mass, "COMPOUND")
     for index, (half, middle) in enumerate(parts):
         rigid(_box(f"{name} {index}", half, middle, obj), "ACTIVE")
@@ -102,7 +104,7 @@ def compound(name: str, parts: Sequence[tuple[Vec, Vec]], at: Vec, mass: float) 
 
 
 def carried(name: str, half: Vec, at: Vec, mass: float) -> Any:
-    """An animated body: a mass without physics."""
+    """Add an animated body: a mass without physics."""
     obj = _box(name, half, at)
     obj.angen_load.mass = mass
     return obj
@@ -110,7 +112,7 @@ def carried(name: str, half: Vec, at: Vec, mass: float) -> Any:
 
 @dataclass
 class Track:
-    """What one pad read, an entry a frame: newtons, whether valid, share left unexplained."""
+    """Readings of one pad, an entry per frame: newtons, whether valid, share left unexplained."""
 
     force: list[float] = field(default_factory=list)
     valid: list[bool] = field(default_factory=list)
@@ -120,8 +122,7 @@ class Track:
 
 @dataclass
 class Followed:
-    """Tracks by pad, seconds a frame that sensing took, and poses of the bodies that were asked
-    for (frames, 4, 4)."""
+    """Tracks by pad, seconds of sensing per frame, and poses of watched bodies (frames, 4, 4)."""
 
     tracks: dict[str, Track]
     seconds: list[float]
@@ -129,8 +130,10 @@ class Followed:
 
 
 def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
-    """Plays the scene from its start and reads all pads at every frame, as a run does, its time
-    apart from that of Blender's own evaluation of the frame."""
+    """Play the scene from its start, and read all pads at every frame, as a run does.
+
+    Sensing is timed without Blender's own evaluation of the frame.
+    """
     bpy.context.view_layer.update()
     clock = clock_of(scene)
     runners = [SensorRunner(sensor, clock) for sensor in sensors_of()]
@@ -161,8 +164,10 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
 
 
 def mujoco_forces() -> dict[str, float] | None:
-    """Newtons on each pad of the present scene at rest, the mean over half a second; None without
-    MuJoCo or with a shape that it has not."""
+    """Return the newtons on each pad of the present scene at rest, by MuJoCo.
+
+    They are means over half a second; None without MuJoCo, or with a shape that MuJoCo lacks.
+    """
     text = _mujoco_text() if has("mujoco") else None
     if text is None:
         return None

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares Cycles with Radiance (Ward and others, LBNL), which share no code, in the Ängen home.
+"""Compare Cycles with Radiance (Ward and others, LBNL), which share no code, in the Ängen home.
 
 The home is simplified to what both engines represent in the same way: every surface is diffuse and
 grey, and transparent objects (panes, shades) are removed. Lamps are spheres of their own radius and
-power, the sun is a disk, the sky has one radiance. Needs pyradiance.
+power, the sun is a disk, the sky has one radiance. This needs pyradiance.
 
-`measure`: the irradiance by both at faces in every room. `measure_speed`: seconds for one reading
-of all light sensors, with everything that must be done anew when something has moved; each engine's
-errors are against what it says itself with many more rays.
+`measure` compares the irradiance of both engines at faces in every room. `measure_speed` compares
+the seconds of one reading of all light sensors, with everything that must be redone after an object
+moved. There each engine's errors are relative to its own result with many more rays.
 """
 
 from __future__ import annotations
@@ -39,24 +39,26 @@ from .common import open_home, progress, rms, spread
 FRAME = 1500
 SKY = 1.0
 # Radiance's options for high quality: no approximation of light sources, no interpolation. Ambient
-# bounces sample the sky, also with black surfaces.
+# bounces sample the sky, even if surfaces are black.
 QUALITY = ["-ds", "0.02", "-dj", "0.9", "-dt", "0", "-dc", "1", "-u+"]
 QUALITY += ["-aa", "0", "-as", "0", "-lw", "1e-7", "-lr", "-100"]
 DIVISIONS = 8_192
-# A window is a small part of a face's view: too few of DIVISIONS rays would hit it.
+# A window is a small part of a face's view: with too few divisions no ray would hit it.
 SKY_DIVISIONS = 1_048_576
-# Ten bounces miss 4 % of the light in the white closet and 16 % in the bathroom.
+# Ten bounces would miss 4 % of the light in the white closet and 16 % in the bathroom.
 DIRECT_BOUNCES, BOUNCES = 1, 30
-# Rms error at which the speed of both is compared.
+# The rms error at which the speeds of both engines are compared.
 SAME = 0.03
-# Cycles's paths, and Radiance's ambient divisions; the last are what errors are against.
+# Cycles's paths and Radiance's ambient divisions; errors are relative to the last of each.
 RAYS = {CYCLES: (32, 128, 512, 2048, 8192), RADIANCE: (16, 64, 256, 1024)}
 EXACT = {CYCLES: 65_536, RADIANCE: 4_096}
 
 
 def measure(samples: int) -> dict[str, Any]:
-    """The irradiance by both engines at faces in every room, by day and by lamp, direct and
-    whole."""
+    """Return the irradiance of both engines at faces in every room, by day and by lamp.
+
+    It is given for the direct light alone, and for all light.
+    """
     rows = []
     for time_of_day in ("day", "lamp"):
         open_home().frame_set(FRAME)
@@ -114,19 +116,20 @@ def measure_speed(rounds: int, quick: bool) -> dict[str, Any]:
 
 
 def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    """Return the seconds of `work`, and its result."""
     begin = time.perf_counter()
     found = work()
     return time.perf_counter() - begin, found
 
 
 def _seconds_at(error: float, rows: list[dict[str, Any]]) -> float:
-    """Seconds for an rms error, between the rows that were measured by powers."""
+    """Return the seconds for an rms error, by a power law between the measured rows."""
     known = sorted((-math.log(row["rms"]), math.log(row["seconds"]["median"])) for row in rows)
     return math.exp(np.interp(-math.log(error), *zip(*known, strict=True)))
 
 
 def simplify(time_of_day: str) -> None:
-    """Makes materials diffuse and grey, hides transparent objects, and leaves lamps or daylight."""
+    """Make materials diffuse and grey, hide transparent objects, and leave lamps or daylight."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     surfaces, reflects = Surfaces(), {}
     for obj in list(scene.objects):
@@ -157,7 +160,7 @@ def simplify(time_of_day: str) -> None:
 
 
 def _only(owner: Any, shader: str, output: str) -> Any:
-    """Leaves one shader in a material or a world; returns its node."""
+    """Leave a single shader in a material or a world; return its node."""
     nodes = owner.node_tree.nodes
     nodes.clear()
     made = nodes.new(shader)
@@ -174,8 +177,7 @@ def set_reflecting(reflecting: bool) -> None:
 
 
 def faces() -> list[LightRequest]:
-    """A face at each of the home's light sensors that faces down, and one at table height below it
-    that faces up."""
+    """Return a face at each light sensor that looks down, and one that looks up at table height."""
     found = []
     for obj in sorted(bpy.context.scene.objects, key=lambda o: o.name):
         if obj.angen_sensor.kind == "LIGHT":
@@ -196,7 +198,7 @@ def rendered(requests: list[LightRequest], samples: int) -> list[float]:
 
 
 def exported(folder: Path, reflecting: bool) -> Path:
-    """Writes the home as a Radiance scene."""
+    """Write the home as a Radiance scene; return its path."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     text, housings = [], Housings()
     for obj in shown_objects(bpy.context.view_layer):
@@ -219,15 +221,18 @@ def exported(folder: Path, reflecting: bool) -> Path:
 
 
 def compiled(scene: Path) -> Path:
-    """The octree that `rtrace` needs."""
+    """Return the octree that `rtrace` needs."""
     octree = scene.with_suffix(".oct")
     octree.write_bytes(_run("oconv", str(scene)))
     return octree
 
 
 def _lamp(lamp: Any, number: int, power: float) -> str:
-    """A lamp of so many W (a sun: W/m²) as a source far away, a sphere, a ring or a rectangle,
-    which emit to the front. Its nodes are left out."""
+    """Return the Radiance text of a lamp of `power` W (of a sun: W/m²), without its shader nodes.
+
+    A sun is a source far away; other lamps are a sphere, or a ring or rectangle that emits to its
+    front.
+    """
     data, matrix = lamp.data, np.array(lamp.matrix_world, np.float64)
     place, axis = matrix[:3, 3], -matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
     if data.type == "SUN":
@@ -277,7 +282,7 @@ def _mesh(evaluated: Any, reflecting: bool) -> str:
 
 
 def traced(octree: Path, requests: list[LightRequest], bounces: int, divisions: int) -> list[float]:
-    """Irradiances at the faces in W/m², by `rtrace`."""
+    """Return the irradiances at the faces in W/m², by `rtrace`."""
     lines = ""
     for request in requests:
         normal = -request.matrix[:3, 2]

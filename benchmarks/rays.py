@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fast ray layer against `scene.ray_cast`: time a frame, range error, events; and the error of
-both against the float64 intersection with the triangle that was hit.
+"""Compare the fast ray layer with `scene.ray_cast`: time, range error and events.
 
-Both casters get the same frames of the same scene in one process, one after the other; times are
-those of sensing, without Blender's evaluation of the frame, which is given separately. Detectors
-update at 10 Hz, so the time of a frame is the mean over frames with and without updates. The first
-second, in which the fast layer processes everything that stands still, is its start time.
+The errors of both are taken against the float64 intersection with the triangle that was hit. Both
+casters get the same frames of the same scene in one process, one after the other. Times are those
+of sensing, without Blender's evaluation of the frame, which is given separately. Detectors update
+at 10 Hz, so the time of a frame is the mean over frames with and without updates. The first second,
+in which the fast layer reads all still objects, is its start time.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from mathutils import Vector
 
 from .common import box_mesh, link, open_home, progress, rms, sensors_of, spread
 
-# The frame at which the person walks from the kitchen to the living room.
+# At this frame the person walks from the kitchen to the living room.
 FIRST_FRAME = 600
 PIRS = (1, 7, 20)
 RAYS = (80, 160, 640)
 HOME, CROWD = ("Ängen home", 0), ("home and 1000 objects", 1000)
 START_FRAMES = 24
-# The look from close by that finds out which face a ray hit starts this far before it.
+# A second, close ray finds the face that a ray hit. It starts this far before the hit (m).
 LOOK_BACK_M = 0.01
-# Frames between two whose ranges are held to triangles: doors and the person stand elsewhere.
+# Frames between two accuracy checks; doors and the person have moved in between.
 STRIDE = 12
 
 
@@ -43,7 +43,7 @@ def measure(quick: bool) -> dict[str, Any]:
     cases = [(HOME, pirs, rays, "SAWTOOTH", rounds) for pirs in PIRS for rays in RAYS]
     cases += [(scene, 7, 120, sweep, rounds) for scene in (HOME, CROWD)
               for sweep in ("SAWTOOTH", "ALL")]  # fmt: skip
-    # The reference takes minutes there.
+    # The reference caster takes minutes for these.
     cases[-1] = (CROWD, 7, 120, "ALL", 1)
     cases = cases[3:6] if quick else cases
     rows = []
@@ -59,7 +59,7 @@ def measure(quick: bool) -> dict[str, Any]:
 
 @dataclass
 class Run:
-    """One caster's run: the seconds for the start, for sensing and for evaluation; all readings."""
+    """The run of one caster: seconds of start, sensing and evaluation, and all readings."""
 
     starting: float = 0.0
     sensing: float = 0.0
@@ -71,7 +71,7 @@ class Run:
 def compare(
     name: str, crowd: int, pirs: int, rays: int, sweep: str, frames: int, rounds: int
 ) -> dict[str, Any]:
-    """Both casters on the same frames; the median over rounds of times and of their ratio."""
+    """Run both casters on the same frames; return the medians over rounds of times and ratio."""
     scene = open_home()
     add_objects(crowd)
     sensors = detectors(pirs, rays, sweep)
@@ -130,8 +130,10 @@ def run_caster(scene: Any, sensors: list[Sensor], caster_name: str, frames: int)
 
 
 def detectors(count: int, rays: int = 120, sweep: str = "SAWTOOTH") -> list[Sensor]:
-    """The home's first detectors, and copies of them a little aside and turned, in the same rooms,
-    where it has too few."""
+    """Return the first detectors of the home, and copies of them where it has too few.
+
+    The copies are in the same rooms, a little aside and turned.
+    """
     own, chance = sensors_of("PIR"), random.Random(1)
     for i in range(count - len(own)):
         copy = own[i % len(own)].object.copy()
@@ -146,7 +148,7 @@ def detectors(count: int, rays: int = 120, sweep: str = "SAWTOOTH") -> list[Sens
 
 
 def add_objects(count: int) -> None:
-    """Small boxes on the floors, all still, each with a mesh of its own."""
+    """Add small still boxes on the floors, each with its own mesh."""
     chance = random.Random(1)
     for i in range(count):
         at = chance.uniform(0, 10.6), chance.uniform(0.3, 8.3), 0.055
@@ -155,7 +157,7 @@ def add_objects(count: int) -> None:
 
 
 def measure_accuracy(frames: int) -> dict[str, Any]:
-    """Errors in metres over all rays of the home's detectors at some frames."""
+    """Return the errors in metres over all rays of the home's detectors at some frames."""
     scene = open_home()
     casters = {}
     for name in ("FAST", "SCENE"):
@@ -181,7 +183,7 @@ def measure_accuracy(frames: int) -> dict[str, Any]:
 
 
 def _errors(sensor: Any, casters: dict[str, Any], faces: _Faces) -> list[tuple[float, float]]:
-    """Signed errors of both casters for each ray of one detector that meets a face."""
+    """Return the signed errors of both casters for each ray of one detector that hits a face."""
     parameters = read_parameters(sensor, sensor.settings)
     pose = read_pose(sensor, sensor.object.matrix_world, 1.0)
     ways = fan_directions(parameters).reshape(-1, 3) @ pose.axes.T
@@ -197,7 +199,7 @@ def _errors(sensor: Any, casters: dict[str, Any], faces: _Faces) -> list[tuple[f
 
 
 class _Faces:
-    """The triangles of every face in the world, in float64, for one frame."""
+    """The triangles of every face in world space, in float64, at one frame."""
 
     def __init__(self, scene: Any, depsgraph: Any) -> None:
         self._scene = scene
@@ -205,18 +207,21 @@ class _Faces:
         self._triangles: dict[str, dict[int, list[Any]]] = {}
 
     def exact_range(self, start: Any, way: Any, near: float) -> float | None:
-        """The range of a ray that meets something at about `near`; None where it is unclear."""
+        """Return the exact range of a ray whose range is about `near`; None if it is ambiguous."""
         look_from = Vector(start + way * (near - LOOK_BACK_M))
         hit, _, _, face, seen, matrix = self._scene.ray_cast(
             self._depsgraph, look_from, Vector(way), distance=2 * LOOK_BACK_M
         )
         if not hit or seen.type != "MESH":
             return None
-        ranges = [_meet_triangle(start, way, *t) for t in self._of_face(seen, face, matrix)]
+        ranges = [
+            _intersect_triangle(start, way, *t) for t in self._triangles_of(seen, face, matrix)
+        ]
         met = [r for r in ranges if r is not None]
         return min(met, key=lambda r: abs(r - near)) if met else None
 
-    def _of_face(self, seen: Any, face: int, matrix: Any) -> list[Any]:
+    def _triangles_of(self, seen: Any, face: int, matrix: Any) -> list[Any]:
+        """Return the triangles of a face in world space."""
         if seen.name not in self._triangles:
             mesh = seen.evaluated_get(self._depsgraph).data
             mesh.calc_loop_triangles()
@@ -231,8 +236,8 @@ class _Faces:
         return self._triangles[seen.name][face]
 
 
-def _meet_triangle(start: Any, way: Any, a: Any, b: Any, c: Any) -> float | None:
-    """Möller and Trumbore 1997, in float64."""
+def _intersect_triangle(start: Any, way: Any, a: Any, b: Any, c: Any) -> float | None:
+    """Return the range of a ray to a triangle by Möller and Trumbore (1997), in float64."""
     ab, ac = b - a, c - a
     p = np.cross(way, ac)
     determinant = ab @ p

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies: what a run costs beside its simulation, how many workers help, who needs what memory.
+"""Measure studies: their cost beside the simulations, the gain by workers, and memory.
 
-Short runs of one detector of the sample `light_control.blend`, by `angen study run` and its worker
-processes on this machine, which are watched from outside.
+They are short runs of one detector of the sample `light_control.blend`, by `angen study run` and
+its worker processes on this machine, which this program watches.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ import psutil
 
 from .common import MIB, ROOT, SAMPLES, progress
 
-# Frames of a run: some 0.05 s of simulation, and 0.3 s.
+# Frames of a run: about 0.05 s of simulation, and 0.3 s.
 LENGTHS = (96, 576)
-# Frames of the home's story that runs live together, and hold times of its detectors.
+# Frames of the home's story that the runs share, and the hold times of its detectors.
 STORY, SETTINGS = 480, 6
-# s between two looks at the processes.
+# Seconds between two looks at the processes.
 LOOK_S = 0.05
 
 
@@ -35,7 +35,7 @@ def measure(quick: bool) -> dict[str, Any]:
             ways = []
             for jobs in (1, 2):
                 progress("study", len(lengths), 4, f"{frames} frames, {jobs} workers")
-                ways.append(_way(place, jobs, runs, frames))
+                ways.append(_by_workers(place, jobs, runs, frames))
             one, two = (way.pop("table") for way in ways)
             same = sum(a == b for a, b in zip(one, two, strict=True))
             lengths.append({"frames": frames, "ways": ways, "same_rows": same})
@@ -64,9 +64,12 @@ def _rays(place: Path, runs: int, frames: int) -> Path:
 
 
 def _watched(study: Path, out: Path, jobs: int) -> dict[str, Any]:
-    """Runs a study. Seconds until its runs begin (`start_s`), and those that they take (`wall_s`);
-    MiB of its driver at each look at them and in the end, and of a worker at most; CPU seconds of
-    the workers while runs are done."""
+    """Run a study and watch its processes.
+
+    Returns the seconds until its runs begin (`start_s`) and those that the runs take (`wall_s`),
+    the MiB of the driver at each look and at the end, the peak MiB of a worker, and the CPU seconds
+    of the workers during the runs.
+    """
     command = [sys.executable, "-m", "angen_addon", "study", "run", str(study), "--out", str(out)]
     runs, told = out / "runs.jsonl", out.with_suffix(".txt")
     begin = start = end = 0.0
@@ -86,7 +89,7 @@ def _watched(study: Path, out: Path, jobs: int) -> dict[str, Any]:
             if not start and told.stat().st_size:
                 start, first_cpu = time.perf_counter(), now
             if start and runs.exists() and runs.stat().st_mtime_ns != end:
-                # Rows are still added.
+                # The study still adds rows.
                 end, last, cpu = runs.stat().st_mtime_ns, time.perf_counter(), now - first_cpu
                 seen.append(mib)
             worker_mib = max(worker_mib, most)
@@ -105,8 +108,8 @@ def _lines(out: Path) -> int:
     return (out / "runs.jsonl").read_bytes().count(b"\n")
 
 
-def _way(place: Path, jobs: int, runs: int, frames: int) -> dict[str, Any]:
-    """All runs by this many workers; then the same command again, which finds them done."""
+def _by_workers(place: Path, jobs: int, runs: int, frames: int) -> dict[str, Any]:
+    """Return the cost of all runs by `jobs` workers, and of the same command on finished runs."""
     study, out = _rays(place, runs, frames), place / f"jobs{jobs}-{frames}"
     found = _watched(study, out, jobs)
     kept = _lines(out)
@@ -127,8 +130,10 @@ def _way(place: Path, jobs: int, runs: int, frames: int) -> dict[str, Any]:
 
 
 def _together(place: Path) -> dict[str, Any]:
-    """So many hold times of the Ängen home's detectors: CPU of a worker that lives the home for
-    each of them, and of one that lives it once."""
+    """Return a worker's CPU seconds for many hold times of the Ängen home's detectors.
+
+    Once it evaluates the home for each hold time, once for all together.
+    """
     found = []
     for together in ("false", "true"):
         text = f'together = {together}\n[set]\nsensors = "PIR*"\n[vary]\n'
@@ -143,7 +148,7 @@ def _together(place: Path) -> dict[str, Any]:
 
 
 def _driver(place: Path, runs: int) -> dict[str, Any]:
-    """The driver's memory over many rows, of runs of a single frame."""
+    """Return the driver's memory over many rows, each of a run of one frame."""
     out = place / "driver"
     found = _watched(_rays(place, runs, 1), out, 2)
     rows, seen = _rows(out), found["seen_mib"]
@@ -152,7 +157,7 @@ def _driver(place: Path, runs: int) -> dict[str, Any]:
         "written": len(rows),
         "failed": sum(bool(row["error"]) for row in rows),
         "wall_s": found["wall_s"],
-        # Of the second half: the first has what is loaded once.
+        # Of the second half, because the first loads modules.
         "grown_mib": seen[-1] - seen[len(seen) // 2],
         "tables_mib": found["end_mib"] - seen[-1],
         "mib": seen[-1],

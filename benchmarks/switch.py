@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The optical switch: one ray or an aperture of several, and the detection of fast flags.
+"""Measure the optical switch: one ray or an aperture of several, and fast flags.
 
-The light that passes a straight edge is known in closed form. So is the share of crossings that a
-switch with updates T apart detects of a flag of width w at speed v: min(1, w / (v·T)). A swept
-switch must detect all of them. The first part uses the product's model with rays in closed form,
-the others its simulation of a Blender scene.
+The light that passes a straight edge has a closed form. The share of crossings that a switch with
+updates T apart detects of a flag of width w at speed v is min(1, w / (v·T)). A swept switch must
+detect all of them. The first part uses the product's model with rays in closed form, the others its
+simulation of a Blender scene.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .common import link, new_scene, run, sensors_of, spread
 Array = np.typing.NDArray[np.float64]
 APERTURES = (1, 3, 5, 9, 17, 33)
 APERTURE, GAP = 0.5e-3, 3.1e-3
-# m: how far the flag's edge shakes to both sides; and the number of updates.
+# How far the flag's edge shakes to both sides (m), and the number of updates.
 SHAKING, LOOKS = 0.04e-3, 400
 SUBSTEPS = (1, 2, 4, 8, 16)
 FPS = 24
@@ -36,7 +36,7 @@ FLAGS = (
     ("card, 1 cm at 1 m/s", 0.01, 1.0),
     ("0.5 mm at 1 m/s", 0.0005, 1.0),
 )
-# Alternating runs with swept and unswept switches, for their times.
+# Rounds with swept and unswept switches in turn, for their times.
 TURNS = 5
 POSE = Pose(np.zeros(3), np.eye(3))
 
@@ -77,8 +77,11 @@ def _update(number: int, edge: _Edge) -> Update:
 
 
 def _aperture(rays: int, edges: int) -> dict[str, Any]:
-    """The worst error of the light with its bound; the changes of the output while the flag's edge
-    shakes in the middle of the aperture; the microseconds of an update."""
+    """Return the worst error of the light with its bound, output changes, and the update's time.
+
+    The changes are those while the flag's edge shakes in the middle of the aperture; the time is in
+    µs.
+    """
     parameters = OpticalSwitchParameters(
         aperture_rays=rays, aperture=APERTURE, threshold=GAP, range_max=0.01
     )
@@ -107,7 +110,7 @@ def _aperture(rays: int, edges: int) -> dict[str, Any]:
 
 
 def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> dict[str, Any]:
-    """One flag crosses `count` switches side by side, each at another time between two updates."""
+    """Let a flag cross `count` switches side by side, each at another time between two updates."""
     scene = _scene_of_switches(width, speed, substeps, count)
     wall, recording = _whole(scene)
     seen = _share_seen(recording)
@@ -120,7 +123,7 @@ def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> 
         "switches": count,
         "seen": seen,
         "exact": exact,
-        # What 95 % of fair runs of so many crossings stay within.
+        # 95 % of fair runs with so many crossings stay within this.
         "chance": 1.96 * (exact * (1 - exact) / count) ** 0.5,
         "steps": len(next(iter(recording.tracks.values()))),
         "ms_a_step": wall * 1e3 / len(next(iter(recording.tracks.values()))),
@@ -128,9 +131,11 @@ def _flags(name: str, width: float, speed: float, substeps: int, count: int) -> 
 
 
 def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dict[str, Any]:
-    """The same with swept switches at whole frames: the share of crossings detected; the number
-    reported at another update than that at or next after the crossing; and the time of a run over
-    that of an unswept one."""
+    """Let one flag cross `count` swept switches at whole frames.
+
+    Returns the share of crossings detected, the number reported at a wrong update, and the time of
+    a run over that of unswept switches. The right update is that of the crossing or the next one.
+    """
     scene = _scene_of_switches(width, speed, 1, count)
     switches = [obj for obj in scene.objects if obj.angen_sensor.kind == "OPTICAL_SWITCH"]
     walls: dict[bool, list[float]] = {True: [], False: []}
@@ -151,7 +156,7 @@ def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dic
             if not is_open
         ]
         first, last = int(np.ceil(times[0])), int(np.ceil(times[1]))
-        # At the updates while it is in the beam, or else at the next one.
+        # The updates while the flag is in the beam, or else the next one.
         wrong += closed != list(range(first, max(last, first + 1)))
     return {
         "name": name, "width_m": width, "speed_m_s": speed, "switches": count,
@@ -161,7 +166,7 @@ def _swept(name: str, width: float, speed: float, count: int, turns: int) -> dic
 
 
 def _whole(scene: Any) -> tuple[float, Recording]:
-    """The seconds of a run, and its recording."""
+    """Return the seconds of a run, and its recording."""
     return run(scene, sensors_of(), scene.frame_start, scene.frame_end)
 
 
@@ -173,7 +178,7 @@ def _scene_of_switches(width: float, speed: float, substeps: int, count: int) ->
     scene = new_scene(FPS, 1 + FPS)
     scene.angen_substeps = substeps
     chance = np.random.default_rng(1)
-    # Evenly over the path between two updates, with random offsets, so that no rounding repeats.
+    # Evenly over the path between two updates, with random offsets that no rounding can hit.
     phases = (np.arange(count) + chance.uniform(0, 1, count)) / count
     for i, phase in enumerate(phases.tolist()):
         switch = link(f"switch {i:03d}", None, (speed * (0.5 + phase / FPS), 0.02 * i, 0.0))

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Moving bodies in front of a motion detector: people, a child, a cat and an arm, built of boxes,
-in a furnished room. Pure numpy: closed-form intersections of rays and boxes in float64.
+"""Moving bodies in front of a motion detector, built of boxes, in a furnished room.
 
-NEMA WD 7: major motion is a person who walks at 4 ft/s and stops for 2 s at the edge of every
-3 ft cell; minor motion an arm of 3 × 3 × 15 in that turns by 90° at 90°/s, 36 in above the floor.
+People, a child, a cat and an arm. Pure numpy: closed-form intersections of rays and boxes in
+float64.
+
+NEMA WD 7: major motion is a person who walks at 4 ft/s and stops for 2 s at the edge of every 3 ft
+cell. Minor motion is an arm of 3 × 3 × 15 in that turns by 90° at 90°/s, 36 in above the floor.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from angen_sensors.sensor_logic.model import Pose
 
 Array = np.typing.NDArray[np.float64]
 INCH, FOOT = 0.0254, 0.3048
-# Extents of the room in metres, and where the detector hangs: in the middle of the wall x = 0.
+# Extents of the room in metres; the detector hangs in the middle of the wall x = 0.
 ROOM = (4.6, 4.0, 2.5)
 SENSOR = Pose(np.array([0.02, 2.0, 2.2]), np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]], np.float64))
 # Lower and upper corners of the walls and of the furniture.
@@ -40,14 +42,23 @@ FURNITURE = (
     ((0.5, 3.25, 0.0), (0.55, 3.9, 0.7)),
     ((1.65, 3.25, 0.0), (1.7, 3.9, 0.7)),
 )
-# m: walkers keep at least this distance from furniture and walls.
+# Walkers keep at least this distance (m) from furniture and walls.
 CLEAR = 0.3
 
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes with centres `centre` (n, 3), half sizes `half` (n, 3) and axes (n, 3, 3), whose
-    columns are the boxes' own axes."""
+    """Boxes in any orientation.
+
+    Attributes
+    ----------
+    centre
+        Centres (n, 3), m.
+    half
+        Half sizes (n, 3), m.
+    axes
+        Rotations (n, 3, 3), whose columns are the boxes' own axes.
+    """
 
     centre: Array
     half: Array
@@ -55,28 +66,40 @@ class Boxes:
 
     @classmethod
     def upright(cls, corners: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Boxes:
+        """Return axis-aligned boxes from their low and high corners."""
         lo = np.array([corner[0] for corner in corners])
         hi = np.array([corner[1] for corner in corners])
         return cls((lo + hi) / 2, (hi - lo) / 2, np.broadcast_to(np.eye(3), (len(lo), 3, 3)))
 
     def corners(self) -> Array:
-        """The boxes' corners (n, 8, 3)."""
+        """Return the boxes' corners (n, 8, 3)."""
         signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
         return self.centre[:, None] + np.einsum(
             "nij,nkj->nki", self.axes, signs[None] * self.half[:, None]
         )
 
     def same_as(self, other: Boxes) -> bool:
-        """Whether all boxes have the same positions and axes."""
+        """Return whether all boxes have the same positions and axes."""
         return np.array_equal(self.centre, other.centre) and np.array_equal(self.axes, other.axes)
 
     def bounds(self) -> tuple[Array, Array]:
+        """Return the low and high corner (3,) around all boxes."""
         corners = self.corners().reshape(-1, 3)
         return corners.min(axis=0), corners.max(axis=0)
 
 
 def ranges_to(boxes: Boxes, origins: Array, directions: Array, reach: Array) -> Array:
-    """Ranges (n,) of rays to the nearest box, at most `reach` (n,), in closed form (slabs)."""
+    """Return the ranges (n,) of rays to the nearest box, in closed form (slabs).
+
+    Parameters
+    ----------
+    boxes
+        The boxes that the rays may hit.
+    origins, directions
+        Rays, shape (n, 3), m; directions are unit vectors.
+    reach
+        Greatest range of each ray, shape (n,), m.
+    """
     lo, hi = boxes.bounds()
     found = reach.copy()
     near = _passing((lo + hi) / 2, float(np.linalg.norm(hi - lo)) / 2, origins, directions)
@@ -91,8 +114,10 @@ def ranges_to(boxes: Boxes, origins: Array, directions: Array, reach: Array) -> 
 
 
 def _passing(centre: Array, radius: float, origins: Array, directions: Array) -> Array:
-    """The numbers of the rays whose line passes within `radius` of `centre`: a quick test with a
-    bounding sphere."""
+    """Return the indices of the rays whose line passes within `radius` of `centre`.
+
+    This is a quick test with a bounding sphere.
+    """
     aside = origins - centre
     along = np.einsum("ij,ij->i", aside, directions)
     beside = np.einsum("ij,ij->i", aside, aside) - along**2
@@ -100,8 +125,10 @@ def _passing(centre: Array, radius: float, origins: Array, directions: Array) ->
 
 
 def _enter(lo: Array, hi: Array, origins: Array, directions: Array) -> Array:
-    """The distances at which rays enter a box; inf where they miss it. Axis by axis, because numpy
-    is slow at reducing rows of three."""
+    """Return the distances at which rays enter a box; inf where they miss it.
+
+    Axis by axis, because numpy is slow at reducing rows of three.
+    """
     enter, leave = np.zeros(1), np.full(1, np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         for axis in range(3):
@@ -113,15 +140,17 @@ def _enter(lo: Array, hi: Array, origins: Array, directions: Array) -> Array:
 
 
 def _turn(yaw: float, pitch: float = 0.0) -> Array:
-    """The rotation (3, 3) by `pitch` about y, then by `yaw` about z."""
+    """Return the rotation (3, 3) by `pitch` about y, then by `yaw` about z."""
     c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     return np.array([[c * cp, -s, c * sp], [s * cp, c, s * sp], [-sp, 0.0, cp]])
 
 
 @dataclass(frozen=True)
 class Walker:
-    """A body that walks along its x axis with `speed` m/s; it repeatedly walks `leg` metres and
-    stops for `pause` seconds. `height` in m."""
+    """A body that walks along its x axis with `speed` m/s.
+
+    It repeatedly walks `leg` metres and stops for `pause` seconds. `height` is in m.
+    """
 
     name: str
     height: float
@@ -131,8 +160,8 @@ class Walker:
     cat: bool = False
     arm: bool = False
 
-    def way(self, time: float) -> float:
-        """The distance walked at `time` (s), in m."""
+    def distance(self, time: float) -> float:
+        """Return the distance (m) walked by `time` (s)."""
         if self.leg == math.inf:
             return self.speed * time
         cycle = self.leg / self.speed + self.pause
@@ -140,7 +169,7 @@ class Walker:
         return self.leg * whole + min(rest * self.speed, self.leg)
 
     def seconds(self, metres: float) -> float:
-        """The time in s in which it walks so many metres."""
+        """Return the time (s) in which it walks so many metres."""
         if self.arm:
             return 4.0
         if self.leg == math.inf:
@@ -149,12 +178,12 @@ class Walker:
         return metres / self.speed + pauses * self.pause
 
     def boxes(self, start: Array, yaw: float, time: float) -> Boxes:
-        """Its boxes `time` seconds after it starts at `start` (2,) in the direction `yaw`."""
+        """Return its boxes `time` s after it starts at `start` (2,) in the direction `yaw`."""
         if self.arm:
             return _seated(start, yaw, time)
-        way = self.way(time)
-        at = np.array([*start, 0.0]) + way * np.array([math.cos(yaw), math.sin(yaw), 0.0])
-        parts = _cat(way) if self.cat else _person(self.height, way)
+        distance = self.distance(time)
+        at = np.array([*start, 0.0]) + distance * np.array([math.cos(yaw), math.sin(yaw), 0.0])
+        parts = _cat(distance) if self.cat else _person(self.height, distance)
         frame = _turn(yaw)
         return Boxes(
             np.array([at + frame @ centre for centre, _, _ in parts]),
@@ -166,10 +195,10 @@ class Walker:
 Part = tuple[Array, tuple[float, float, float], float]
 
 
-def _person(height: float, way: float) -> list[Part]:
-    """Trunk, head, and legs and arms that swing once per step, which is 0.4 of the height."""
+def _person(height: float, distance: float) -> list[Part]:
+    """Return trunk, head, and legs and arms that swing once per step of 0.4 of the height."""
     h = height
-    swing = 0.45 * math.sin(math.pi * way / (0.4 * h))
+    swing = 0.45 * math.sin(math.pi * distance / (0.4 * h))
     parts: list[Part] = [
         (np.array([0, 0, 0.65 * h]), (0.07 * h, 0.13 * h, 0.17 * h), 0.0),
         (np.array([0, 0, 0.92 * h]), (0.055 * h, 0.045 * h, 0.075 * h), 0.0),
@@ -180,9 +209,9 @@ def _person(height: float, way: float) -> list[Part]:
     return parts
 
 
-def _cat(way: float) -> list[Part]:
-    """A cat 0.25 m high and 0.5 m long."""
-    swing = 0.5 * math.sin(math.pi * way / 0.15)
+def _cat(distance: float) -> list[Part]:
+    """Return a cat 0.25 m high and 0.5 m long."""
+    swing = 0.5 * math.sin(math.pi * distance / 0.15)
     parts: list[Part] = [
         (np.array([0, 0, 0.19]), (0.18, 0.06, 0.06), 0.0),
         (np.array([0.21, 0, 0.24]), (0.05, 0.04, 0.04), 0.0),
@@ -193,13 +222,13 @@ def _cat(way: float) -> list[Part]:
 
 
 def _hanging(joint: tuple[float, float, float], length: float, half: float, angle: float) -> Part:
-    """A limb that hangs from a joint, rotated about y."""
+    """Return a limb that hangs from a joint, rotated about y."""
     down = np.array([-math.sin(angle), 0.0, -math.cos(angle)])
     return np.array(joint) + down * length / 2, (half, half, length / 2), angle
 
 
 def _seated(start: Array, yaw: float, time: float) -> Boxes:
-    """A seated person who turns one arm horizontally to the side, and back after a second."""
+    """Return a seated person who turns one arm to the side, and back after a second."""
     phase = time % 4.0
     angle = math.pi / 2 * min(max(min(phase, 3.0 - phase), 0.0), 1.0)
     at = np.array([*start, 0.0])
@@ -226,8 +255,10 @@ WALKERS = (
 
 
 def passes(walker: Walker, count: int) -> list[tuple[Array, float, float]]:
-    """Reproducible paths through the room: start (2,), direction, length in metres. For an arm, the
-    start is any place where a person could stand."""
+    """Return reproducible paths through the room: start (2,), direction, length (m).
+
+    For an arm, the start is any place where a person could stand.
+    """
     chance = np.random.default_rng(sum(walker.name.encode()))
     found: list[tuple[Array, float, float]] = []
     while len(found) < count:

@@ -108,7 +108,7 @@ def test_spreads():
 
 def test_tables_of_a_page_are_filled_between_their_markers():
     text = "before\n<!-- cost: python -m benchmarks -->\n\nold\n\n<!-- end of cost -->\nafter\n"
-    made = page.filled("pir.md", text, DATA["pir_pyroelectric"])
+    made = page.with_tables("pir.md", text, DATA["pir_pyroelectric"])
     assert made == text.replace("old", page.text_of("pir_cost", DATA["pir_pyroelectric"]))
 
 

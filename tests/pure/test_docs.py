@@ -38,7 +38,7 @@ def test_the_benchmark_page_is_that_of_the_data_and_all_that_it_names_is_there()
 @pytest.mark.parametrize("file", page.TABLES)
 def test_the_tables_of_other_pages_are_those_of_the_data(file):
     written = (page.DOCS / file).read_text(encoding="utf-8")
-    assert page.filled(file, written, page.results(page.TABLES[file])) == written
+    assert page.with_tables(file, written, page.results(page.TABLES[file])) == written
 
 
 def test_the_page_of_light_is_that_of_the_data():

@@ -106,14 +106,18 @@ def _share_facts(cause: LightCause) -> Facts:
     text, whole = cause.field.text, cause.given
     ordered = sorted(cause.now, key=lambda share: -share.light)
     giving = [share for share in ordered if share.light > LITTLE * whole]
-    facts = [(_label(s), f"{percent(s.light / whole)}: {text(s.light)}") for s in giving[:SHOWN]]
+    facts = [(_label(s), _part(text(s.light), s.light / whole)) for s in giving[:SHOWN]]
     if len(giving) > SHOWN:
         left = sum(share.light for share in giving[SHOWN:])
-        facts.append((f"{len(giving) - SHOWN} more", f"{percent(left / whole)}: {text(left)}"))
+        facts.append((f"{len(giving) - SHOWN} more", _part(text(left), left / whole)))
     taking = [share for share in ordered[::-1] if share.light < -LITTLE * whole]
     for share in taking[:SHOWN]:
-        facts.append((_label(share), f"takes {percent(share.light / whole)}: {text(share.light)}"))
+        facts.append((_label(share), f"takes {_part(text(-share.light), share.light / whole)}"))
     return [*facts, ("All light", text(sum(share.light for share in cause.now)))]
+
+
+def _part(text: str, share: float) -> str:
+    return f"{text}, {percent(share)} of all"
 
 
 def _headline(cause: LightCause) -> str:

@@ -69,12 +69,12 @@ class FollowedMap(StoredRecording):
         return {SCENE: self._settings(scene, sensors), SHOWN: shown}
 
 
-def _not_seen(view_layer: Any) -> list[Any]:
+def _not_seen(view_layer: Any) -> set[Any]:
     """Small objects that are sensors of other kinds than a map is of."""
     small = SMALL_M / unit_scale(view_layer.id_data)
-    return [
+    return {
         obj
         for obj in view_layer.objects
         if obj.angen_sensor.kind not in ("NONE", DETECTOR.identifier)
         and max(obj.dimensions) < small
-    ]
+    }

@@ -29,6 +29,7 @@ MODULES = (
     "angen_addon.coverage.settings",
     "angen_addon.coverage.shown",
     "residents.blender.day_settings",
+    "residents.blender.still",
     "operators.add",
     "operators.place",
     "residents.operators.places",

@@ -7,6 +7,7 @@ import math
 
 import bpy
 from bpy.props import (
+    BoolProperty,
     CollectionProperty,
     EnumProperty,
     FloatProperty,
@@ -97,6 +98,12 @@ class AngenDay(PropertyGroup):
         name="Time", description="A time of the day to go to, as 07:00", default="07:00",
         options=set(),
     )  # fmt: skip
+    skip: BoolProperty(
+        name="Skip Rest", description="Playback jumps over the time in which nothing moves",
+        default=True, options=set(),
+    )  # fmt: skip
+    # The frames of the shown stretch in which nothing moves (still.py).
+    rests: StringProperty(options={"HIDDEN"})
     told: StringProperty(options={"HIDDEN"})
     before: StringProperty(options={"HIDDEN"})
 

@@ -20,6 +20,7 @@ from ..days.rows import FPS, frame_at, time_at
 from .daylight import Daylight
 from .keys import MOVED, KeyedStretch, lights_of
 from .person import body_of
+from .still import rests
 
 # s before and after a stretch that can be scrubbed into.
 AROUND_S = 2.0
@@ -52,6 +53,7 @@ def show(
         "owners": [_noted(owner) for owner in owners] + [_noted_sky(*sky) for sky in skies],
     }
     scene.angen_day.before = json.dumps(before)
+    scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
     keys = KeyedStretch(residents, places)
     for owner in owners:
         data = owner.animation_data

@@ -106,6 +106,7 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
                 text=f"{hours_minutes(at)}:{at % 60:04.1f}, {shown.name} ({shown.person})",
                 icon="TIME",
             )
+            layout.prop(asked, "skip")
             layout.operator("angen.day_leave", icon="LOOP_BACK")
 
 

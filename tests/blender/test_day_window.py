@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from datetime import datetime, timedelta
 from inspect import signature
@@ -136,6 +137,48 @@ def test_a_time_of_the_day_is_gone_to_exactly(scene: Any) -> None:
         with pytest.raises(RuntimeError, match=f"'{wrong}' is no time of day such as 07:00"):
             bpy.ops.angen.day_go(time=wrong)
     bpy.ops.angen.day_leave()
+
+
+def test_playback_jumps_over_the_time_in_which_nothing_moves(
+    scene: Any, addon_part: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    still = addon_part("residents.blender.still")
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    rests = json.loads(scene.angen_day.rests)
+    (begin, end), rig = rests[0], bpy.data.objects["Adult"]
+
+    def hips() -> Any:
+        return np.array(rig.matrix_world @ rig.pose.bones[0].matrix.translation)
+
+    # All that moves in the stretch is outside of the rests, which are most of it.
+    assert sum(b - a for a, b in rests) > 0.9 * (scene.frame_end - scene.frame_start)
+    places = []
+    for frame in (begin, (begin + end) // 2, end):
+        scene.frame_set(frame)
+        places.append(hips())
+    assert np.allclose(places, places[0], atol=1e-6)
+    # Whoever scrubs gets each frame, and playback those with movement alone.
+    scene.frame_set(begin + 1)
+    assert scene.frame_current == begin + 1
+    monkeypatch.setattr(still, "is_playing", lambda: True)
+    frames = [begin - 1]
+    scene.frame_set(frames[0])
+    for _ in range(4):
+        scene.frame_set(scene.frame_current + 1)
+        frames.append(scene.frame_current)
+    assert frames == [begin - 1, begin, end, end + 1, end + 2]
+    scene.frame_set(end + 1)
+    for _ in range(2):
+        scene.frame_set(scene.frame_current - 1)
+    assert scene.frame_current == begin
+    scene.angen_day.skip = False
+    scene.frame_set(begin + 1)
+    assert scene.frame_current == begin + 1
+    scene.angen_day.skip = True
+    bpy.ops.angen.day_leave()
+    scene.frame_set(begin + 1)
+    assert scene.frame_current == begin + 1
 
 
 def test_what_is_shown_has_the_light_of_the_day(scene: Any, world: Any) -> None:

@@ -42,25 +42,37 @@ def beyond(scene: Any, frame: int, back: bool) -> int:
     return frame
 
 
-def is_playing() -> bool:
-    return any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
-
-
-@persistent  # type: ignore[untyped-decorator]
 def _jump(scene: Any, _depsgraph: Any = None) -> None:
     """Before Blender evaluates the frame: it then evaluates the one that is jumped to."""
     global _last
     frame, before = scene.frame_current, _last
     _last = frame
-    if scene.angen_day.before and not state.CACHE.running and is_playing():
+    if scene.angen_day.before and not state.CACHE.running:
         there = beyond(scene, frame, back=frame == before - 1)
         if there != frame:
             scene.frame_current = _last = there
 
 
-def register() -> None:
+# A handler of frames makes every run slow (runtime/handlers.py): it is there only while Blender
+# plays.
+@persistent  # type: ignore[untyped-decorator]
+def play(*_: Any) -> None:
+    stop()
     bpy.app.handlers.frame_change_pre.append(_jump)
 
 
+@persistent  # type: ignore[untyped-decorator]
+def stop(*_: Any) -> None:
+    if _jump in bpy.app.handlers.frame_change_pre:
+        bpy.app.handlers.frame_change_pre.remove(_jump)
+
+
+def register() -> None:
+    bpy.app.handlers.animation_playback_pre.append(play)
+    bpy.app.handlers.animation_playback_post.append(stop)
+
+
 def unregister() -> None:
-    bpy.app.handlers.frame_change_pre.remove(_jump)
+    bpy.app.handlers.animation_playback_pre.remove(play)
+    bpy.app.handlers.animation_playback_post.remove(stop)
+    stop()

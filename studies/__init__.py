@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies: one home simulated many times with other parameters, by Dask outside Blender, and what
-came of it. Nothing outside this folder imports it, and the extension's zip does not have it.
+"""Studies: simulate a home many times with varied parameters, and show the results.
 
-`command` is the verb `study`. `study` reads the file that a user writes and draws its runs;
-`settings` holds them against the sensors of the home. `engine` hands runs to workers, each of which
-has Blender: `tasks` is what it is given, `runs` simulates and measures that, `changes` is what it
-changes of the home, and `truth` judges days by what people did. `results` keeps what comes back,
-and `report` shows it.
+Runs are distributed by Dask to worker processes, each of which has Blender. Nothing outside this
+folder imports it, and the extension's zip does not contain it.
+
+`command` is the verb `study`. `study` reads the study's file and draws its runs. `settings` checks
+them against the sensors of a home. `engine` sends runs to workers. `tasks` has what a worker
+receives and returns, and `runs` simulates and measures there, with the changes to the home in
+`changes`. `truth` scores days against what people did. `results` stores the results, and `report`
+shows them.
 """

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What runs change of the open home, all of which is put back, to the last bit, at their end: the
-home itself, and its sensors, of which each run has variants of its own."""
+"""Changes of the open home for a run, all of which are reverted exactly, and sensor variants."""
 
 from __future__ import annotations
 
@@ -30,19 +29,20 @@ from ..sensor_logic.recording.tracks import Recording
 from ..sensor_logic.study_file import COMMON, POSE
 
 CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-# Single precision at some metres from the origin.
+# Tolerance of positions: single precision at some metres from the origin.
 SAME_PLACE = 1e-5
 
 
 class Changes(ExitStack):
-    """As a context; `make` changes, the end puts back."""
+    """A context in which the open home is changed; its end reverts all changes."""
 
     def __init__(self) -> None:
         super().__init__()
-        # Called last: what is entered first leaves last.
+        # Registered first, so that it is called last.
         self.callback(lambda: bpy.context.view_layer.update())
 
     def set(self, owner: Any, name: str, value: Any) -> None:
+        """Set an attribute, and revert it at the end."""
         before = getattr(owner, name)
         if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
             before = before.copy()
@@ -51,8 +51,8 @@ class Changes(ExitStack):
         self.callback(setattr, owner, name, before)
         setattr(owner, name, value)
 
-    def make(self, settings: Mapping[str, Mapping[str, Any]]) -> None:
-        """Sets parameters of sensors, and moves them. Raises AngenError."""
+    def apply(self, settings: Mapping[str, Mapping[str, Any]]) -> None:
+        """Set parameters of sensors and move sensors; raise `AngenError` if that is impossible."""
         sensors = {sensor.name: sensor for sensor in all_sensors(bpy.context.view_layer)}
         for name, values in settings.items():
             sensor = sensors[name]
@@ -65,7 +65,7 @@ class Changes(ExitStack):
         bpy.context.view_layer.update()
 
     def _move(self, sensor: Sensor, by: Mapping[str, float]) -> None:
-        """By metres along the home's axes, and radians about its own."""
+        """Move a sensor by metres along the home's axes and radians about its own axes."""
         obj = sensor.object
         if sensor.holders or not obj.is_editable:
             raise AngenError(f"'{sensor.name}' is linked or in an instance, and cannot be moved")
@@ -89,7 +89,10 @@ class Changes(ExitStack):
 def set_parameter(
     sensor: Sensor, parameter: str, value: Any, put: Callable[[Any, str, Any], object]
 ) -> None:
-    """Has `put` set a parameter where the sensor has its settings. Raises AngenError."""
+    """Set a parameter of a sensor by calling `put`.
+
+    Raises `AngenError` if the parameter is animated, linked or out of limits.
+    """
     common = parameter in COMMON
     group = sensor.settings if common else sensor.parameters
     path = f"angen_sensor.{parameter}"
@@ -106,22 +109,27 @@ def set_parameter(
 
 
 class Variants(ExitStack):
-    """The sensors of runs that live the open home together: one for each of the settings that a
-    sensor has in some of them. As a context; its end removes what was made for them."""
+    """Copies of sensors with other settings, for runs that share one simulation of the home.
+
+    It is a context, whose end removes the copies.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self._sensors = all_sensors(bpy.context.view_layer)
         self._known: dict[Any, Sensor] = {}
 
-    def of(self, settings: Mapping[str, Mapping[str, Any]]) -> list[Sensor]:
-        """The sensors that are on with the settings of a run. Raises AngenError."""
+    def sensors_for(self, settings: Mapping[str, Mapping[str, Any]]) -> list[Sensor]:
+        """Return the enabled sensors with the settings of a run.
+
+        Raises `AngenError` if none is enabled, or if a sensor is not valid.
+        """
         found = simulated(self._variant(s, settings.get(s.name, {})) for s in self._sensors)
         if not found:
             raise AngenError("no sensor is switched on")
-        for sensor in named(found):
+        for sensor in with_run_names(found):
             check(sensor)
-        check_names(named(found))
+        check_names(with_run_names(found))
         return found
 
     def _variant(self, sensor: Sensor, values: Mapping[str, Any]) -> Sensor:
@@ -131,7 +139,7 @@ class Variants(ExitStack):
         key = sensor.uid, tuple(sorted(values.items()))
         if key not in self._known:
             number = len(self._known) + 1
-            # In no scene: nothing of the home changes by it.
+            # The copy is in no scene, so the home does not change.
             holder = sensor.object.copy()
             self.callback(bpy.data.objects.remove, holder)
             made = replace(sensor, settings_of=holder, stands_for=sensor.name, variant=number)
@@ -141,29 +149,29 @@ class Variants(ExitStack):
         return self._known[key]
 
 
-def name_of(sensor: Sensor) -> str:
-    """What it is called in its run."""
+def run_name(sensor: Sensor) -> str:
+    """Return the sensor's name in its run."""
     return sensor.stands_for or sensor.name
 
 
-def named(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """As they are called in their run."""
-    return [replace(sensor, name=name_of(sensor)) for sensor in sensors]
+def with_run_names(sensors: Iterable[Sensor]) -> list[Sensor]:
+    """Return the sensors with their names in their run."""
+    return [replace(sensor, name=run_name(sensor)) for sensor in sensors]
 
 
-def of_run(readings: Recording, sensors: Sequence[Sensor]) -> Recording:
-    """What these of the sensors that were simulated read, as if they had been alone."""
+def recording_of_sensors(readings: Recording, sensors: Sequence[Sensor]) -> Recording:
+    """Return the part of a recording that belongs to some sensors, under their run's names."""
     tracks = {}
     for sensor in sensors:
         track = copy.copy(readings.tracks[sensor.name])
-        track.sensor = name_of(sensor)
+        track.sensor = run_name(sensor)
         tracks[track.sensor] = track
     return replace(readings, tracks=tracks)
 
 
-def day_of_run(day: Day, sensors: Sequence[Sensor]) -> Day:
-    """A day as these of the sensors that were simulated told it, as if they had been alone."""
-    names = {sensor.name: name_of(sensor) for sensor in sensors}
+def day_of_sensors(day: Day, sensors: Sequence[Sensor]) -> Day:
+    """Return a day with the events of some sensors only, under their run's names."""
+    names = {sensor.name: run_name(sensor) for sensor in sensors}
     events = [replace(e, sensor=names[e.sensor]) for e in day.events if e.sensor in names]
     events.sort(key=lambda event: (event.time, event.sensor, event.field))
     return replace(day, events=tuple(events))

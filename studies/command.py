@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen study run STUDY.toml --out DIR` and `angen study report DIR`: outside Blender, which is
-in the worker processes alone."""
+"""The commands `angen study run STUDY.toml --out DIR` and `angen study report DIR`.
+
+They run outside Blender, which only the worker processes load.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ from ..sensor_logic.error import InputError
 from ..sensor_logic.wording import part_is, plural, shown_duration
 from . import study
 
-# What the extra [study] of the package installs, loaded where it is used.
+# Packages of the extra [study], which are imported where they are used.
 LIBRARIES = (
     "dask",
     "distributed",
@@ -31,7 +33,10 @@ LIBRARIES = (
 
 
 def main(arguments: list[str], program: str) -> int:
-    """Runs a study, or reports one; returns the exit status. Raises SystemExit on bad options."""
+    """Run a study or write its report, and return the exit status.
+
+    Raises `SystemExit` for bad options.
+    """
     options = make_parser(program).parse_args(arguments)
     try:
         work = {"run": _run, "report": _report}[options.what]
@@ -50,9 +55,11 @@ def _run(options: argparse.Namespace) -> int:
     from . import engine, results
 
     jobs = options.jobs or os.cpu_count() or 1
-    clients = engine.elsewhere(options.scheduler) if options.scheduler else engine.here(jobs)
-    line = _Line()
-    # A job that a shell runs in the background begins with Ctrl-C ignored, as do its children.
+    clients = (
+        engine.remote_client(options.scheduler) if options.scheduler else engine.local_client(jobs)
+    )
+    line = _ProgressLine()
+    # A background job of a shell starts with Ctrl-C ignored, and so do its children.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     with results.Store(options.out) as store, clients as client:
         driver = engine.Driver(wanted, store, client)
@@ -68,7 +75,7 @@ def _run(options: argparse.Namespace) -> int:
             try:
                 driver.write_tables()
             except InputError as error:
-                # A full disk has room for neither.
+                # On a full disk the tables fail too.
                 note(str(error))
             return FAILED
         line.end()
@@ -89,8 +96,8 @@ def _report(options: argparse.Namespace) -> int:
     return DONE
 
 
-class _Line:
-    """How far a study is, on standard error: in a terminal one line that is written over."""
+class _ProgressLine:
+    """The progress of a study on standard error; in a terminal, one line that is overwritten."""
 
     def __init__(self) -> None:
         self.done = self.failed = self._first = 0
@@ -99,6 +106,7 @@ class _Line:
         self._started = False
 
     def show(self, done: int, total: int, failed: int) -> None:
+        """Show the progress, at most five times a second."""
         if not self._started:
             self._started, self._first = True, done
             self._begin = self._shown = time.monotonic()
@@ -116,11 +124,13 @@ class _Line:
         tell(f"\r{text:<70}" if self._terminal else f"{text}\n")
 
     def end(self) -> None:
+        """Clear the line."""
         if self._terminal:
             tell("\r" + " " * 70 + "\r")
 
 
 def make_parser(program: str) -> Parser:
+    """Return the parser of both commands."""
     parser = Parser(prog=f"{program} study", description="Simulates a home many times.")
     verbs = parser.add_subparsers(dest="what", required=True, metavar="run | report")
     run = verbs.add_parser("run", help="simulate what a study asks for and is not there yet")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs a study on Dask: finds workers, in processes here or at a scheduler elsewhere, hands them
-runs, a few ahead at a time, and keeps what comes back."""
+"""Run a study on Dask: find workers, send them runs, and store what they return.
+
+Workers are processes of this machine, or of a Dask scheduler elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -31,29 +33,28 @@ from . import settings, tasks
 from .results import DAYS, FACTS, Row, Store, write_tables
 from .settings import HomeFacts
 from .study import HOME, ROUTINE, SENSORS, Run, Study, count_of, runs_of
-from .tasks import Done, File, Task, digest_of, digest_of_bytes
+from .tasks import File, RunResult, Task, digest_of, digest_of_bytes
 
-# Runs that wait at the scheduler for each worker, so that none is idle between two.
+# Runs that wait at the scheduler for each worker, so that no worker is idle between two runs.
 AHEAD = 3
-# s between two looks at who works, and between two writings of the tables.
-LOOK_S, TABLES_S = 5.0, 60.0
-# s: who answers later than this at an address is not there.
-ANSWERS_S = 10.0
-# Runs that live a home together at most; fewer where their logs are kept, which a worker has in
-# memory until the last of them is written.
+# Time between two checks of the workers, and between two writings of the tables, s.
+CHECK_S, TABLES_S = 5.0, 60.0
+# Timeout for a scheduler to answer, s.
+TIMEOUT_S = 10.0
+# Most runs that share one simulation of the home. If logs are kept there are fewer, because a
+# worker holds all logs of a group in memory.
 MOST_TOGETHER, MOST_WITH_LOGS = 1000, 64
-# In each process of this machine: the package is importable, installed or not; what lies in the
-# current folder is not, for nobody would see that it changed; Ctrl-C, which a terminal sends to all
-# of them, is the driver's.
+# For each local worker: make the package importable, whether installed or not; keep modules of the
+# current folder out, since their changes would go unnoticed; leave Ctrl-C to the driver.
 PRELOAD = f"""
 import os, runpy, signal, sys
 sys.path[:] = [path for path in sys.path if os.path.abspath(path) != os.getcwd()]
 runpy.run_path({standalone.__file__!r})["load_extension"]()
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 """
-# Dask has its workers give each freed array back to the system, an eighth of the time of living
-# a day. These (bytes) keep what is freed for the next array, and leave no large holes. Nor does
-# anybody look at the profile that Dask takes of each worker, a hundred times a second.
+# By default Dask's workers return each freed array to the system, which costs an eighth of the
+# time of a day. These limits (bytes) keep freed memory for the next array. Dask's profile of each
+# worker, taken a hundred times a second, is not used.
 SETTINGS = {
     "distributed.worker.profile.enabled": False,
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 16 << 20,
@@ -66,8 +67,8 @@ T = TypeVar("T")
 
 
 @contextmanager
-def here(jobs: int) -> Iterator[distributed.Client]:
-    """A client of `jobs` processes of this machine, each with one thread."""
+def local_client(jobs: int) -> Iterator[distributed.Client]:
+    """Yield a client of `jobs` single-threaded processes on this machine."""
     with (
         dask.config.set(SETTINGS),
         tempfile.TemporaryDirectory(prefix="angen-study-") as folder,
@@ -87,13 +88,13 @@ def here(jobs: int) -> Iterator[distributed.Client]:
 
 
 @contextmanager
-def elsewhere(address: str) -> Iterator[distributed.Client]:
-    """A client of a scheduler that runs at an address. Raises InputError."""
-    # What is wrong is told in a line of our own.
+def remote_client(address: str) -> Iterator[distributed.Client]:
+    """Yield a client of the scheduler at an address; raise `InputError` if none answers."""
+    # Dask's own messages are silenced: errors are reported below in one line.
     warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
     logging.disable()
     try:
-        client = distributed.Client(address, timeout=ANSWERS_S)
+        client = distributed.Client(address, timeout=TIMEOUT_S)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         why = f": {error}" if isinstance(error, ValueError) else ""
         raise InputError(
@@ -105,7 +106,10 @@ def elsewhere(address: str) -> Iterator[distributed.Client]:
 
 
 def check_workers(client: distributed.Client) -> dict[str, str]:
-    """The versions that all workers have. Raises InputError."""
+    """Return the versions that all workers share.
+
+    Raises `InputError` if workers differ, have several threads, or cannot simulate.
+    """
     for address, threads in client.nthreads().items():
         if threads != 1:
             raise InputError(
@@ -113,14 +117,14 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
                 "with --nthreads 1 (and --nworkers for more processes)"
             )
     _check_pythons(client)
-    # As tasks, not by client.run, which works in another thread: Blender's module crashes where one
+    # As tasks, not by `client.run`, which uses another thread: Blender's module crashes if one
     # thread loads it and another one opens a file.
-    told = {
+    futures = {
         address: submit(client, "tasks.versions", None, workers=[address])
         for address in client.nthreads()
     }
     first: tuple[str, dict[str, str]] | None = None
-    for address, future in told.items():
+    for address, future in futures.items():
         try:
             versions = future.result()
         except Exception as error:
@@ -137,11 +141,13 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
 
 
 def _check_pythons(client: distributed.Client) -> None:
-    """Raises InputError where the scheduler or a worker has another Python: it cannot read the
-    functions that it is sent, and does not always survive that."""
-    told = client.get_versions()
-    known = {"the scheduler": told["scheduler"]}
-    known |= {f"the worker {address}": facts for address, facts in told["workers"].items()}
+    """Raise `InputError` if the scheduler or a worker has another version of Python.
+
+    Such a worker cannot read the functions that it receives, and can crash.
+    """
+    replies = client.get_versions()
+    known = {"the scheduler": replies["scheduler"]}
+    known |= {f"the worker {address}": facts for address, facts in replies["workers"].items()}
     ours = platform.python_version()
     for name, facts in known.items():
         theirs = facts["host"]["python"].partition(".final")[0]
@@ -153,7 +159,7 @@ def _check_pythons(client: distributed.Client) -> None:
 
 
 def _cause(error: Exception) -> str:
-    # Dask may have put the error into another.
+    # Dask can wrap the error in another one.
     if "No module named" in str(error) and "pip install" not in str(error):
         return f'{error}: pip install "angen-sensors[study]" there'
     return str(error)
@@ -162,10 +168,10 @@ def _cause(error: Exception) -> str:
 def submit(
     client: distributed.Client, name: str, argument: Any, workers: list[str] | None = None
 ) -> distributed.Future:
-    """Has some worker, or one of `workers`, call a function: `MODULE.FUNCTION` of this folder."""
+    """Submit the function `MODULE.FUNCTION` of this folder, to any worker or one of `workers`."""
 
-    # The scheduler takes tasks apart, and need not have this package: a function within another is
-    # sent as it stands here, and its argument as bytes.
+    # The scheduler unpickles tasks, and need not have this package: a nested function is pickled by
+    # value, and its argument is sent as bytes.
     def call(name: str, argument: bytes) -> Any:
         import importlib
         import pickle
@@ -177,8 +183,8 @@ def submit(
     return client.submit(call, name, pickle.dumps(argument), pure=False, workers=workers)
 
 
-def send(client: distributed.Client, files: Mapping[File, bytes]) -> None:
-    """Has all workers, now and later, know these files."""
+def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
+    """Send files to all workers, also to those that connect later."""
     name = f"angen-study-{hash(frozenset(file.digest for file in files)):x}"
     client.register_plugin(tasks.FilesOfStudy(name, files))
 
@@ -188,7 +194,7 @@ def send(client: distributed.Client, files: Mapping[File, bytes]) -> None:
 
 @dataclass
 class Tasks:
-    """What a study's runs are to workers: its `homes` and `files` are by their paths."""
+    """The tasks of a study's runs; `homes` and `files` are by path."""
 
     study: Study
     files: Mapping[str, File]
@@ -196,14 +202,14 @@ class Tasks:
     versions: dict[str, str]
     days_in: str = ""
 
-    def of(self, run: Run) -> Task:
-        """All that a run needs, with the digest by which it is known."""
+    def task_of(self, run: Run) -> Task:
+        """Return the task of a run, with the digest that identifies it."""
         study = self.study
         home = str(run.setting.get(HOME, study.homes[0]))
         routine = str(run.setting.get(ROUTINE, study.routines[0])) if study.routines else ""
         facts = self.homes[home]
         set_to = settings.settings_of(facts, {**study.fixed, **run.setting}, study.choice)
-        goes_in: dict[str, Any] = {
+        facts_of_run: dict[str, Any] = {
             "seed": run.seed,
             "settings": set_to,
             "measure": study.measure,
@@ -215,43 +221,42 @@ class Tasks:
             "days": study.days,
             "empty_for": study.empty_for,
         }
-        lives = self.files[routine] if routine else None
-        of_files = {"home": facts.digest, "routine": lives.digest if lives else ""}
+        routine_file = self.files[routine] if routine else None
+        digests = {"home": facts.digest, "routine": routine_file.digest if routine_file else ""}
         return Task(
-            digest=digest_of(goes_in | of_files),
+            digest=digest_of(facts_of_run | digests),
             home=self.files[home],
-            routine=lives,
-            of_the_home=settings.of_the_home(facts, set_to),
+            routine=routine_file,
+            shared_settings=settings.shared_settings(facts, set_to),
             days_in=self.days_in,
-            **goes_in,
+            **facts_of_run,
         )
 
-    def life(self, run: Run) -> str:
-        """The same for runs that can live the home together."""
-        task = self.of(run)
+    def group_key(self, run: Run) -> str:
+        """Return a key that is equal for runs which can share one simulation of the home."""
+        task = self.task_of(run)
         if not self.study.together:
             return task.digest
         files = [task.home.digest, task.routine.digest if task.routine else ""]
-        return digest_of({"files": files, "seed": task.seed, "home": task.of_the_home})
+        return digest_of({"files": files, "seed": task.seed, "home": task.shared_settings})
 
 
-def grouped(
+def group_runs(
     runs: Iterable[T], life: Callable[[T], str], workers: int, most: int
 ) -> Iterator[list[T]]:
-    """The runs in groups of `most` at most that live the home together: those of the same `life`,
-    shared out so that all workers have something to do."""
-    lives: defaultdict[str, list[T]] = defaultdict(list)
+    """Yield groups of at most `most` runs with the same key, enough groups for all workers."""
+    groups: defaultdict[str, list[T]] = defaultdict(list)
     for run in runs:
-        lives[life(run)].append(run)
-    parts = math.ceil(workers / max(len(lives), 1))
-    for group in lives.values():
+        groups[life(run)].append(run)
+    parts = math.ceil(workers / max(len(groups), 1))
+    for group in groups.values():
         size = min(math.ceil(len(group) / parts), most)
         for first in range(0, len(group), size):
             yield group[first : first + size]
 
 
 class Driver:
-    """A study, what its workers told of its homes, and where its results go."""
+    """The driver of a study: its homes, its workers and its store of results."""
 
     def __init__(self, study: Study, store: Store, client: distributed.Client) -> None:
         self._study, self._store, self._client = study, store, client
@@ -260,30 +265,38 @@ class Driver:
             client.wait_for_workers(1)
         self._versions = check_workers(client)
         files = {str(path): _file(path) for path in (*study.homes, *study.routines)}
-        send(client, {file: Path(file.path).read_bytes() for file in files.values()})
-        homes = {str(path): self._examined(files[str(path)]) for path in study.homes}
+        send_files(client, {file: Path(file.path).read_bytes() for file in files.values()})
+        homes = {str(path): self._examine(files[str(path)]) for path in study.homes}
         settings.check(study, homes.values())
         days_in = str(store.folder.resolve() / DAYS)
         self._tasks = Tasks(study, files, homes, self._versions, days_in)
         self.total = count_of(study)
         self._noted: set[str] = set()
 
-    def _examined(self, file: File) -> HomeFacts:
+    def _examine(self, file: File) -> HomeFacts:
+        """Return the facts of a home, which a worker opens."""
         try:
             found: HomeFacts = submit(self._client, "runs.examine", file).result()
         except Exception as error:
             raise InputError(f"{file.name}: {error}") from None
         return found
 
-    def run(self, told: Callable[[int, int, int], None]) -> None:
-        """Runs what is missing; `told` gets how many are done, in all, and failed. Raises
-        InputError; what is done until then is kept."""
+    def run(self, progress: Callable[[int, int, int], None]) -> None:
+        """Run all missing runs.
+
+        Raises `InputError` if a run cannot be sent or stored; the results until then are kept.
+
+        Parameters
+        ----------
+        progress : callable
+            Receives the numbers of finished, all and failed runs.
+        """
         missing = list(self._missing())
-        there, failed = self.total - len(missing), 0
+        ended, failed = self.total - len(missing), 0
         workers = max(len(self._client.nthreads()), 1)
         most = MOST_WITH_LOGS if self._study.keep else MOST_TOGETHER
-        groups = grouped(missing, self._tasks.life, workers, most)
-        told(there, self.total, failed)
+        groups = group_runs(missing, self._tasks.group_key, workers, most)
+        progress(ended, self.total, failed)
         days = self._store.folder / DAYS
         if self._study.days:
             days.mkdir(exist_ok=True)
@@ -292,19 +305,19 @@ class Driver:
         ahead = AHEAD * workers
         while True:
             for runs in groups:
-                group = [*map(self._tasks.of, runs)]
+                group = [*map(self._tasks.task_of, runs)]
                 pending[submit(self._client, "runs.run", group)] = group
                 if len(pending) >= ahead:
                     break
             if not pending:
                 break
-            for future in self._ended(pending):
+            for future in self._wait_for_some(pending):
                 for done in self._outcome(future, pending.pop(future)):
                     self._store.add(done, self._versions)
                     failed += bool(done.error)
-                    there += 1
-                told(there, self.total, failed)
-            if time.monotonic() - looked > LOOK_S:
+                    ended += 1
+                progress(ended, self.total, failed)
+            if time.monotonic() - looked > CHECK_S:
                 looked = time.monotonic()
                 ahead = AHEAD * max(len(self._client.nthreads()), 1)
             if time.monotonic() - tables > TABLES_S:
@@ -313,22 +326,25 @@ class Driver:
         shutil.rmtree(days, ignore_errors=True)
 
     def kept(self) -> int:
-        """How many of the study's runs have a row, also where `run` was interrupted."""
+        """Return how many of the study's runs have a result, also after an interruption."""
         self._store.read()
-        rows = (self._store.row(self._tasks.of(run).digest) for run in runs_of(self._study))
+        rows = (self._store.row(self._tasks.task_of(run).digest) for run in runs_of(self._study))
         return sum(row is not None for row in rows)
 
     def _missing(self) -> Iterator[Run]:
+        """Yield the runs that have no result or have failed."""
         for run in runs_of(self._study):
-            if not self._store.has(self._tasks.of(run).digest):
+            if not self._store.has(self._tasks.task_of(run).digest):
                 yield run
 
-    def _ended(self, pending: dict[Any, list[Task]]) -> list[Any]:
-        """Those of the pending futures that are over, once there are some. Raises InputError where
-        the scheduler is lost."""
+    def _wait_for_some(self, pending: dict[Any, list[Task]]) -> list[Any]:
+        """Return the pending futures that have ended, once there are some.
+
+        Raises `InputError` if the scheduler is lost.
+        """
         while True:
             try:
-                distributed.wait(list(pending), timeout=LOOK_S, return_when="FIRST_COMPLETED")
+                distributed.wait(list(pending), timeout=CHECK_S, return_when="FIRST_COMPLETED")
             except TimeoutError:
                 pass
             except Exception as error:
@@ -342,13 +358,15 @@ class Driver:
                 raise self._lost()
 
     def _lost(self) -> InputError:
+        """Return the error of a lost scheduler."""
         return InputError(
             "the scheduler is lost; what is done is kept, and the same command goes on from it"
         )
 
-    def _outcome(self, future: Any, group: list[Task]) -> list[Done]:
+    def _outcome(self, future: Any, group: list[Task]) -> list[RunResult]:
+        """Return the results of a group, which are errors if its task has failed."""
         try:
-            done: list[Done] = future.result()
+            done: list[RunResult] = future.result()
             return done
         except AngenError as error:
             raise InputError(f"{error}; give all workers the same") from None
@@ -358,10 +376,10 @@ class Driver:
             raise self._lost() from None
         except Exception as error:
             text = " ".join(f"{type(error).__name__}: {error}".split())
-        return [Done(task.digest, {}, 0.0, text) for task in group]
+        return [RunResult(task.digest, {}, 0.0, text) for task in group]
 
     def write_tables(self) -> None:
-        """Writes results.csv, results.parquet and what the report needs to know of the study."""
+        """Write the tables of results, and the facts of the study for the report."""
         for text in write_tables(self._store.folder, self._rows()):
             if text not in self._noted:
                 note(text)
@@ -378,9 +396,9 @@ class Driver:
         write_files({self._store.folder / FACTS: text})
 
     def _rows(self) -> Iterator[Row]:
-        """The table's rows, in the order of the runs."""
+        """Yield the rows of the tables, in the order of the runs."""
         for run in runs_of(self._study):
-            row = self._store.row(self._tasks.of(run).digest)
+            row = self._store.row(self._tasks.task_of(run).digest)
             if row is not None:
                 yield {
                     "run": run.number,
@@ -395,6 +413,7 @@ class Driver:
 
 
 def _shown(key: str, value: Any) -> Any:
+    """Return a varied value as the tables show it."""
     if key == SENSORS:
         return "; ".join(value)
     return Path(value).name if key in (HOME, ROUTINE) else value

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a study: one page that needs nothing else, to read, sort and print, and its
-pictures as files."""
+"""The report of a study: one self-contained HTML page, and its pictures as files."""
 
 from __future__ import annotations
 
@@ -33,24 +32,26 @@ from .study import COLUMNS, SENSORS
 REPORT, PICTURES = "report.html", "pictures"
 BEST, MOST_ROWS, MOST_MAPS = 10, 2000, 6
 VERSIONS = ("angen_sensors", "blender", "numpy", "python")
-# What a row has besides what varied and what was measured.
+# Columns that are neither varied nor measured.
 NOT_MEASURED = ("run", "seed", "digest", "error", *VERSIONS)
 CONFIDENCE = 0.95
-# Continuous draws are shown in so many parts of equal numbers of runs.
+# Number of bins of a continuous draw, each with the same number of runs.
 BINS = 8
-# More values than this are those of a continuous draw.
+# A key with more values than this is a continuous draw.
 FEW = 24
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW)
 MARKS = "osD^v<"
 WIDTH, HEIGHT = 9.0, 2.9
 ACROSS = 3
-# More lines than this cannot be told apart.
+# The most lines in one picture that can be distinguished.
 MOST_LINES = 6
 
 
 def write(folder: Path) -> Path:
-    """Writes report.html into the folder of a study, and its pictures into one within; returns the
-    path of the page. Raises InputError."""
+    """Write the report and its pictures into the folder of a study; return the page's path.
+
+    Raises `InputError` if the results cannot be read, or the report cannot be written.
+    """
     facts = _facts(folder)
     with (
         explained(f"cannot read {folder / CSV}", OSError),
@@ -69,6 +70,7 @@ def write(folder: Path) -> Path:
 
 
 def _facts(folder: Path) -> dict[str, Any]:
+    """Return the facts of the study; raise `InputError` if they are missing or damaged."""
     try:
         found: dict[str, Any] = json.loads((folder / FACTS).read_text(encoding="utf-8"))
         return found
@@ -81,18 +83,22 @@ def _facts(folder: Path) -> dict[str, Any]:
 
 
 def _file_name(about: str) -> str:
+    """Return a title as part of a file name."""
     return re.sub(r"[^\w ,.-]+", "_", about)[:80]
 
 
-# The rows.
+# The table of results.
 
 
 @dataclass(frozen=True)
 class Results:
-    """`rows`: the runs that measured something; what `varied`, and the seed, are texts, what was
-    `measured` are numbers, and `setting` numbers what has the same values. `errors`: why runs
-    failed, with their number; `partly`: how many of these are rows, since not all of their measures
-    failed."""
+    """The results of a study.
+
+    `rows` are the runs with at least one measure. In them the `varied` columns and the seed are
+    text, and the `measured` ones numbers. The column `setting` numbers the combinations of varied
+    values. `errors` has the number of runs by error. `partly` is the number of runs of which only
+    some measures failed.
+    """
 
     rows: pandas.DataFrame
     varied: list[str]
@@ -107,7 +113,7 @@ class Results:
 
 
 def read(path: Path, varied: Sequence[str]) -> Results:
-    """Reads results.csv. Raises OSError, ValueError."""
+    """Read results.csv; raise `OSError` or `ValueError` if that fails."""
     names = list(pandas.read_csv(path, nrows=0))
     for name in (*varied, "run", "seed", "error"):
         if name not in names:
@@ -133,16 +139,29 @@ def read(path: Path, varied: Sequence[str]) -> Results:
 
 
 class Means(NamedTuple):
-    """Of groups of rows by measure: the mean, and half the width of its confidence interval over
-    seeds (NaN: of one seed)."""
+    """Means of groups of rows, by measure.
+
+    `half` is half the width of the confidence interval over seeds, NaN for a single seed.
+    """
 
     value: pandas.DataFrame
     half: pandas.DataFrame
 
 
 def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Sequence[str]) -> Means:
-    """The means of the rows with the same `keys`. Each seed counts once, and the interval is of
-    Student's t over their means."""
+    """Return the means of the rows with the same `keys`.
+
+    Each seed counts once. The confidence interval is of Student's t over the means of the seeds.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Runs as rows.
+    keys : sequence of Series
+        The values to group by, one for each row.
+    measures : sequence of str
+        The columns to average.
+    """
     seeds = rows[list(dict.fromkeys(measures))].groupby([*keys, rows["seed"]]).mean()
     groups = seeds.groupby(level=list(range(len(keys))))
     count = groups.count()
@@ -151,16 +170,19 @@ def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Seque
 
 
 class Levels(NamedTuple):
-    """The values of a varied key in order; those of a continuous draw in bins. `of`: the number of
-    each row's level."""
+    """The values of a varied key in order, or the bins of a continuous draw.
+
+    `at` are their positions on an axis. `number` is the level of each row.
+    """
 
     labels: list[str]
     at: Sequence[float]
-    of: pandas.Series[int]
+    number: pandas.Series[int]
 
 
 def levels(values: pandas.Series[str]) -> Levels:
-    if not numeric(values):
+    """Return the levels of a column of text."""
+    if not is_numeric(values):
         codes, names = pandas.factorize(values)
         return Levels(list(names), range(len(names)), pandas.Series(codes, values.index))
     numbers = values.astype(float)
@@ -174,31 +196,35 @@ def levels(values: pandas.Series[str]) -> Levels:
     return Levels([f"{value:.3g}" for value in at], at, of.reindex(values.index))
 
 
-def numeric(values: Iterable[str]) -> bool:
-    """Whether all of them are finite numbers."""
+def is_numeric(values: Iterable[str]) -> bool:
+    """Return whether all values are finite numbers."""
     return bool(np.isfinite(pandas.to_numeric(pandas.Series(values), errors="coerce")).all())
 
 
 def main_measures(results: Results, best: str = "") -> list[str]:
-    """The measures that a report shows: the best one first; those of single sensors, which have
-    its name after a blank, are left to the table."""
+    """Return the measures that the report shows, the best one first.
+
+    Measures of single sensors, such as "events NAME", are only in the table.
+    """
     whole = [n for n in results.measured if " " not in n and n not in ("sensors_on", "seconds")]
     first = [best] * (best in results.measured)
     return first + [name for name in whole if name != best] + ["seconds"]
 
 
-def ranked(results: Results, value: pandas.Series[float], way: str) -> pandas.DataFrame:
-    """The settings that have a value, by it."""
+def rank_settings(results: Results, value: pandas.Series[float], way: str) -> pandas.DataFrame:
+    """Return the settings that have a value, best first; `way` is "most" or "least"."""
     order = (value if way == "least" else -value).dropna().sort_values(kind="stable")
     return results.settings.loc[order.index]
 
 
-def pictured(results: Results, ranked: pandas.DataFrame) -> Results:
-    """The results with what varied as pictures can show it: of many sets of sensors, the first of
-    the `ranked` settings with so many sensors on, shown by their number; without other texts of
-    which there are many."""
+def results_to_plot(results: Results, ranked: pandas.DataFrame) -> Results:
+    """Return the results with only the keys that pictures can show.
+
+    Many sets of sensors are replaced by the number of enabled sensors, with the best set of each
+    number. Other text keys with many values are left out.
+    """
     rows = results.rows
-    many = {k for k in results.varied if rows[k].nunique() > FEW and not numeric(rows[k])}
+    many = {k for k in results.varied if rows[k].nunique() > FEW and not is_numeric(rows[k])}
     varied = [key for key in results.varied if key not in many]
     if SENSORS not in many or "sensors_on" not in results.measured:
         return replace(results, varied=varied)
@@ -212,12 +238,14 @@ def pictured(results: Results, ranked: pandas.DataFrame) -> Results:
 
 
 class Plot(NamedTuple):
+    """A picture with its title."""
+
     about: str
     svg: str
 
 
 def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
-    """The page, and the pictures in it."""
+    """Return the page and the pictures in it."""
     light, dark = (
         "".join(f"--{name}:{colours[number]};" for name, colours in INKS.items())
         for number in (0, 1)
@@ -230,7 +258,7 @@ def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
         "well": well,
         "failed": failed,
         "missing": facts["runs"] - well - failed,
-        "facts": list(_told(facts, results)),
+        "facts": list(_fact_rows(facts, results)),
         "csv": CSV,
         "errors": list(results.errors.items()),
         "all": None,
@@ -248,7 +276,8 @@ def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
     return page, [*values.get("curves", ()), *values.get("maps", ())]
 
 
-def _told(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, str]]:
+def _fact_rows(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, str]]:
+    """Yield the rows of the table of facts."""
     yield "home", ", ".join(facts["homes"])
     yield "what varied", ", ".join(facts["varied"]) or "nothing"
     yield "seeds for each setting", str(facts["seeds"])
@@ -262,13 +291,13 @@ def _told(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, str]]:
 
 
 def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
-    """The parts of the page that show rows."""
+    """Return the parts of the page that show results."""
     measures = main_measures(results, best)
     settings = results.settings
     shown = [name for name in (*measures, "sensors_on") if name in results.measured]
     found = means(results.rows, [results.rows["setting"]], shown)
     has_best = best in results.measured
-    order = ranked(results, found.value[best], way) if has_best else settings
+    order = rank_settings(results, found.value[best], way) if has_best else settings
     tables: dict[str, Any] = {"name": best, "way": way, "table": None, "by_number": None}
     if has_best:
         costs = [n for n in ("sensors_on", "seconds") if n in results.measured and n != best]
@@ -278,7 +307,7 @@ def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
             columns = ["sensors_on", *(name for name in measures if name != "seconds")]
             if len(first) > 1:
                 tables["by_number"] = _table(results, first, columns, found)
-    drawn = pictured(results, order)
+    drawn = results_to_plot(results, order)
     pairs = list(combinations(drawn.varied, 2))[:MOST_MAPS]
     return {
         "main": measures[0],
@@ -292,6 +321,7 @@ def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
 
 
 def _curves(results: Results, measures: Sequence[str]) -> Iterator[Plot]:
+    """Yield the response curves of all measures."""
     for measure in measures:
         yield Plot(f"{measure} against what varied", curves(results, [measure], measure))
     for measure in ("events", "active"):
@@ -304,6 +334,7 @@ def _curves(results: Results, measures: Sequence[str]) -> Iterator[Plot]:
 def _table(
     results: Results, settings: pandas.DataFrame, measures: Sequence[str], found: Means
 ) -> dict[str, Any]:
+    """Return a table of settings for the page."""
     plain = settings[results.varied].map(_short) if results.varied else settings[[]]
     value, half = (table.loc[settings.index, measures].to_numpy() for table in found)
     cells = [map(_cell, *row) for row in zip(value.tolist(), half.tolist(), strict=True)]
@@ -312,11 +343,12 @@ def _table(
 
 
 def _short(value: str) -> str:
-    return f"{float(value):.6g}" if numeric([value]) else value
+    """Return a number in six digits, or other text as it is."""
+    return f"{float(value):.6g}" if is_numeric([value]) else value
 
 
 def _cell(value: float, half: float) -> tuple[str, str]:
-    """A mean in full, for sorting, and as it is shown."""
+    """Return a mean in full, for sorting, and as text with its confidence interval."""
     if math.isnan(value):
         return "", ""
     return repr(value), f"{value:.4g}" + ("" if math.isnan(half) else f" ± {half:.2g}")
@@ -326,16 +358,18 @@ def _cell(value: float, half: float) -> tuple[str, str]:
 
 
 def curves(results: Results, measures: Sequence[str], label: str) -> str:
-    """How measures respond to each key that varied: the mean over all runs, with its confidence
-    interval over seeds. Several measures are lines of one picture."""
+    """Plot the response of measures to each varied key, as SVG.
+
+    Points are means over all runs, with confidence intervals over seeds.
+    """
     drawing, axes = _axes(len(results.varied))
     for axis, key in zip_longest(axes, results.varied):
         if key is None:
             axis.set_visible(False)
             continue
         values = results.rows[key]
-        found, line = levels(values), numeric(values)
-        mean = means(results.rows, [found.of], measures)
+        found, line = levels(values), is_numeric(values)
+        mean = means(results.rows, [found.number], measures)
         for measure, colour, mark in zip(measures, COLOURS, MARKS, strict=False):
             half = mean.half[measure].fillna(0.0)
             axis.errorbar(
@@ -363,9 +397,9 @@ def curves(results: Results, measures: Sequence[str], label: str) -> str:
 
 
 def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Plot:
-    """The mean of a measure over two keys, with half of its confidence interval over seeds."""
+    """Plot the mean of a measure over two keys, with half its confidence interval."""
     across, up = (levels(results.rows[key]) for key in keys)
-    found = means(results.rows, [up.of.rename("up"), across.of.rename("across")], [measure])
+    found = means(results.rows, [up.number.rename("up"), across.number.rename("across")], [measure])
     values, halves = (
         table[measure].unstack().reindex(range(len(up.labels))).to_numpy() for table in found
     )
@@ -387,6 +421,7 @@ def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Plot:
 
 
 def _axes(count: int, height: float = HEIGHT) -> tuple[Any, Any]:
+    """Return a figure and `count` axes, in rows of three."""
     across = min(max(count, 1), ACROSS)
     down = -(-max(count, 1) // across)
     width = WIDTH if across > 1 else WIDTH * 0.6
@@ -395,7 +430,10 @@ def _axes(count: int, height: float = HEIGHT) -> tuple[Any, Any]:
 
 
 def _svg(drawing: Figure) -> str:
-    """The same bytes for the same numbers; text stays text. Without the head of a file."""
+    """Return a figure as an SVG element, with the same bytes for the same numbers.
+
+    Text remains text.
+    """
     out = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": "angen", "svg.fonttype": "none"}):
         drawing.savefig(out, format="svg", metadata={"Date": None})

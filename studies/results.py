@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept of a study: a line for each run as it ends, in `runs.jsonl`, and the tables that are
-made of these, `results.csv` and `results.parquet`."""
+"""The stored results of a study: one line for each run in `runs.jsonl`, and the tables.
+
+The tables are `results.csv` and `results.parquet`.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +19,14 @@ from ..sensor_logic.error import AngenError, InputError
 from ..sensor_logic.files import fcntl, write_files
 
 if TYPE_CHECKING:
-    from .tasks import Done
+    from .tasks import RunResult
 
 RUNS, CSV, PARQUET, LOGS = "runs.jsonl", "results.csv", "results.parquet", "logs"
-# Days of runs that are not over yet.
+# Folder with the days of unfinished runs.
 DAYS = "days"
-# What the report needs to know of the study.
+# File with the facts of the study for the report.
 FACTS = "study.json"
-# The type of a column in Parquet by what pandas finds in it; all else is text.
+# Parquet types of columns, by the type that pandas infers; all others are text.
 TYPES = {
     "boolean": "bool_",
     "integer": "int64",
@@ -36,8 +38,10 @@ Row = dict[str, Any]
 
 
 class Store:
-    """The folder of a study, as a context. Raises InputError, also where another study writes into
-    it at the same time."""
+    """The result folder of a study, as a context.
+
+    Raises `InputError` if it cannot be written, or while another study writes into it.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -54,7 +58,7 @@ class Store:
             except OSError:
                 self._file.close()
                 raise InputError(f"another study is writing into {folder}") from None
-        # Where the line of each run is, of those that went well and of those that failed.
+        # Offset of the line of each run in the file, by digest.
         self._at: dict[str, int] = {}
         self.failed: set[str] = set()
         self.read()
@@ -72,8 +76,7 @@ class Store:
         )
 
     def read(self) -> None:
-        """Finds what is there, also where `add` was interrupted. What a killed driver left of a
-        last line is cut off."""
+        """Index the stored results, and cut off an incomplete last line."""
         self._file.seek(0)
         end = 0
         for line in self._file:
@@ -82,24 +85,25 @@ class Store:
             except ValueError:
                 row = None
             if isinstance(row, dict) and "digest" in row:
-                self._note(row, end)
+                self._index(row, end)
                 end += len(line)
             elif line.endswith(b"\n"):
                 raise InputError(f"{self.folder / RUNS} is not of a study; give another folder")
             else:
                 self._file.truncate(end)
 
-    def _note(self, row: Row, at: int) -> None:
+    def _index(self, row: Row, at: int) -> None:
+        """Remember the offset of a result, and whether its run failed."""
         digest = row["digest"]
         self._at[digest] = at
         (self.failed.add if row["error"] else self.failed.discard)(digest)
 
     def has(self, digest: str) -> bool:
-        """Whether a run is done, and went well."""
+        """Return whether a run has a result without an error."""
         return digest in self._at and digest not in self.failed
 
-    def add(self, done: Done, versions: dict[str, str]) -> None:
-        """Keeps what came of a run. Raises InputError, and then keeps nothing of it."""
+    def add(self, done: RunResult, versions: dict[str, str]) -> None:
+        """Store the result of a run; if that fails, raise `InputError` and store nothing of it."""
         row = {
             "digest": done.digest,
             "values": done.values,
@@ -117,14 +121,14 @@ class Store:
             self._file.flush()
             os.fsync(self._file.fileno())
         except OSError as error:
-            self._file = _reopened(self._file, at)
+            self._file = _restore_file(self._file, at)
             raise self._error(error) from None
         except AngenError as error:
             raise InputError(f"{error}; what is done stays") from None
-        self._note(row, at)
+        self._index(row, at)
 
     def row(self, digest: str) -> Row | None:
-        """What is kept of a run; None where it was not run."""
+        """Return the stored result of a run, or None."""
         if digest not in self._at:
             return None
         self._file.seek(self._at[digest])
@@ -132,8 +136,8 @@ class Store:
         return found
 
 
-def _reopened(file: Any, at: int) -> Any:
-    """The file as it was before a line that did not go in whole; closing it may try once more."""
+def _restore_file(file: Any, at: int) -> Any:
+    """Return the file cut to `at` bytes, after a line was only written in part."""
     path = file.name
     with contextlib.suppress(OSError):
         file.close()
@@ -142,14 +146,16 @@ def _reopened(file: Any, at: int) -> Any:
 
 
 def write_tables(folder: Path, rows: Iterable[Row]) -> list[str]:
-    """Writes results.csv and results.parquet; returns what could not be, a sentence each. Raises
-    InputError."""
+    """Write both tables, and return a sentence for each that could not be written.
+
+    Raises `InputError` if the folder cannot be written.
+    """
     table = pandas.DataFrame(list(rows), dtype=object)
     for name in ("seconds", "digest", "error"):
         table[name] = table.pop(name) if name in table else None
     types = {name: TYPES.get(pandas.api.types.infer_dtype(table[name]), "string") for name in table}
     flags = [name for name, kind in types.items() if kind == "bool_"]
-    # Switches are 1 and 0.
+    # Boolean columns are written as 1 and 0.
     plain = table.assign(**{name: table[name].astype("boolean").astype("Int64") for name in flags})
     try:
         write_files({folder / CSV: plain.to_csv(index=False, lineterminator="\n")})

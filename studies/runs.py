@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs in this process's Blender, whose homes stay open from one run to the next, and what is
-measured of them: of the home's own animation, or of days that residents live by a routine."""
+"""Simulate and measure runs in this process's Blender.
+
+A home stays open from one run to the next. A run is the home's own animation, or days that
+residents live by a routine.
+"""
 
 from __future__ import annotations
 
@@ -42,72 +45,77 @@ from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.log import events_csv
 from ..sensor_logic.recording.tracks import Recording as Readings
 from ..sensor_logic.report.facts import figures, quantity
-from .changes import Changes, Variants, day_of_run, named, of_run
+from .changes import Changes, Variants, day_of_sensors, recording_of_sensors, with_run_names
 from .settings import HomeFacts
 from .study import COLUMNS, WITHOUT_DOT
 from .tasks import (
-    Done,
     File,
+    RunResult,
     Task,
     differences,
     digest_of,
     digest_of_bytes,
-    found,
+    local_path,
     versions,
 )
 
-# m: the cells of a coverage map; and the paths of light that stand for the truth.
+# Cells of a coverage map, m, and number of light paths of the reference for light errors.
 CELL = 0.25
 REFERENCE_PATHS = 16_384
-# The digest of the home that is open now.
+# The digest of the open home.
 _open = ""
-# Blender has one scene: a process that has several threads all the same works in turns.
+# Blender has one open file: threads of a process must take turns.
 _one_at_a_time = threading.Lock()
 
 
 def examine(home: File) -> HomeFacts:
-    """What is known of a home without simulating it. Raises AngenError."""
+    """Return the facts of a home without simulating it; raise `AngenError` if it has no sensors."""
     with _one_at_a_time:
         _reopen(home)
         return _facts(home)
 
 
-def run(group: Sequence[Task]) -> list[Done]:
-    """Simulates runs that differ in their sensors alone: the home is lived once for all of them.
-    Raises AngenError where this worker has not the study's versions; all else that goes wrong is
-    told in what it returns."""
+def run(group: Sequence[Task]) -> list[RunResult]:
+    """Simulate runs that differ in their sensors only, so that they share one simulation.
+
+    Raises `AngenError` if this worker's versions are not those of the study. All other errors are
+    in the results.
+    """
     differ = differences(group[0].versions, versions())
     if differ:
         raise AngenError(f"{platform.node()} is not as the other workers: {differ}")
     with _one_at_a_time:
-        return _done(group)
+        return _run_group(group)
 
 
 def _reopen(home: File) -> None:
-    """Opens a home. Raises AngenError."""
+    """Open a home; raise `AngenError` if that fails."""
     global _open
     _open = ""
-    opened(found(home))
+    opened(local_path(home))
     _open = home.digest
 
 
 def _facts(home: File) -> HomeFacts:
-    """What is known of the open home. Raises AngenError."""
+    """Return the facts of the open home; raise `AngenError` if it has no sensors."""
     sensors = all_sensors(bpy.context.view_layer)
     if not sensors:
         raise AngenError(f"{home.name} has no sensors in its scene")
     kinds = {sensor.name: sensor.kind.identifier for sensor in sensors}
-    # Libraries, images and caches that the home is made of besides its own file.
+    # Libraries, images and caches that the home links.
     paths = sorted(Path(path) for path in bpy.utils.blend_paths(absolute=True))
     beside = [digest_of_bytes(path.read_bytes()) for path in paths if path.is_file()]
     digest = digest_of({"home": home.digest, "beside": beside})
     begin = bpy.context.scene.frame_start
-    return HomeFacts(home.name, kinds, digest, begin, _free(sensors))
+    return HomeFacts(home.name, kinds, digest, begin, _independent_sensors(sensors))
 
 
-def _free(sensors: Sequence[Sensor]) -> frozenset[str]:
-    """Those that nothing but themselves depends on how they are set: runs that set them otherwise
-    can live the home together. Light and forces are found for all that ask at once."""
+def _independent_sensors(sensors: Sequence[Sensor]) -> frozenset[str]:
+    """Return the sensors whose settings change nothing but their own readings.
+
+    Runs with other settings of such sensors can share one simulation. Light and forces are computed
+    for all sensors at once.
+    """
     if are_driven("angen_sensor."):
         return frozenset()
     return frozenset(
@@ -118,77 +126,83 @@ def _free(sensors: Sequence[Sensor]) -> frozenset[str]:
     )
 
 
-def _done(group: Sequence[Task]) -> list[Done]:
-    """What came of runs that live the home together; if that fails, of each of them alone."""
+def _run_group(group: Sequence[Task]) -> list[RunResult]:
+    """Return the results of runs in one simulation, or, if that fails, of each run alone."""
     global _open
     begin = time.perf_counter()
     try:
-        return _lived(group)
+        return _simulate_together(group)
     except Exception as error:
-        # What was amiss may be amiss in the open home.
+        # The open home can be the reason, so open it again.
         _open = ""
         if len(group) > 1:
-            return [one for task in group for one in _done([task])]
-        return [_failed(group[0], error, time.perf_counter() - begin)]
+            return [one for task in group for one in _run_group([task])]
+        return [_failed_run(group[0], error, time.perf_counter() - begin)]
 
 
-def _failed(task: Task, error: Exception, seconds: float = 0.0) -> Done:
-    return Done(task.digest, {}, seconds, _line_of(error))
+def _failed_run(task: Task, error: Exception, seconds: float = 0.0) -> RunResult:
+    """Return the result of a run that failed."""
+    return RunResult(task.digest, {}, seconds, _one_line(error))
 
 
-def _line_of(error: Exception) -> str:
-    told = str(error) if isinstance(error, AngenError) else f"{type(error).__name__}: {error}"
-    return " ".join(told.split())
+def _one_line(error: Exception) -> str:
+    """Return the text of an error in one line."""
+    text = str(error) if isinstance(error, AngenError) else f"{type(error).__name__}: {error}"
+    return " ".join(text.split())
 
 
-def _lived(group: Sequence[Task]) -> list[Done]:
-    """Raises AngenError where the home cannot be lived."""
+def _simulate_together(group: Sequence[Task]) -> list[RunResult]:
+    """Return the results of runs in one simulation.
+
+    Raises `AngenError` if the home cannot be simulated.
+    """
     first, failed = group[0], []
     if _open != first.home.digest:
         _reopen(first.home)
     with Changes() as changes:
-        household = _household_of(first)
+        household = _make_household(first)
         changes.set(bpy.context.scene, "angen_seed", first.seed)
-        changes.make(first.of_the_home)
+        changes.apply(first.shared_settings)
         with Variants() as variants:
             own: list[tuple[Task, list[Sensor]]] = []
             for task in group:
                 try:
-                    own.append((task, variants.of(task.settings)))
+                    own.append((task, variants.sensors_for(task.settings)))
                 except AngenError as error:
-                    failed.append(_failed(task, error))
+                    failed.append(_failed_run(task, error))
             if not own:
                 return failed
             sensors = [*{sensor.name: sensor for _, on in own for sensor in on}.values()]
             begin = time.perf_counter()
-            measure: Callable[[Task, Sequence[Sensor]], Measured]
+            measure: Callable[[Task, Sequence[Sensor]], Measurements]
             if household is None:
-                measure = partial(_measured_plain, readings_of(sensors, first.frames))
+                measure = partial(_measure_recording, simulate_frames(sensors, first.frames))
             else:
-                measure = partial(_measured_days, _days(first, household, sensors))
+                measure = partial(_measure_days, _days(first, household, sensors))
             seconds = (time.perf_counter() - begin) / len(own)
-            return failed + [_measured(task, on, measure, seconds) for task, on in own]
+            return failed + [_measure(task, on, measure, seconds) for task, on in own]
 
 
-def _measured(
+def _measure(
     task: Task,
     on: Sequence[Sensor],
-    measure: Callable[[Task, Sequence[Sensor]], Measured],
+    measure: Callable[[Task, Sequence[Sensor]], Measurements],
     seconds: float,
-) -> Done:
+) -> RunResult:
+    """Return the result of a run by calling `measure`."""
     try:
         found = measure(task, on)
     except Exception as error:
-        return _failed(task, error, seconds)
+        return _failed_run(task, error, seconds)
     values = {"sensors_on": len(on), **found.values}
-    return Done(task.digest, values, seconds, "; ".join(found.errors), found.files)
+    return RunResult(task.digest, values, seconds, "; ".join(found.errors), found.files)
 
 
 # The home's own animation.
 
 
-def readings_of(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:
-    """Simulates sensors of the open home."""
+def simulate_frames(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:
+    """Simulate sensors of the open home, over `frames` or the scene's range."""
     scene = bpy.context.scene
     first, last = frames or (scene.frame_start, scene.frame_end)
     readings = Readings()
@@ -197,22 +211,22 @@ def readings_of(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readin
     return readings
 
 
-def _measured_plain(together: Readings, task: Task, on: Sequence[Sensor]) -> Measured:
-    """What is measured of a run, among those that were simulated together."""
-    readings, sensors = of_run(together, on), named(on)
+def _measure_recording(together: Readings, task: Task, on: Sequence[Sensor]) -> Measurements:
+    """Measure one run from the recording of all runs."""
+    readings, sensors = recording_of_sensors(together, on), with_run_names(on)
     facts = {sensor.name: sensor_facts(sensor) for sensor in sensors}
     recording = Recording(readings, facts, about(bpy.context.scene))
-    told = {name: figures(track) for name, track in sorted(readings.tracks.items())}
-    events = {name: figure.events for name, figure in told.items()}
-    active = {name: figure.active for name, figure in told.items()}
-    found = Measured()
+    shown = {name: figures(track) for name, track in sorted(readings.tracks.items())}
+    events = {name: figure.events for name, figure in shown.items()}
+    active = {name: figure.active for name, figure in shown.items()}
+    found = Measurements()
     if task.keep:
         found.files[f"{task.digest}.csv"] = events_csv(readings)
     found.add_all(
         task,
         {
-            "events": lambda: _of_sensors("events", sum(events.values()), events),
-            "active": lambda: _of_sensors("active", _mean(active), active),
+            "events": lambda: _columns("events", sum(events.values()), events),
+            "active": lambda: _columns("active", _mean(active), active),
             "coverage": lambda: {"coverage": coverage(sensors)},
             "light_error": lambda: {"light_error": _light_error(task, readings, sensors)},
         },
@@ -223,8 +237,7 @@ def _measured_plain(together: Readings, task: Task, on: Sequence[Sensor]) -> Mea
 
 
 def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> float:
-    """Rms difference of what light sensors read to what many paths give, as a share of the mean of
-    that."""
+    """Return the rms error of the light sensors against many light paths, relative to the mean."""
     lights = [sensor for sensor in sensors if sensor.kind.requires(LIGHT)]
     if not lights:
         raise AngenError("no light sensor is switched on")
@@ -232,7 +245,7 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
         for sensor in lights:
             changes.set(sensor.parameters, "samples", REFERENCE_PATHS)
         bpy.context.view_layer.update()
-        reference = readings_of(lights, task.frames)
+        reference = simulate_frames(lights, task.frames)
     errors, scale = [], []
     for name, track in reference.tracks.items():
         (_, truth), (_, read) = quantity(track), quantity(readings.tracks[name])
@@ -246,40 +259,46 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
 # Days.
 
 
-def _household_of(task: Task) -> Household | None:
-    """Who lives in the open home, as it is before a run changes its sensors, which tell what its
-    rooms are called; None for a task without a routine. Raises AngenError."""
+def _make_household(task: Task) -> Household | None:
+    """Return the people of the open home, or None for a task without a routine.
+
+    It is made before a run changes the sensors, because they name the rooms. Raises `AngenError` if
+    the routine does not fit the home.
+    """
     if task.routine is None:
         return None
     sensors = all_sensors(bpy.context.view_layer)
-    plan = Plan.read(found(task.routine))
+    plan = Plan.read(local_path(task.routine))
     start = date.fromisoformat(task.start)
     return Household(bpy.context.scene, sensors, plan, start, task.seed)
 
 
 def _days(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[Day]:
-    """The days of a task, sensed by these sensors. Raises AngenError."""
+    """Return the days of a task as sensed by `sensors`; raise `AngenError` if that fails."""
     household.sensors = list(sensors)
     household.causes = bool(task.keep or task.functions)
-    kept = _Kept(task, household)
+    kept = _DayCache(task, household)
     missing = [number for number in range(task.days) if kept.day(number) is None]
     for number, day in zip(missing, run_days(household, missing), strict=True):
         kept.keep(number, day)
     return [kept.days[number] for number in range(task.days)]
 
 
-class _Kept:
-    """Days that were lived, also in the driver's folder where that is seen from here: a worker that
-    is killed loses the day it was at, no more."""
+class _DayCache:
+    """Finished days, in memory and, if it can be reached, in the driver's folder.
+
+    With the folder, a killed worker only loses the day in progress.
+    """
 
     def __init__(self, task: Task, household: Household) -> None:
         self.days: dict[int, Day] = {}
-        facts = digest_of_home(household), task.of_the_home, task.versions, household.causes
+        facts = digest_of_home(household), task.shared_settings, task.versions, household.causes
         self._digest = digest_of({"day": facts})
         folder = Path(task.days_in)
         self._folder = folder / self._digest if task.days_in and folder.is_dir() else None
 
     def day(self, number: int) -> Day | None:
+        """Return a stored day, or None."""
         if number not in self.days and self._folder is not None:
             with suppress(OSError, ValueError):
                 text = (self._folder / f"{number}.json").read_text(encoding="utf-8")
@@ -289,36 +308,37 @@ class _Kept:
         return self.days.get(number)
 
     def keep(self, number: int, day: Day) -> None:
+        """Store a day."""
         self.days[number] = day
         if self._folder is not None:
-            # Where it cannot be written, all there is to lose is time.
+            # A day that cannot be written only costs time.
             with suppress(OSError, AngenError):
                 self._folder.mkdir(exist_ok=True)
                 write_files({self._folder / f"{number}.json": day.as_json(self._digest)})
 
 
-def _measured_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) -> Measured:
-    """What is measured of a run, among those that lived these days together."""
-    # It loads pandas, some 50 MB of a worker's memory, which other runs do without.
+def _measure_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) -> Measurements:
+    """Measure one run from the days of all runs."""
+    # Imported here because pandas takes some 50 MB of a worker's memory.
     from . import truth
 
-    rows = DayRows.of([day_of_run(day, on) for day in together])
-    sensors = named(on)
+    rows = DayRows.of([day_of_sensors(day, on) for day in together])
+    sensors = with_run_names(on)
     rooms = {sensor.name: sensor.room for sensor in sensors}
-    lived = truth.lived(rows, task.days)
-    found = Measured()
+    days = truth.days_from_rows(rows, task.days)
+    found = Measurements()
     if task.keep:
         found.files = {f"{task.digest}/{name}": text for name, text in rows.files().items()}
 
     def events() -> dict[str, Any]:
-        counts = Counter(event.sensor for event in lived.events if event.time_s > 0.0)
-        return _of_sensors("events", counts.total(), {name: counts[name] for name in sorted(rooms)})
+        counts = Counter(event.sensor for event in days.events if event.time_s > 0.0)
+        return _columns("events", counts.total(), {name: counts[name] for name in sorted(rooms)})
 
     def active() -> dict[str, Any]:
-        on = truth.when_on(lived)
+        on = truth.on_spans(days)
         seconds = (on["end"] - on["start"]).groupby(on["by"]).sum()
-        shares = (seconds.reindex(sorted(rooms), fill_value=0.0) / (lived.days * DAY_S)).to_dict()
-        return _of_sensors("active", _mean(shares), shares)
+        shares = (seconds.reindex(sorted(rooms), fill_value=0.0) / (days.days * DAY_S)).to_dict()
+        return _columns("active", _mean(shares), shares)
 
     found.add_all(
         task,
@@ -326,10 +346,10 @@ def _measured_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) ->
             "events": events,
             "active": active,
             "coverage": lambda: {"coverage": coverage(sensors)},
-            "truth": lambda: truth.judged(lived, rooms, task.empty_for),
+            "truth": lambda: truth.scores(days, rooms, task.empty_for),
         },
-        lived,
-        lived.truth,
+        days,
+        days.truth,
     )
     return found
 
@@ -338,9 +358,12 @@ def _measured_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) ->
 
 
 @dataclass
-class Measured:
-    """What is measured of a run: `values` by column, an error for each measure that failed, and
-    the logs that are kept, by name."""
+class Measurements:
+    """The measures of a run.
+
+    `values` are by column. `errors` has a text for each measure that failed. `files` are the logs
+    to keep, by name.
+    """
 
     values: dict[str, Any] = field(default_factory=dict)
     errors: list[str] = field(default_factory=list)
@@ -353,31 +376,41 @@ class Measured:
         recording: Any,
         truth: Any,
     ) -> None:
-        """Adds what the task asks for: of the `known` measures, and by the user's own functions."""
+        """Add the measures that a task wants.
+
+        Parameters
+        ----------
+        task : Task
+            The run.
+        known : mapping of str to callable
+            The built-in measures by name; each returns values by column.
+        recording, truth
+            The arguments of the user's own functions.
+        """
         for name, measure in known.items():
             if name in task.measure:
                 self._add(name, measure)
         for label, name, source in task.functions:
-            self._add(label, partial(self._of_function, task, name, source, recording, truth))
+            self._add(label, partial(self._call_function, task, name, source, recording, truth))
 
     def _add(self, name: str, measure: Callable[[], Mapping[str, Any]]) -> None:
-        """Adds the columns of a measure, or its error, beside those of the others."""
+        """Add the columns of a measure, or its error."""
         try:
             self.values.update(measure())
         except Exception as error:
-            self.errors.append(f"{name}: {_line_of(error)}")
+            self.errors.append(f"{name}: {_one_line(error)}")
 
-    def _of_function(
+    def _call_function(
         self, task: Task, name: str, source: str, recording: Any, truth: Any
     ) -> dict[str, Any]:
-        """What a user's function measures. Raises AngenError."""
+        """Return the values of a user's function; raise `AngenError` if it fails."""
         try:
-            told = _function(name, source)(recording, truth)
+            answer = _function(name, source)(recording, truth)
         except Exception as error:
             line = traceback.extract_tb(error.__traceback__)[-1].lineno
             raise AngenError(f"raised {type(error).__name__}: {error} (line {line})") from None
         found = {}
-        for key, value in (told if isinstance(told, Mapping) else {name: told}).items():
+        for key, value in (answer if isinstance(answer, Mapping) else {name: answer}).items():
             if key in {*self.values, *COLUMNS, *WITHOUT_DOT, *task.versions}:
                 raise AngenError(f"gives {key!r}, which is another column: name it otherwise")
             try:
@@ -388,7 +421,8 @@ class Measured:
         return found
 
 
-def _of_sensors(column: str, whole: float, each: Mapping[str, float]) -> dict[str, Any]:
+def _columns(column: str, whole: float, each: Mapping[str, float]) -> dict[str, Any]:
+    """Return the value of all sensors, and one column for each sensor."""
     return {column: whole, **{f"{column} {name}": value for name, value in each.items()}}
 
 
@@ -396,23 +430,24 @@ def _mean(values: Mapping[str, float]) -> float:
     return sum(values.values()) / len(values)
 
 
-# One a source, as long as the process; without it 0.1 ms more a run.
+# Cached for the process: without the cache each run takes 0.1 ms more.
 @cache
 def _function(name: str, source: str) -> Any:
+    """Return the function of a user's source text."""
     space: dict[str, Any] = {"__name__": "angen_study_measure"}
     exec(compile(source, f"{name}.py", "exec"), space)
     return space[name]
 
 
 def coverage(sensors: Sequence[Sensor]) -> float:
-    """The share of the floor that the motion detectors cover, for a walking person."""
+    """Return the share of the floor that the motion detectors cover, for a walking person."""
     try:
         seen = detectors(sensors)
     except AngenError:
-        # None of them is on.
+        # No motion detector is enabled.
         return 0.0
     motion = next(iter(MOTIONS.values()))
-    # Stages, and last the map.
+    # `cover` yields its progress, and the map as the last item.
     *_, found = cover(evaluated_depsgraph(), sensors, seen, motion, CELL)
     assert isinstance(found, CoverageMap)
     return found.total().share

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the keys of a study set in a home: which parameter of which sensors, and whether that
-changes the home for other sensors too."""
+"""Resolve the keys of a study to parameters of a home's sensors, and check the values."""
 
 from __future__ import annotations
 
@@ -20,15 +19,17 @@ from ..sensor_logic.wording import hint
 from .study import SENSORS, WITHOUT_DOT, Range, Study, Value
 
 PRESET = "preset"
-# Sensor → parameter → value.
+# Values by sensor and parameter.
 Settings = dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class HomeFacts:
-    """What is known of a home before it is simulated: the kinds of its sensors by name, in order,
-    the digest of its file and of all that it links, and which sensors are `free`: nothing but they
-    themselves depends on how they are set."""
+    """The facts of a home that a study needs before it is simulated.
+
+    `kinds` are the kinds of its sensors by name, in order. `digest` covers its file and all that
+    the file links. `free` are the sensors whose settings change nothing but their own readings.
+    """
 
     name: str
     kinds: Mapping[str, str]
@@ -37,8 +38,7 @@ class HomeFacts:
     free: frozenset[str] = frozenset()
 
     def fitting(self, pattern: str) -> list[str]:
-        """The sensors of a name, or whose name fits a pattern, or one of several; empty where one
-        of these fits none."""
+        """Return the sensors that match a name or patterns; none if a pattern has no match."""
         if pattern in self.kinds:
             return [pattern]
         found: set[str] = set()
@@ -51,7 +51,7 @@ class HomeFacts:
 
 
 def check(study: Study, homes: Iterable[HomeFacts]) -> None:
-    """Raises InputError for what no sensor of one of the homes has, and values out of limits."""
+    """Raise `InputError` for keys that a home does not have, and for values out of limits."""
     for home in homes:
         with explained(home.name, InputError):
             study.choice.of(home.kinds)
@@ -70,11 +70,13 @@ def check(study: Study, homes: Iterable[HomeFacts]) -> None:
 
 
 def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> InputError:
+    """Return the error for a pattern that matches no sensor."""
     found = not_found(pattern, home.kinds, f" of {home.name}")
     return InputError(f"{study.where(key)}: {found}")
 
 
 def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...] | Range) -> None:
+    """Raise `InputError` if a key or one of its values does not fit a home."""
     pattern, _, parameter = key.rpartition(".")
     names = home.fitting(pattern)
     if not names:
@@ -83,9 +85,9 @@ def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...
     for kind in {home.kinds[name]: KINDS[home.kinds[name]] for name in names}.values():
         known = (*specs(kind.parameters), *COMMON, *POSE, PRESET)
         if parameter not in known:
-            of = next(name for name in names if home.kinds[name] == kind.identifier)
+            sensor = next(name for name in names if home.kinds[name] == kind.identifier)
             raise InputError(
-                f"{study.where(key)}: '{of}' has no parameter '{parameter}'; "
+                f"{study.where(key)}: '{sensor}' has no parameter '{parameter}'; "
                 f"{hint(parameter, known)}"
             )
         for value in ends:
@@ -96,12 +98,12 @@ def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...
 
 
 def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
-    """Why a value is none of this parameter; empty where it is one."""
+    """Return why a value is not valid for a parameter, or "" if it is."""
     if parameter == PRESET:
         known = [preset.identifier for preset in kind.presets]
         return "" if value in known else f"'{value}' is unknown: {hint(str(value), known)}"
     own = defaults(kind.parameters)
-    # A value of its type.
+    # An example of the parameter's type.
     like = {"enabled": True, "update_rate": 1.0, **dict.fromkeys(POSE, 0.0), **own}[parameter]
     if isinstance(like, int) and not isinstance(like, bool) and is_range:
         return "counts: add whole = true to its range"
@@ -109,13 +111,13 @@ def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
         return f"is {value!r}: it must be {wanted}"
     if parameter not in own or specs(kind.parameters)[parameter].pointer:
         return ""
-    told = kind.parameters(**{parameter: value}).problems()
+    problems = kind.parameters(**{parameter: value}).problems()
     prefix = f"{parameter} "
-    return next((text.removeprefix(prefix) for text in told if text.startswith(prefix)), "")
+    return next((text.removeprefix(prefix) for text in problems if text.startswith(prefix)), "")
 
 
 def _wanted(like: Any, value: Any, above_0: bool) -> str:
-    """What a value must be where it has not the type of another one; empty where it has."""
+    """Return what a value must be if it has not the type of `like`, or "" if it has."""
     if isinstance(like, bool):
         return "" if isinstance(value, bool) else "true or false"
     if not isinstance(like, (int, float)):
@@ -134,8 +136,11 @@ def _is_number(value: Any) -> bool:
 def settings_of(
     home: HomeFacts, values: Mapping[str, Value], choice: SensorChoice = ALL_SENSORS
 ) -> Settings:
-    """What a run sets. Of two keys that set the same, the later one holds. Sensors that `sensors`
-    does not name, or that the `choice` does not take, are switched off."""
+    """Return the settings of a run, by sensor and parameter.
+
+    If two keys set the same parameter, the later one counts. Sensors that are not in the key
+    `sensors`, or not in `choice`, are disabled.
+    """
     found: Settings = {}
     on = values.get(SENSORS)
     if isinstance(on, tuple):
@@ -155,6 +160,7 @@ def settings_of(
 
 
 def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
+    """Return the parameters that a key sets; a preset sets several."""
     if parameter == PRESET:
         return dict(next(p.values for p in kind.presets if p.identifier == value))
     if parameter in specs(kind.parameters) and _is_number(value):
@@ -163,9 +169,11 @@ def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
     return {parameter: value}
 
 
-def of_the_home(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
-    """What of a run's settings changes the home for other sensors too: where one stands, for its
-    housing is in the way of their rays, and all that is set of those that are not `home.free`."""
+def shared_settings(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
+    """Return the settings that can change other sensors' readings.
+
+    These are poses, because housings block rays, and all settings of sensors that are not `free`.
+    """
     found = {
         name: {
             parameter: value

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study: its TOML file, each error of which is told with its line, and the runs that it asks
-for."""
+"""Read a study from TOML, report each error with its line, and draw its runs."""
 
 from __future__ import annotations
 
@@ -31,27 +30,34 @@ from ..sensor_logic.toml_table import (
 
 Value = bool | int | float | str | tuple[str, ...]
 DRAWS = ("grid", "list", "random", "sobol")
-# The measures, and the columns of the table that each fills; of a sensor's own as well, as
-# "events NAME".
-OF_TRUTH = ("noticed", "missed_per_day", "delay_s", "false_alarms_per_day", "activities_per_day")
+# The measures and their columns. Some also have a column for each sensor, such as "events NAME".
+TRUTH_COLUMNS = (
+    "noticed",
+    "missed_per_day",
+    "delay_s",
+    "false_alarms_per_day",
+    "activities_per_day",
+)
 MEASURES: dict[str, tuple[str, ...]] = {"events": ("events",), "active": ("active",)}
-MEASURES |= {"coverage": ("coverage",), "light_error": ("light_error",), "truth": OF_TRUTH}
-# Columns of every table.
+MEASURES |= {"coverage": ("coverage",), "light_error": ("light_error",), "truth": TRUTH_COLUMNS}
+# Columns of all tables.
 COLUMNS = ("run", "seed", "sensors_on", "seconds", "digest", "error")
 KEPT = ("events",)
-# Keys of [vary] and [set] that are no parameter of a sensor, and so have no dot.
+# Keys of [vary] and [set] that are not parameters of sensors, and so have no dot.
 SENSORS, HOME, ROUTINE = "sensors", "home", "routine"
 WITHOUT_DOT = (SENSORS, HOME, ROUTINE)
 MOST_RUNS = 10_000_000
-# Choices of sensors, all of which are written out.
+# The most choices of sensors, because all are listed.
 MOST_CHOICES = 10_000
 SEEDS = 2**31
 
 
 @dataclass(frozen=True)
 class Range:
-    """Numbers from `first` to `last`: evenly, or by factors where it is `log`; `whole` ones alone;
-    `steps` of them in a grid."""
+    """Numbers from `first` to `last`, evenly spaced or, with `log`, by equal factors.
+
+    With `whole` they are whole numbers. `steps` is their count in a grid.
+    """
 
     first: float
     last: float
@@ -60,8 +66,8 @@ class Range:
     whole: bool = False
 
     def at(self, share: float) -> float:
-        """The number at a share from 0 to 1."""
-        # A share of 1 is the last number itself, without rounding.
+        """Return the number at a share from 0 to 1."""
+        # Exactly the last number, without rounding errors.
         if share == 1.0:
             return self.last
         if self.log:
@@ -69,23 +75,23 @@ class Range:
         return self.first + share * (self.last - self.first)
 
     def values(self) -> list[Value]:
-        """The values of a grid."""
+        """Return the values of a grid."""
         found = [self.at(step / (self.steps - 1)) for step in range(self.steps)]
-        # A whole number that two steps come to counts once.
+        # Rounding can give the same whole number twice.
         return list(dict.fromkeys(map(round, found))) if self.whole else list(found)
 
     def drawn(self, share: float) -> Value:
-        """The value that a random share, from 0 to below 1, stands for."""
+        """Return the value for a random share from 0 to below 1."""
         if not self.whole:
             return self.at(share)
-        # Each whole number is as likely as the others, the ends too.
+        # All whole numbers are equally likely, also the ends.
         wide = Range(self.first - 0.5, self.last + 0.5, log=self.log)
         return int(min(max(round(wide.at(share)), self.first), self.last))
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function of a user's own that measures: `source` is the text of its file."""
+    """A measure by a user's own function; `source` is the text of its file."""
 
     file: Path
     name: str
@@ -93,17 +99,23 @@ class Function:
 
     @property
     def label(self) -> str:
+        """The file and function, as in the study."""
         return f"{self.file.name}:{self.name}"
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file has it. Paths are absolute. `vary`: the values of each key, or a range;
-    `fixed`: what all runs have in common. With `routines` each run lives `days` from midnight of
-    `start` on, by one of them. `empty_for` (s): a sensor that goes on in a room that is empty for
-    so long before and after gives a false alarm. `best`: the measure that matters, and whether most
-    of it is wanted. `together`: whether runs that differ in their sensors alone live the home once.
-    `lines`: file and line of each key. `choice`: the other sensors are switched off in all runs."""
+    """A study as read from its file.
+
+    `vary` has the values, or the range, of each varied key, and `fixed` the value of each other
+    key. `lines` has the position of each key in the file. Paths are absolute.
+
+    With `routines`, each run simulates `days` from midnight of `start`. A sensor that switches on
+    gives a false alarm if its room is empty for `empty_for` s before and after.
+
+    `best` is the main measure and "most" or "least". With `together`, runs that differ in their
+    sensors only share one simulation. Sensors that are not in `choice` are disabled in all runs.
+    """
 
     name: str
     homes: tuple[Path, ...]
@@ -127,12 +139,12 @@ class Study:
     choice: SensorChoice = ALL_SENSORS
 
     def where(self, key: str) -> str:
-        """File and line of a key of [vary] or [set]."""
+        """Return the position in the file of a key of [vary] or [set]."""
         return self.lines.get(key, self.name)
 
 
 def read(path: Path) -> Study:
-    """The study in a file. Raises InputError."""
+    """Read a study from a file; raise `InputError` for errors."""
     try:
         content = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -143,6 +155,7 @@ def read(path: Path) -> Study:
 
 
 def _study(top: TomlTable, folder: Path) -> Study:
+    """Return the study in a table; paths are relative to `folder`."""
     homes = top.take("home", lambda value: _files(value, folder))
     routines = top.take("routine", lambda value: _files(value, folder), ())
     measure, functions = top.take(
@@ -182,7 +195,7 @@ def _study(top: TomlTable, folder: Path) -> Study:
         draw_seed=top.take("draw_seed", _whole(0, SEEDS - 1), 0),
         seeds=top.take("seeds", _seeds, (0,)),
         frames=None if routines else top.take("frames", _frames, None),
-        keep=top.take("keep", _kept, ()),
+        keep=top.take("keep", _keep, ()),
         best=best,
         empty_for=top.take("empty_for", number(0, 3600), 30.0),
         together=top.take("together", flag, True),
@@ -193,7 +206,7 @@ def _study(top: TomlTable, folder: Path) -> Study:
 
 
 def _keys(top: TomlTable, name: str) -> TomlTable:
-    """The table [vary] or [set]. Raises InputError for keys that are no parameter of a sensor."""
+    """Return the table [vary] or [set]; raise `InputError` for keys that are not parameters."""
     table = top.below(top.take(name, dict, {}), name)
     for key in table.values:
         if "." not in key and key != SENSORS:
@@ -206,7 +219,7 @@ def _keys(top: TomlTable, name: str) -> TomlTable:
 
 
 def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
-    """What a key of [vary] takes. Raises InputError."""
+    """Return the values of a key of [vary]; raise `InputError` if there are none."""
     found = table.values[key]
     if isinstance(found, dict):
         below = table.below(found, key)
@@ -220,6 +233,7 @@ def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
 
 
 def _value(table: TomlTable, key: str) -> Value:
+    """Return the value of a key of [set]."""
     return table.take(key, _names if key == SENSORS else _scalar)
 
 
@@ -232,7 +246,7 @@ def _scalar(value: Any) -> Value:
 
 
 def _names(value: Any, what: str = "") -> tuple[str, ...]:
-    """A name, or several: of `what`, one at least."""
+    """Return one or several names; with `what`, raise `ValueError` if there is none."""
     found = (text(value),) if isinstance(value, str) else texts(value)
     if what and not found:
         raise ValueError(f"it names no {what}")
@@ -240,8 +254,10 @@ def _names(value: Any, what: str = "") -> tuple[str, ...]:
 
 
 def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
-    """Every choice of `least` to `most` of some sensors, the small ones first. Raises
-    InputError."""
+    """Return all choices of `least` to `most` sensors, small ones first.
+
+    Raises `InputError` for errors in the table, and for too many choices.
+    """
     names = table.take("of", texts)
     if not names:
         raise table.error("it names no sensor", "of")
@@ -265,6 +281,7 @@ def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
 
 
 def _range(table: TomlTable) -> Range:
+    """Return the range in a table; raise `InputError` for errors."""
     any_number = number(-1e12, 1e12)
     found = Range(
         table.take("from", any_number),
@@ -282,7 +299,7 @@ def _range(table: TomlTable) -> Range:
 
 
 def _check_ranges(study: Study) -> None:
-    """Raises InputError where what varies does not go with how it is drawn."""
+    """Raise `InputError` if the varied values do not fit the way of drawing."""
     lists = {key: values for key, values in study.vary.items() if not isinstance(values, Range)}
     for key, values in study.vary.items():
         if isinstance(values, Range) and study.draw == "list":
@@ -291,9 +308,9 @@ def _check_ranges(study: Study) -> None:
             raise InputError(f"{study.where(key)}: a grid needs steps, such as steps = 5")
     lengths = {len(values) for values in lists.values()}
     if study.draw == "list" and len(lengths) > 1:
-        told = ", ".join(f"{key} has {len(values)}" for key, values in lists.items())
+        lengths_text = ", ".join(f"{key} has {len(values)}" for key, values in lists.items())
         where = study.where(next(iter(lists)))
-        raise InputError(f'{where}: draw = "list" takes lists of one length: {told}')
+        raise InputError(f'{where}: draw = "list" takes lists of one length: {lengths_text}')
 
 
 def _files(value: Any, folder: Path) -> tuple[Path, ...]:
@@ -336,7 +353,7 @@ def _function(name: str, folder: Path) -> Function:
     return Function(path, called, source)
 
 
-def _kept(value: Any) -> tuple[str, ...]:
+def _keep(value: Any) -> tuple[str, ...]:
     names = _names(value)
     for name in names:
         if name not in KEPT:
@@ -357,7 +374,7 @@ def _is_measured(column: str, measure: tuple[str, ...]) -> bool:
 
 
 def _seeds(value: Any) -> tuple[int, ...]:
-    """A number of seeds, from 1 on, or the seeds themselves."""
+    """Return the given seeds, or seeds from 1 on for a number of seeds."""
     if isinstance(value, list):
         found = tuple(map(_whole(0, SEEDS - 1), value))
         if not found or len(set(found)) < len(found):
@@ -377,6 +394,8 @@ def _frames(value: Any) -> tuple[int, int]:
 
 
 def _whole(low: int, high: int) -> Any:
+    """Return a reader for whole numbers from `low` to `high`."""
+
     def read_whole(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise ValueError(f"{value!r} is no whole number from {low} to {high}")
@@ -391,7 +410,7 @@ Setting = dict[str, Value]
 
 
 class Run(NamedTuple):
-    """A run: its number from 1, what varies, and the seed."""
+    """A run: its number from 1, its varied values, and its seed."""
 
     number: int
     setting: Setting
@@ -399,7 +418,7 @@ class Run(NamedTuple):
 
 
 def count_of(study: Study) -> int:
-    """How many runs it has. Raises InputError where they are too many."""
+    """Return the number of runs; raise `InputError` if there are too many."""
     if study.draw in ("random", "sobol"):
         settings = study.runs
     elif study.draw == "list":
@@ -413,7 +432,7 @@ def count_of(study: Study) -> int:
 
 
 def runs_of(study: Study) -> Iterator[Run]:
-    """All runs in order: each setting with every seed. Raises InputError."""
+    """Yield all runs in order: each setting with every seed."""
     number = itertools.count(1)
     for setting in _settings(study):
         for seed in study.seeds:
@@ -421,12 +440,13 @@ def runs_of(study: Study) -> Iterator[Run]:
 
 
 def _settings(study: Study) -> Iterator[Setting]:
+    """Yield the combinations of varied values."""
     ways = list(study.vary.values())
     rows: Iterable[tuple[Value, ...]]
     if study.draw == "grid":
         rows = itertools.product(*map(_values_of, ways))
     elif study.draw == "list":
-        # Lists alone, of one length: `_check_ranges` has looked at that.
+        # `_check_ranges` has checked that these are lists of one length.
         rows = zip(*map(_values_of, ways), strict=True)
     else:
         rows = (tuple(map(_drawn, ways, shares)) for shares in _shares(study, len(ways)).tolist())
@@ -435,19 +455,21 @@ def _settings(study: Study) -> Iterator[Setting]:
 
 
 def _values_of(way: Sequence[Value] | Range) -> Sequence[Value]:
+    """Return a list of values, or those of a range in a grid."""
     return way.values() if isinstance(way, Range) else way
 
 
 def _drawn(way: Sequence[Value] | Range, share: float) -> Value:
+    """Return the value of a list or range at a share from 0 to below 1."""
     return way.drawn(share) if isinstance(way, Range) else way[int(share * len(way))]
 
 
 def _shares(study: Study, dimensions: int) -> Array:
-    """Random or Sobol numbers from 0 to below 1, shape (runs, dimensions)."""
+    """Return random or Sobol numbers from 0 to below 1, shape (runs, dimensions)."""
     if study.draw == "random":
         return np.random.default_rng(study.draw_seed).random((study.runs, dimensions))
     from scipy.stats import qmc
 
     sobol: Any = qmc.Sobol(dimensions, scramble=True, rng=study.draw_seed)
-    # All points of a power of two, of which the first are taken.
+    # Sobol points come in powers of two; the first ones are used.
     return np.asarray(sobol.random_base2(max(study.runs - 1, 0).bit_length()))[: study.runs]

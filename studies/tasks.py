@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a worker of a study is given and gives back, and the files and versions that it has. The
-driver, which has no Blender, loads this module too."""
+"""What a worker receives and returns, and its files and versions.
+
+The driver, which has no Blender, imports this module too.
+"""
 
 from __future__ import annotations
 
@@ -21,18 +23,21 @@ from ..angen_addon.output.version import extension_version
 from ..sensor_logic.error import AngenError
 from .settings import Settings
 
-# Digest → the file that was sent, where this worker does not see the driver's disk.
-_sent: dict[str, Path] = {}
+# Paths of received files by digest, for a worker that cannot read the driver's disk.
+_received: dict[str, Path] = {}
 
 
 def digest_of(facts: Mapping[str, Any]) -> str:
-    """A digest of plain data, by which a run is known: 24 hexadecimal digits. The order of keys
-    does not change it, that of lists does."""
+    """Return a digest of plain data in 24 hexadecimal digits, which identifies a run.
+
+    The order of keys does not change it; the order of lists does.
+    """
     text = json.dumps(facts, sort_keys=True, ensure_ascii=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
 def digest_of_bytes(content: bytes) -> str:
+    """Return the SHA-256 digest of bytes."""
     return f"sha256:{hashlib.sha256(content).hexdigest()}"
 
 
@@ -45,14 +50,18 @@ class File:
 
     @property
     def name(self) -> str:
+        """The file's name without folders."""
         return Path(self.path).name
 
 
 @dataclass(frozen=True)
 class Task:
-    """All that a run needs. Those of the `settings` that change the home are `of_the_home`.
-    `functions`: (label, name, source) of those that measure. `versions` are those that all runs of
-    the study have. `days_in`: where days are kept, by its path at the driver."""
+    """All that a worker needs for a run.
+
+    `shared_settings` are the `settings` that can change other sensors' readings. `functions` are
+    the user's measures as (label, name, source). `versions` are those of all workers of the study.
+    `days_in` is the driver's folder for unfinished days.
+    """
 
     digest: str
     home: File
@@ -67,14 +76,17 @@ class Task:
     start: str = ""
     days: int = 0
     empty_for: float = 30.0
-    of_the_home: Settings = field(default_factory=dict)
+    shared_settings: Settings = field(default_factory=dict)
     days_in: str = ""
 
 
 @dataclass(frozen=True)
-class Done:
-    """What came of a run: `values` are measures by name; `error` is empty where all went well, and
-    names the measures that failed; `files` are logs to be kept, by name."""
+class RunResult:
+    """The result of a run.
+
+    `values` are the measures by name. `error` names the measures that failed, or is empty. `files`
+    are the logs to keep, by name.
+    """
 
     digest: str
     values: dict[str, Any]
@@ -83,49 +95,52 @@ class Done:
     files: dict[str, str] = field(default_factory=dict)
 
 
-# One a process, with which it goes; without it each file would get a folder.
+# Cached for the process, which removes it: without the cache each file would get a folder.
 @cache
 def _folder() -> tempfile.TemporaryDirectory[str]:
+    """Return the folder of received files."""
     return tempfile.TemporaryDirectory(prefix="angen-study-")
 
 
 class FilesOfStudy(distributed.WorkerPlugin):
-    """Brings files to each worker that does not see the driver's, also to one that comes late."""
+    """A plugin that brings files to each worker which cannot read the driver's disk."""
 
     def __init__(self, name: str, files: Mapping[File, bytes]) -> None:
         self.name = name
         self._files = dict(files)
 
     def setup(self, worker: Any) -> None:
+        """Store the files on a worker that has just connected."""
         for file, content in self._files.items():
             try:
-                found(file)
+                local_path(file)
             except AngenError:
                 path = Path(_folder().name) / f"{file.digest.rpartition(':')[2][:16]}-{file.name}"
                 path.write_bytes(content)
-                _sent[file.digest] = path
+                _received[file.digest] = path
 
 
-def found(file: File) -> Path:
-    """Where a file lies here. Raises AngenError."""
+def local_path(file: File) -> Path:
+    """Return the path of a file here; raise `AngenError` if it is missing or differs."""
     path = Path(file.path)
     if path.is_file() and _digest(path, path.stat().st_mtime_ns) == file.digest:
         return path
-    if file.digest not in _sent:
+    if file.digest not in _received:
         raise AngenError(f"{platform.node()} has no file {file.path} as it is at the driver")
-    return _sent[file.digest]
+    return _received[file.digest]
 
 
-# One a file as it is, as long as the process; without it 1 ms a megabyte for each run.
+# Cached for the process: without the cache each run takes 1 ms a megabyte more.
 @cache
 def _digest(path: Path, changed: int) -> str:
+    """Return the digest of a file; `changed` is its time stamp, part of the cache's key."""
     return digest_of_bytes(path.read_bytes())
 
 
-# Once a process; without it 11 ms more a run.
+# Cached for the process: without the cache each run takes 11 ms more.
 @cache
 def versions(_: None = None) -> dict[str, str]:
-    """Of all that a run depends on here. Raises AngenError where Blender's module is missing."""
+    """Return the versions that results depend on; raise `AngenError` without Blender's module."""
     try:
         import bpy
         import numpy
@@ -142,7 +157,7 @@ def versions(_: None = None) -> dict[str, str]:
 
 
 def _code() -> str:
-    """A digest of what simulates: of the same version there are many while it is worked on."""
+    """Return a digest of the source, because one version number has many states in development."""
     root = Path(__file__).resolve().parents[1]
     found = hashlib.sha256()
     for folder in ("sensor_logic", "angen_addon", "residents", "studies"):
@@ -152,7 +167,7 @@ def _code() -> str:
 
 
 def differences(ours: dict[str, str], theirs: dict[str, str]) -> str:
-    """Which versions differ, in words; empty where none does."""
+    """Return the versions that differ, in words, or ""."""
     return ", ".join(
         f"{name} {ours.get(name)} and {theirs.get(name)}"
         for name in sorted({*ours, *theirs})

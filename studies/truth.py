@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Judges what sensors reported of days by what people did."""
+"""Score the sensors' reports of days against what people did."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ..residents.days.truth import DAY_S
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.log import format_value
 
-# Fields of other quantities than these do not show people by being on.
-TELLING = ("motion", "opening", "occupancy", "proximity")
+# Quantities of the fields that show people by being on.
+PRESENCE_QUANTITIES = ("motion", "opening", "occupancy", "proximity")
 
 
 class CausedEvent(NamedTuple):
-    """A row of events.csv; `time_s` since the first row's midnight."""
+    """A row of events.csv; `time_s` is since the first midnight."""
 
     time_s: float
     sensor: str
@@ -32,7 +32,7 @@ class CausedEvent(NamedTuple):
 
 
 class Activity(NamedTuple):
-    """A row of activities.csv; in seconds since that midnight."""
+    """A row of activities.csv, in seconds since the first midnight."""
 
     start_s: float
     end_s: float
@@ -42,7 +42,7 @@ class Activity(NamedTuple):
 
 
 class Where(NamedTuple):
-    """A row of people.csv: from then on the person is in the room (empty: away), until the next."""
+    """A row of people.csv: the room of a person from that time on, empty while away."""
 
     time_s: float
     person: str
@@ -52,24 +52,26 @@ class Where(NamedTuple):
 
 @dataclass(frozen=True)
 class Truth:
-    """What a user's own function gets as `truth`: what people did, and where they were."""
+    """The argument `truth` of a user's own function: what people did, and where they were."""
 
     activities: tuple[Activity, ...]
     people: tuple[Where, ...]
 
 
 @dataclass(frozen=True)
-class Lived:
-    """What a user's own function gets as `recording` of days, and the truth beside it; it ended
-    `days` whole days after its first midnight."""
+class StudyDays:
+    """The argument `recording` of a user's own function for days, and their truth.
+
+    They are `days` whole days.
+    """
 
     events: tuple[CausedEvent, ...]
     truth: Truth
     days: int
 
 
-def lived(rows: DayRows, days: int) -> Lived:
-    """What these rows of `days` whole days say, to the milliseconds that their tables have."""
+def days_from_rows(rows: DayRows, days: int) -> StudyDays:
+    """Return the events and truth of `days` whole days, to the millisecond as in the tables."""
     events = (
         CausedEvent(
             _seconds(e.time), e.sensor, e.kind, e.field, format_value(e.value), e.person, e.because
@@ -81,85 +83,113 @@ def lived(rows: DayRows, days: int) -> Lived:
         for row in rows.activities
     )
     where = (Where(_seconds(row.time), row.person, row.room, row.posture) for row in rows.people)
-    return Lived(tuple(events), Truth(tuple(done), tuple(where)), days)
+    return StudyDays(tuple(events), Truth(tuple(done), tuple(where)), days)
 
 
 def _seconds(time: int) -> float:
-    """Whole milliseconds of µs."""
+    """Return a time in µs as seconds, cut to whole milliseconds."""
     return time // 1000 / 1000
 
 
-def judged(lived: Lived, rooms: Mapping[str, str], empty_for: float) -> dict[str, float | None]:
-    """How well the sensors, whose `rooms` these are, show what people did.
+def scores(
+    recording: StudyDays, rooms: Mapping[str, str], empty_for: float
+) -> dict[str, float | None]:
+    """Return how well sensors show what people did.
 
-    `noticed`: the share of activities (those away from home apart) during which some sensor of
-    their room is on; `missed_per_day`: the others; `delay_s`: from an activity's start to the first
-    of them, on average over those noticed; `false_alarms_per_day`: times that a sensor goes on
-    while nobody is in its room from `empty_for` seconds before until as long after. None: there is
-    nothing to measure.
+    A value is None if there is nothing to measure.
+
+    Parameters
+    ----------
+    recording : StudyDays
+        Events and truth.
+    rooms : mapping of str to str
+        The room of each sensor.
+    empty_for : float
+        Time before and after for which the room of a false alarm is empty, s.
+
+    Returns
+    -------
+    noticed
+        Share of the activities at home during which some sensor of their room is on.
+    missed_per_day
+        The other activities.
+    delay_s
+        Mean time from the start of a noticed activity until such a sensor is on.
+    false_alarms_per_day
+        Times that a sensor switches on while its room is empty.
+    activities_per_day
+        Activities at home.
     """
-    on = when_on(lived)
+    on = on_spans(recording)
     room = on["by"].map(lambda sensor: rooms.get(sensor, ""))
     begins = on["start"] > 0.0
     start = on["start"][begins]
-    alarms = _windows(room[begins], start - empty_for, start + empty_for)
-    right = _next_span(alarms, _occupied(lived), touching=True)
-    at_home = [activity for activity in lived.truth.activities if activity.room]
+    alarms = _make_windows(room[begins], start - empty_for, start + empty_for)
+    right = _next_span(alarms, _occupied(recording), touching=True)
+    at_home = [activity for activity in recording.truth.activities if activity.room]
     done = pandas.DataFrame(at_home, columns=Activity._fields)
-    activities = _windows(done["room"], done["start_s"], done["end_s"])
-    sensed = _next_span(activities, _merged(room, on["start"], on["end"]), touching=False)
+    activities = _make_windows(done["room"], done["start_s"], done["end_s"])
+    sensed = _next_span(activities, _merge_spans(room, on["start"], on["end"]), touching=False)
     delays = (sensed["start"] - sensed["since"]).clip(lower=0.0)
     return {
         "noticed": len(delays) / len(done) if at_home else None,
-        "missed_per_day": (len(done) - len(delays)) / lived.days,
+        "missed_per_day": (len(done) - len(delays)) / recording.days,
         "delay_s": float(delays.mean()) if len(delays) else None,
-        "false_alarms_per_day": (len(alarms) - len(right)) / lived.days,
-        "activities_per_day": len(done) / lived.days,
+        "false_alarms_per_day": (len(alarms) - len(right)) / recording.days,
+        "activities_per_day": len(done) / recording.days,
     }
 
 
-def when_on(lived: Lived) -> pandas.DataFrame:
-    """When each sensor was on (s), by any of its telling fields: `by` (its name), `start`, `end`,
-    where those of a sensor do not meet."""
-    telling = {
+def on_spans(recording: StudyDays) -> pandas.DataFrame:
+    """Return when each sensor was on, by any of its fields that show people.
+
+    The columns are `by` (the sensor's name), `start` and `end` in s. Spans of a sensor do not
+    touch.
+    """
+    presence_fields = {
         (kind.identifier, field.name)
         for kind in KINDS.values()
         for field in kind.events
-        if field.type is bool and field.quantity in TELLING
+        if field.type is bool and field.quantity in PRESENCE_QUANTITIES
     }
-    rows = [event for event in lived.events if (event.kind, event.field) in telling]
+    rows = [event for event in recording.events if (event.kind, event.field) in presence_fields]
     table = pandas.DataFrame(rows, columns=CausedEvent._fields)
     table["on"] = table["value"] == "1"
-    # A sensor is off before its first row.
+    # Sensors are off before their first row.
     before = table.groupby(["sensor", "field"])["on"].shift(fill_value=False)
     changes = table[table["on"] != before]
-    ends = changes.groupby(["sensor", "field"])["time_s"].shift(-1).fillna(lived.days * DAY_S)
+    ends = changes.groupby(["sensor", "field"])["time_s"].shift(-1).fillna(recording.days * DAY_S)
     begins = changes["on"]
-    return _merged(changes["sensor"][begins], changes["time_s"][begins], ends[begins])
+    return _merge_spans(changes["sensor"][begins], changes["time_s"][begins], ends[begins])
 
 
-def _occupied(lived: Lived) -> pandas.DataFrame:
-    """When somebody was in each room, as `when_on`."""
-    table = pandas.DataFrame(list(lived.truth.people), columns=Where._fields)
-    ends = table.groupby("person")["time_s"].shift(-1).fillna(lived.days * DAY_S)
+def _occupied(recording: StudyDays) -> pandas.DataFrame:
+    """Return when each room was occupied: `by` (the room), `start` and `end` in s."""
+    table = pandas.DataFrame(list(recording.truth.people), columns=Where._fields)
+    ends = table.groupby("person")["time_s"].shift(-1).fillna(recording.days * DAY_S)
     at_home = table["room"] != ""
-    return _merged(table["room"][at_home], table["time_s"][at_home], ends[at_home])
+    return _merge_spans(table["room"][at_home], table["time_s"][at_home], ends[at_home])
 
 
-def _merged(by: Iterable[str], start: Iterable[float], end: Iterable[float]) -> pandas.DataFrame:
-    """The spans in order, those of one `by` that meet as one."""
+def _merge_spans(
+    by: Iterable[str], start: Iterable[float], end: Iterable[float]
+) -> pandas.DataFrame:
+    """Return sorted spans, in which touching spans of the same `by` are one."""
     spans = _typed(by=by, start=start, end=end).sort_values(["by", "start", "end"])
     ended = spans.groupby("by")["end"].cummax().groupby(spans["by"]).shift(fill_value=-math.inf)
     number = (spans["start"] > ended).cumsum()
     return spans.groupby(number).agg(by=("by", "first"), start=("start", "min"), end=("end", "max"))
 
 
-def _windows(by: Iterable[str], since: Iterable[float], until: Iterable[float]) -> pandas.DataFrame:
+def _make_windows(
+    by: Iterable[str], since: Iterable[float], until: Iterable[float]
+) -> pandas.DataFrame:
+    """Return sorted windows of time."""
     return _typed(by=by, since=since, until=until).sort_values("since")
 
 
 def _typed(by: Iterable[str], **seconds: Iterable[float]) -> pandas.DataFrame:
-    """A table whose columns have the same types with rows and without."""
+    """Return a table whose columns have the same types with and without rows."""
     times = {name: pandas.Series(list(column), dtype=float) for name, column in seconds.items()}
     return pandas.DataFrame({"by": pandas.Series(list(by), dtype=object), **times})
 
@@ -167,8 +197,10 @@ def _typed(by: Iterable[str], **seconds: Iterable[float]) -> pandas.DataFrame:
 def _next_span(
     windows: pandas.DataFrame, spans: pandas.DataFrame, touching: bool
 ) -> pandas.DataFrame:
-    """The windows that a span of the same `by` overlaps, each with the first such span; `touching`:
-    whether it is enough that they meet."""
+    """Return the windows that a span of the same `by` overlaps, each with the first such span.
+
+    With `touching` it is enough that they touch.
+    """
     found = pandas.merge_asof(
         windows,
         spans.sort_values("end"),

@@ -434,10 +434,10 @@ def test_a_worker_that_does_not_see_the_drivers_files_gets_them(tmp_path, addon_
     home = tasks.File(str(tmp_path / "home.blend"), tasks.digest_of_bytes(b"BLENDER"))
     (tmp_path / "home.blend").write_bytes(b"another home of that name")
     with pytest.raises(Exception, match=r"has no file .*home\.blend as it is at the driver"):
-        tasks.found(home)
+        tasks.local_path(home)
     plugin = tasks.FilesOfStudy("files", {home: b"BLENDER"})
     pickle.loads(pickle.dumps(plugin)).setup(None)
-    assert tasks.found(home).read_bytes() == b"BLENDER"
+    assert tasks.local_path(home).read_bytes() == b"BLENDER"
 
 
 @pytest.mark.slow

@@ -83,7 +83,7 @@ def lives_of(
     planned = engine.Tasks(found, files, homes, tasks.versions(), days_in)
     lives = defaultdict(list)
     for run in study.runs_of(found):
-        lives[planned.life(run)].append(planned.of(run))
+        lives[planned.group_key(run)].append(planned.task_of(run))
     return list(lives.values())
 
 

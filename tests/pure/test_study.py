@@ -244,7 +244,7 @@ PEOPLE = [
 ROOMS = {"PIR bed": "bedroom", "Door bath": "bathroom", "Lamp": "bedroom"}
 
 
-def lived(events=EVENTS) -> truth.Lived:
+def lived(events=EVENTS) -> truth.StudyDays:
     """The day above, with these events."""
     happened = tuple(
         Event(us(clock), sensor, field, 0.0, kind, value, 0, *by)
@@ -252,14 +252,14 @@ def lived(events=EVENTS) -> truth.Lived:
     )
     done = tuple(LoggedActivity(us(a), us(b), *row) for a, b, *row in ACTIVITIES)
     where = tuple(Whereabouts(us(clock), *row) for clock, *row in PEOPLE)
-    return truth.lived(DayRows(date(2026, 3, 2), happened, done, where), 1)
+    return truth.days_from_rows(DayRows(date(2026, 3, 2), happened, done, where), 1)
 
 
 def test_sensors_are_judged_by_what_was_done() -> None:
     found = lived()
     # Of Sleeping, Dressing (after 4 s), Washing (its door is open already) and Breakfast two are
     # noticed; at noon nobody is in the bedroom. A lamp that the sun lights tells of nobody.
-    assert truth.judged(found, ROOMS, 30.0) == {
+    assert truth.scores(found, ROOMS, 30.0) == {
         "noticed": 0.5,
         "missed_per_day": 2.0,
         "delay_s": 2.0,
@@ -267,8 +267,8 @@ def test_sensors_are_judged_by_what_was_done() -> None:
         "activities_per_day": 4.0,
     }
     # The door opens 5 s before she is in its room.
-    assert truth.judged(found, ROOMS, 4.0)["false_alarms_per_day"] == 2.0
-    assert truth.judged(found, ROOMS, 6.0)["false_alarms_per_day"] == 1.0
+    assert truth.scores(found, ROOMS, 4.0)["false_alarms_per_day"] == 2.0
+    assert truth.scores(found, ROOMS, 6.0)["false_alarms_per_day"] == 1.0
     assert found.events[3].person == "Ada" and found.truth.activities[0].activity == "Sleeping"
     # As in the table: to the millisecond.
     assert found.events[3].time_s == 7 * 3600 + 4.0
@@ -276,11 +276,11 @@ def test_sensors_are_judged_by_what_was_done() -> None:
 
 def test_a_sensor_that_stays_on_is_on_until_the_end() -> None:
     ends = ("07:00:06", "12:00:05")
-    found = truth.judged(lived([row for row in EVENTS if row[0] not in ends]), ROOMS, 30.0)
+    found = truth.scores(lived([row for row in EVENTS if row[0] not in ends]), ROOMS, 30.0)
     assert found["false_alarms_per_day"] == 0.0 and found["noticed"] == 0.5
 
 
 def test_nothing_to_notice_is_no_share() -> None:
-    found = truth.judged(truth.lived(DayRows(date(2026, 3, 2), (), (), ()), 2), {}, 30.0)
+    found = truth.scores(truth.days_from_rows(DayRows(date(2026, 3, 2), (), (), ()), 2), {}, 30.0)
     assert found["noticed"] is None and found["delay_s"] is None
     assert found["missed_per_day"] == found["false_alarms_per_day"] == 0.0

@@ -122,8 +122,8 @@ def test_many_sets_of_sensors_are_shown_by_their_number(tmp_path, report, write_
     drawn = (tmp_path / "pictures" / "01 noticed against what varied.svg").read_text()
     assert "sensors on" in drawn and "a; b" not in drawn
     found = report.read(tmp_path / "results.csv", ["sensors"])
-    best = report.ranked(found, found.settings["noticed"], "most")
-    shown = report.pictured(found, best)
+    best = report.rank_settings(found, found.settings["noticed"], "most")
+    shown = report.results_to_plot(found, best)
     assert shown.varied == ["sensors on"]
     assert shown.rows["sensors on"].tolist() == ["1", "1", "2", "2", "3", "3"]
     assert shown.rows["noticed"].tolist() == pytest.approx([0.3, 0.3, 0.5, 0.5, 0.7, 0.7])
@@ -149,7 +149,7 @@ def test_levels_are_values_bins_or_names(report, reader) -> None:
         return report.levels(reader("pandas").Series(values))
 
     assert levels(["b", "a", "b"]).labels == ["b", "a"]
-    assert levels(["2", "1", "2"]).of.tolist() == [1, 0, 1]
+    assert levels(["2", "1", "2"]).number.tolist() == [1, 0, 1]
     bins = levels([str(x / 100) for x in range(400)])
     assert bins.of.value_counts().tolist() == [50] * report.BINS
     assert bins.at[0] == pytest.approx(0.245)

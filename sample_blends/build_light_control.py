@@ -32,7 +32,7 @@ from angen_sensors.residents.acting.timeline import (  # noqa: E402
     Timeline,
 )
 from angen_sensors.residents.blender.keys import KeyedStretch  # noqa: E402
-from angen_sensors.residents.body.gait import Stand, Walk, footsteps, standing  # noqa: E402
+from angen_sensors.residents.body.gait import Stance, Walk, footsteps, standing  # noqa: E402
 from sample_file import make  # noqa: E402
 
 from angen_addon.commands.console import leave_hard  # noqa: E402
@@ -131,13 +131,13 @@ def walk_through() -> Timeline:
     """In, to the middle, and out again."""
     line = Timeline()
     clips = line.clips
-    stand = Stand.at(*OUTSIDE, 0.0)
+    stand = Stance.at(*OUTSIDE, 0.0)
 
     def wait(seconds: float) -> None:
         start, pose = line.duration if clips else 0.0, standing(stand, FLOOR_Z)
         clips.append(Clip(start, start + seconds, lambda t: pose, still=True))
 
-    def walk(to: tuple[float, float]) -> Stand:
+    def walk(to: tuple[float, float]) -> Stance:
         path = np.linspace(stand.centre, to, 60)
         walking = Walk(footsteps(stand, path, None), SPEED, FLOOR_Z)
         clips.append(Clip(line.duration, line.duration + walking.duration, walking.pose))

@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from ...sensor_logic.model import Array
-from ..body.gait import AHEAD, Stand, placed_frame
+from ..body.gait import AHEAD, Stance, walking_frame_poses
 from ..body.moves import (
     Walk,
     footsteps,
@@ -33,7 +33,7 @@ from ..body.poses import carrying, drinking, looking_around, reaching, seat_dist
 from ..body.skeleton import Build, Sort
 from ..body.turns import ease
 from ..routine.timetable import Stream
-from .ground import dense, yaw_to
+from .ground import resample, yaw_to
 from .home import HomeInUse
 from .places import LIE, Door, Place
 from .timeline import AWAY, LYING, SITTING, STANDING, Clip, Gesture, Hold, Stay, Timeline
@@ -170,23 +170,23 @@ Standpoint = tuple[Array, float]  # position (2,) and yaw (rad) of a standing pe
 
 
 @dataclass(frozen=True, eq=False)
-class ParkedFrame:
-    """The pose (4,) of a frame that was left, and where its user stands to hold it."""
+class ParkedWalkingFrame:
+    """The pose (4,) of a walking frame that was left, and where its user stands to hold it."""
 
     frame: Array
     at: Array
     yaw: float
 
 
-def frame_pose(at: Array, yaw: float, floor: float, build: Build) -> Array:
-    """Return x, y, z and yaw of the frame of a person who stands at a point (2,)."""
-    placed: Array = placed_frame(at[:1], at[1:2], np.array([yaw]), floor, build)[0]
+def walking_frame_pose(at: Array, yaw: float, floor: float, build: Build) -> Array:
+    """Return x, y, z and yaw of the walking frame of a person who stands at a point (2,)."""
+    placed: Array = walking_frame_poses(at[:1], at[1:2], np.array([yaw]), floor, build)[0]
     return placed
 
 
-def frame_fits(floor: Floor, at: Array, yaw: float, build: Build) -> bool:
-    """Return whether the frame of a person who stands at a point (2,) is on free floor."""
-    x, y, _, _ = frame_pose(at, yaw, 0.0, build)
+def walking_frame_fits(floor: Floor, at: Array, yaw: float, build: Build) -> bool:
+    """Return whether there is free floor for the walking frame of a person at a point (2,)."""
+    x, y, _, _ = walking_frame_pose(at, yaw, 0.0, build)
     ahead, across = (np.arange(-s, s + 1e-9, SPACING_M) * build.scale for s in SIDES_M)
     u, v = (a.ravel() for a in np.meshgrid(ahead, across))
     c, s = math.cos(yaw), math.sin(yaw)
@@ -218,7 +218,7 @@ def parking_on_path(
         Index of the point, and the yaw to turn to before leaving the frame. None if the frame fits
         at the destination, or fits nowhere.
     """
-    if all(frame_fits(floor, at, yaw, build) for at, yaw in ends):
+    if all(walking_frame_fits(floor, at, yaw, build) for at, yaw in ends):
         return None
     gaps = np.diff(points, axis=0)
     far = np.concatenate([np.cumsum(np.hypot(*gaps.T)[::-1])[::-1], [0.0]])
@@ -229,23 +229,23 @@ def parking_on_path(
         heading = math.atan2(before[1], before[0])
         for turn in (0.0, *_TURNS):
             steps = np.linspace(0.0, turn, 1 + round(abs(turn) / math.radians(30.0)))
-            frame = frame_pose(points[k], heading + turn, 0.0, build)
+            frame = walking_frame_pose(points[k], heading + turn, 0.0, build)
             off = np.hypot(*(points[k:] - frame[:2]).T).min()
             if off >= 0.9 * AHEAD * build.scale and all(
-                frame_fits(floor, points[k], heading + step, build) for step in steps
+                walking_frame_fits(floor, points[k], heading + step, build) for step in steps
             ):
                 return k, heading + turn
     return None
 
 
 def parking_near(floor: Floor, at: Array, build: Build) -> Standpoint | None:
-    """Return the nearest position and yaw to a point (2,) at which the frame fits."""
+    """Return the nearest position and yaw to a point (2,) at which the walking frame fits."""
     for point in _points_around(at):
         if floor.clearance[floor.cell(point)] < 0.2:
             continue
         for k in range(12):
             yaw = k * math.pi / 6
-            if frame_fits(floor, point, yaw, build):
+            if walking_frame_fits(floor, point, yaw, build):
                 return point, yaw
     return None
 
@@ -287,7 +287,7 @@ class Actor:
         self.stays: list[Stay] = []
         self.wanted_path: Array | None = None
         self.waiting_since, self.is_cornered = now, False
-        self.parked: ParkedFrame | None = None
+        self.parked: ParkedWalkingFrame | None = None
         self.hands: dict[str, tuple[int, float]] = {}
         self._track: list[tuple[float, float, float]] = []
         self._posed_since = now
@@ -300,16 +300,18 @@ class Actor:
     def place_at(self, at: Array, yaw: float, storey: int) -> None:
         """Put the standing person at a point (2,) without a way to it."""
         self.storey = storey
-        self.stand = Stand.at(float(at[0]), float(at[1]), yaw, self.build)
+        self.stand = Stance.at(float(at[0]), float(at[1]), yaw, self.build)
         self.pose = self._standing()
         self._track.append((self.now, *self.stand.centre))
 
     def _standing(self) -> BodyPose:
-        return _with_parked_frame(self.parked, standing(self.stand, self.floor, self._walks_as))
+        return _with_parked_walking_frame(
+            self.parked, standing(self.stand, self.floor, self._walks_as)
+        )
 
     @property
     def _walks_as(self) -> Build:
-        """The build, without the frame if that was left behind."""
+        """The build, without the walking frame if it was left behind."""
         return self.build if self.parked is None else replace(self.build, frame=False)
 
     @property
@@ -368,7 +370,7 @@ class Actor:
         """Remove whole turns from the heading, while the body is still and nobody sees it."""
         turn = -2 * math.pi * round(self.stand.yaw / (2 * math.pi))
         left, right = (replace(f, yaw=f.yaw + turn) for f in (self.stand.left, self.stand.right))
-        self.stand = Stand(left, right)
+        self.stand = Stance(left, right)
         walker = self.pose.walker + (0.0, 0.0, 0.0, turn if self.parked is None else 0.0)
         self.pose = replace(self.pose, heading=self.pose.heading + turn, walker=walker)
         pose = self.pose
@@ -407,7 +409,9 @@ class Actor:
             for time, (x, y) in zip(times, points, strict=True)
         ]
 
-        self.add_clip(walk.duration, lambda since: _with_parked_frame(left, walk.pose(since)))
+        self.add_clip(
+            walk.duration, lambda since: _with_parked_walking_frame(left, walk.pose(since))
+        )
         self.stand, self.since = walk.end, self.now
         self._track.append((self.now, *self.stand.centre))
 
@@ -423,23 +427,23 @@ class Actor:
         self.set_posture(SITTING, place.name)
 
     # --- the walking frame ----------------------------------------------------------------------
-    def leave_frame(self) -> None:
+    def leave_walking_frame(self) -> None:
         """Let go of the walking frame and leave it here."""
         yaw = self.stand.yaw
-        self.parked = ParkedFrame(
-            frame_pose(self.position, yaw, self.floor, self.build), self.position, yaw
+        self.parked = ParkedWalkingFrame(
+            walking_frame_pose(self.position, yaw, self.floor, self.build), self.position, yaw
         )
         self._move_hands_to_frame()
 
-    def take_frame(self) -> None:
+    def take_walking_frame(self) -> None:
         """Take hold of the walking frame that is here."""
         self.parked = None
         self._move_hands_to_frame()
 
     def _move_hands_to_frame(self) -> None:
-        """Move the hands from or to the handles of the frame."""
+        """Move the hands from or to the handles of the walking frame."""
         before, after = self.pose, self._standing()
-        self.add_clip(HANDS, lambda t: before.mixed(after, ease(t / HANDS)))
+        self.add_clip(HANDS, lambda t: before.interpolated(after, ease(t / HANDS)))
 
     def seat_approach(self, place: Place) -> tuple[Array, float, Array]:
         """Return where to stand before sitting down (2,), the yaw there, and the seat (3,).
@@ -456,7 +460,7 @@ class Actor:
         """Walk straight to a point next to the end of the path, as between chair and table."""
         path = np.array([self.position, point])
         far = math.hypot(*(path[1] - path[0])) > 0.04
-        self.walk(dense(path) if far else path[:1], yaw)
+        self.walk(resample(path) if far else path[:1], yaw)
 
     def lie(self, place: Place) -> None:
         """Lie down from sitting on the edge of the bed."""
@@ -472,8 +476,8 @@ class Actor:
             floor = self.home.ground.floor(place.storey, {})
             beside = parking_near(floor, place.at[:2], self.build)
             if beside is not None:
-                frame = frame_pose(*beside, self.floor, self.build)
-                self.parked = ParkedFrame(frame, *beside)
+                frame = walking_frame_pose(*beside, self.floor, self.build)
+                self.parked = ParkedWalkingFrame(frame, *beside)
         self.place_at(place.at[:2], place.yaw, place.storey)
         if posture in (SITTING, LYING):
             point, yaw, seat = self.seat_approach(place)
@@ -498,7 +502,7 @@ class Actor:
         self.add_clip(SIT_DOWN, lambda t: sitting_down(stand, seated, 1.0 - t / SIT_DOWN))
         at, self._seat, self._seated = self._seat.at[:2], None, None
         if math.hypot(*(at - self.position)) > 0.3:
-            self.walk(dense(np.array([self.position, at])), None)
+            self.walk(resample(np.array([self.position, at])), None)
 
     def turn_over(self, side: int) -> None:
         """Turn over in bed: to the back (0), the left (1) or the right side (−1)."""
@@ -631,6 +635,6 @@ def sip_gesture(began: float) -> Gesture:
     return Gesture(began + 0.5, began + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
 
 
-def _with_parked_frame(parked: ParkedFrame | None, pose: BodyPose) -> BodyPose:
-    """Return the pose with the frame where it was left, if it was left."""
+def _with_parked_walking_frame(parked: ParkedWalkingFrame | None, pose: BodyPose) -> BodyPose:
+    """Return the pose with the walking frame where it was left, if it was left."""
     return pose if parked is None else replace(pose, walker=parked.frame[None])

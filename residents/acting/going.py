@@ -15,7 +15,7 @@ import numpy as np
 from ...sensor_logic.model import Array
 from ..body.skeleton import Build
 from .actor import FETCH_M, Actor, Standpoint, parking_on_path
-from .ground import dense, rounded
+from .ground import resample, round_corners
 from .home import HomeInUse, Occupant
 from .places import LIE, SIT, Door, Place
 from .timeline import STANDING, WALKING
@@ -164,7 +164,7 @@ class Navigator(Actor):
             )
         except NoPath:
             return self.position, None
-        points = rounded(ground.floor(place.storey, {}), path)[::-1]
+        points = round_corners(ground.floor(place.storey, {}), path)[::-1]
         for point in points:
             swings = any(
                 ground.in_swing(leaf, point, self.radius + 0.1)
@@ -181,7 +181,7 @@ class Navigator(Actor):
         if self.parked is not None and (
             yaw is None or float(np.hypot(*(goal - self.parked.at))) > FETCH_M
         ):
-            yield from self._fetch_frame()
+            yield from self._fetch_walking_frame()
         ground, opened = self.home.ground, self.home.open_doors(self.storey)
         until = self.now + PATIENCE
         while True:
@@ -205,24 +205,24 @@ class Navigator(Actor):
                 until = self.now + PATIENCE
         self.wanted_path = None
         if self.build.frame and self.parked is None and yaw is not None and self._standpoints:
-            path = self._leave_frame_on_path(path, opened)
+            path = self._leave_walking_frame_on_path(path, opened)
         self._walk(path, yaw, opened)
 
-    def _leave_frame_on_path(self, path: Array, opened: dict[str, float]) -> Array:
-        """Leave the frame where it does not fit at the end; return the remaining path (n, 2)."""
+    def _leave_walking_frame_on_path(self, path: Array, opened: dict[str, float]) -> Array:
+        """Leave the walking frame where it does not fit later; return the remaining path (n, 2)."""
         floor = self.home.ground.floor(self.storey, opened)
-        points = rounded(floor, path) if length(path) > 0.05 else path
+        points = round_corners(floor, path) if length(path) > 0.05 else path
         found = parking_on_path(floor, points, self._standpoints, self.build)
         if found is None:
             return path
         k, yaw = found
         self._walk(points[: k + 1], yaw, opened)
-        self.leave_frame()
+        self.leave_walking_frame()
         rest: Array = points[k:]
         return rest
 
-    def _fetch_frame(self) -> Process:
-        """Walk back to the frame and take hold of it."""
+    def _fetch_walking_frame(self) -> Process:
+        """Walk back to the walking frame and take hold of it."""
         if self.parked is None:
             return
         opened = self.home.open_doors(self.storey)
@@ -232,19 +232,18 @@ class Navigator(Actor):
         except NoPath:
             path = np.array([self.position, at])
         self._walk(path, yaw, opened)
-        self.take_frame()
+        self.take_walking_frame()
         yield
 
     # --- in each other's way --------------------------------------------------------------------
     def _wait(self, path: Array) -> Generator[None, None, bool]:
-        """Wait a moment for others to leave a path (n, 2).
+        """Wait a moment for others to leave a path (n, 2); return True after stepping aside.
 
-        If two people wait for each other, the one who has waited less steps aside. Return whether
-        this person has stepped aside.
+        If two people wait for each other, the one who has waited less steps aside.
         """
         if self.wanted_path is None:
             self.waiting_since = self.now
-        self.wanted_path = dense(path, 0.1)
+        self.wanted_path = resample(path, 0.1)
         other = self._who_needs_room()
         if other is not None and (yield from self._step_aside(other)):
             return True
@@ -253,7 +252,7 @@ class Navigator(Actor):
         return False
 
     def _who_needs_room(self) -> Occupant | None:
-        """Return the person who has waited long enough for this one to step aside, or None."""
+        """Return the person for whom this one must step aside now, or None."""
         other = self.home.longest_waiting(self)
         if other is None or self.now < other.waiting_since + AGREED:
             return None
@@ -291,7 +290,7 @@ class Navigator(Actor):
 
     def _spot_aside(self, other: Occupant, wanted_path: Array) -> Array | None:
         """Return the nearest reachable point off the other's path (n, 2), also behind a door."""
-        ground, wanted_path = self.home.ground, dense(wanted_path, 0.1)
+        ground, wanted_path = self.home.ground, resample(wanted_path, 0.1)
         floor = ground.floor(self.storey, self.home.open_doors(self.storey))
         every = max(round(SPACED / floor.size), 1)
         cells = np.argwhere(floor.clearance[::every, ::every] >= self.radius) * every
@@ -338,7 +337,7 @@ class Navigator(Actor):
             self.walk(path[:1], yaw)
             return
         self.set_posture(WALKING)
-        self.walk(rounded(self.home.ground.floor(self.storey, opened), path), yaw)
+        self.walk(round_corners(self.home.ground.floor(self.storey, opened), path), yaw)
         self.set_posture(STANDING)
 
     def _path_through_leaves(self, step: ActivityStep, goal: Array) -> Array:

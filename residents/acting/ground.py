@@ -334,7 +334,7 @@ def yaw_to(start: Array, end: Array) -> float:
     return math.atan2(end[1] - start[1], end[0] - start[0])
 
 
-def dense(points: Array, spacing: float = 0.03) -> Array:
+def resample(points: Array, spacing: float = 0.03) -> Array:
     """Return points (m, 2) at even spacing along corner points (n, 2), n > 1."""
     gaps = np.hypot(*np.diff(points, axis=0).T)
     points = points[np.concatenate([[True], gaps > 1e-6])]
@@ -343,7 +343,7 @@ def dense(points: Array, spacing: float = 0.03) -> Array:
     return np.column_stack([np.interp(at, s, points[:, k]) for k in (0, 1)])
 
 
-def rounded(floor: Floor, points: Array) -> Array:
+def round_corners(floor: Floor, points: Array) -> Array:
     """Return corner points (n, 2) as closely spaced points (m, 2) with rounded corners.
 
     The arcs are quadratic Béziers, as wide as the clearance permits.
@@ -363,7 +363,7 @@ def rounded(floor: Floor, points: Array) -> Array:
                 break
             trim *= 0.6
         arcs.append(arc)
-    return dense(np.concatenate([*arcs, points[-1:]]))
+    return resample(np.concatenate([*arcs, points[-1:]]))
 
 
 def _room(floor: Floor, points: Array) -> float:

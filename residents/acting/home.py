@@ -128,7 +128,7 @@ class HomeInUse:
 
     # --- who has what -------------------------------------------------------------------------
     def reservation_key(self, place: Place) -> str:
-        """Return what a person at a place reserves: the place, or all of a private room."""
+        """Return the key to reserve for a place: its name, or its room if that is private."""
         room = place.room.lower()
         return f"room {place.room}" if any(word in room for word in _PRIVATE) else place.name
 

@@ -303,7 +303,7 @@ class Performer(Navigator):
         door, side = self._entrance(step)
         self.rise()
         spot = self.home.ground.spot_or_estimate(door, side, self.radius)
-        yield from self._fetch_frame()
+        yield from self._fetch_walking_frame()
         yield from self.walk_to_point(step, spot.at, spot.yaw, door.storey)
         yield from self.pass_door(door, side)
         if self._key:

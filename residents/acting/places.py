@@ -94,7 +94,7 @@ class Door:
         return matrix
 
     def at(self, point: Array, opening: float) -> Array:
-        """Return points (…, 3) of the leaf's frame in the world, at an opening."""
+        """Transform points (…, 3) from the leaf's frame to the world, at an opening."""
         matrix = self.moved(opening)
         world = np.asarray(point, float) @ self.frame.T + self.hinge
         placed: Array = world @ matrix[:3, :3].T + matrix[:3, 3]

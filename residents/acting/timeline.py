@@ -154,14 +154,14 @@ class Timeline:
     def moving(self) -> Array:
         """Return the spans (k, 2) in which the body moves, s: sorted, without overlaps."""
         spans = [(clip.start, clip.end) for clip in self.clips if not clip.still]
-        return merged([*spans, *(span for g in self.gestures for span in g.spans())])
+        return merge_spans([*spans, *(span for g in self.gestures for span in g.spans())])
 
     def away(self) -> Array:
         """Return the spans (k, 2) in which the body is out of the home, s."""
-        return merged([(clip.start, clip.end) for clip in self.clips if clip.away])
+        return merge_spans([(clip.start, clip.end) for clip in self.clips if clip.away])
 
 
-def merged(spans: Sequence[tuple[float, float]]) -> Array:
+def merge_spans(spans: Sequence[tuple[float, float]]) -> Array:
     """Return the union (k, 2) of spans, sorted, without overlaps."""
     result: list[list[float]] = []
     for start, end in sorted(spans):
@@ -206,7 +206,7 @@ class Switch:
 class ActedActivity:
     """An activity as it was acted, from the start of the way to its first step.
 
-    `place` is the one of its places where most of it was done.
+    `place` is the name of the place where most of it was done.
     """
 
     start: float
@@ -258,7 +258,7 @@ class Acted:
         spans.append(np.column_stack([at_once, at_once]))
         every = np.concatenate([span.reshape(-1, 2) for span in spans])
         inside = every[(every[:, 1] >= start) & (every[:, 0] <= end)]
-        return merged(np.clip(inside, start, end).tolist())
+        return merge_spans(np.clip(inside, start, end).tolist())
 
     def person_on(self, low: Array, high: Array, time: float) -> str:
         """Return the person whose hips or feet are on or just above an object at a time.

@@ -138,8 +138,8 @@ def check_can_do(step: ActivityStep, places: Places, is_cat: bool) -> None:
 class RepeatedSteps:
     """Movements during an activity, of which one is chosen each time.
 
-    They come every `every` seconds on average, in bursts of `burst` on average, with log-normal
-    rests of spread `varies`.
+    `every` is their mean interval in s, and `burst` their mean number in a row. The rests between
+    have the log-normal spread `varies`.
     """
 
     steps: tuple[ActivityStep, ...]

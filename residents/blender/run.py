@@ -35,7 +35,7 @@ from ..days.rows import (
     FPS,
     LEAD_S,
     Day,
-    attributed,
+    attribute_events,
     calendar_number,
     clock_of_day,
     frame_at,
@@ -158,7 +158,7 @@ class DayRun:
                 self._causes.note if self._causes.wanted else None,
             )
             self._causes.take_left()
-        self.events = attributed(_events(self._causes.told, self._midnight))
+        self.events = attribute_events(_events(self._causes.told, self._midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:

@@ -15,7 +15,7 @@ from ...angen_addon.advice.warmth import USUAL, warm
 from ...angen_addon.authoring.presets import select_only
 from ...angen_addon.scene.sensors import unit_scale
 from ..body import gait as walker
-from ..body.gait import Stand
+from ..body.gait import Stance
 from ..body.moves import standing
 from ..body.skeleton import BUILDS, SKELETON_STATURE, Build, Sort
 from ..body.solve import channels
@@ -154,7 +154,7 @@ def stand_up(rig: Any) -> None:
     metres = unit_scale(bpy.context.scene)
     place, yaw = rig.location * metres, rig.rotation_euler.z
     build = build_of(rig)
-    pose = standing(Stand.at(place.x, place.y, yaw, build), place.z, build)
+    pose = standing(Stance.at(place.x, place.y, yaw, build), place.z, build)
     rest = {bone.name: np.array(bone.matrix_local.to_quaternion()) for bone in rig.data.bones}
     for path, index, values in channels(pose, rest):
         if path.startswith("pose.bones"):

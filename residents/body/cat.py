@@ -16,7 +16,7 @@ import numpy as np
 from ...sensor_logic.model import Array
 from . import surface as sf
 from .cat_skeleton import BACK_HEIGHT, CAT, HIP, HOCK, SHOULDER, WRIST
-from .gait import Footstep, Stand, near_turn
+from .gait import Footstep, Stance, near_turn
 from .pose import Arms, BodyPose, Feet
 from .skeleton import Build
 from .skin import Part
@@ -72,7 +72,7 @@ def _under(middle: Array, yaw: Array, offsets: Array, scale: float) -> Array:
 _TAIL_DOWN = np.array([[0.0, 0.10, 0.0]])
 
 
-def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
+def standing(stand: Stance, floor: float, build: Build) -> BodyPose:
     """Return the single pose on four paws."""
     middle, yaw = _at(*stand.centre, floor, stand.yaw)
     soles = np.broadcast_to(rotation_z(yaw)[:, None], (1, 4, 4))
@@ -120,7 +120,7 @@ def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
     If the two are at different heights, the cat leaps.
     """
     s = ease(t)
-    pose = before.mixed(after, s)
+    pose = before.interpolated(after, s)
     way = float(np.linalg.norm(after.walker[0, :3] - before.walker[0, :3]))
     rise = abs(float(after.walker[0, 2] - before.walker[0, 2]))
     up = (0.02 * pose.build.scale + 0.4 * rise + 0.05 * way) * np.sin(pi * s)
@@ -136,7 +136,7 @@ def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
     return replace(pose, look=pose.look + w * (0.0, -0.35, 0.6), tail=pose.tail + w * (0, 0, 0.35))
 
 
-def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
+def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
     """Return points of the cat's path with its heading, turns on the spot included."""
     found = [Footstep(0, *start.centre, start.yaw)]
 
@@ -177,10 +177,10 @@ class CatWalk:
         self.duration = self.last / speed
 
     @property
-    def end(self) -> Stand:
-        """The stand in which the walk ends."""
+    def end(self) -> Stance:
+        """The stance at the end of the walk."""
         x, y, yaw = map(float, self._way[-1])
-        return Stand.at(x, y, yaw, self.build)
+        return Stance.at(x, y, yaw, self.build)
 
     def track(self) -> tuple[Array, Array]:
         """Return the times (k,) since the start, s, and the body's positions (k, 2) then, m."""

@@ -30,7 +30,7 @@ HANDLE_BACK, HANDLE_SIDE, HANDLE_HEIGHT = -0.16, 0.25, 0.86
 _WRIST = 0.07  # behind the knuckles and above the handle
 
 
-def placed_frame(x: Array, y: Array, yaw: Array, floor: float, build: Build) -> Array:
+def walking_frame_poses(x: Array, y: Array, yaw: Array, floor: float, build: Build) -> Array:
     """Return position and yaw (n, 4) of the walking frame of a person who stands at x, y (n,).
 
     The columns are x, y, z in m and the yaw in rad.
@@ -86,17 +86,17 @@ class Footstep:
 
 
 @dataclass(frozen=True)
-class Stand:
+class Stance:
     """Both feet on the floor."""
 
     left: Footstep
     right: Footstep
 
     @staticmethod
-    def at(x: float, y: float, yaw: float, build: Build = ADULT) -> Stand:
-        """Return the stand with its centre at x, y (m) that faces along `yaw`."""
+    def at(x: float, y: float, yaw: float, build: Build = ADULT) -> Stance:
+        """Return the stance with its centre at x, y (m) that faces along `yaw`."""
         half = STAND_HALF_WIDTH * build.scale
-        return Stand(_beside(x, y, yaw, 0, half), _beside(x, y, yaw, 1, half))
+        return Stance(_beside(x, y, yaw, 0, half), _beside(x, y, yaw, 1, half))
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -125,12 +125,12 @@ _Landing = tuple[float, float, float, float]
 
 
 def footsteps(
-    start: Stand, path: Array, end_yaw: float | None, build: Build = ADULT
+    start: Stance, path: Array, end_yaw: float | None, build: Build = ADULT
 ) -> list[Footstep]:  # fmt: skip
-    """Return the footsteps from a stand along the points of a path (n, 2).
+    """Return the footsteps from a stance along the points of a path (n, 2).
 
-    Turns on the spot at both ends are included. The list begins with the two feet that stand, and
-    ends with the two feet of the last stand.
+    Turns on the spot at both ends are included. The list begins with the two standing feet, and
+    ends with the two feet of the last stance.
     """
     scale, yaw = build.scale, start.yaw
     landings: list[_Landing] = []
@@ -243,10 +243,10 @@ class Walk:
         self.stride = min(1.0, length / (0.60 * build.scale))
 
     @property
-    def end(self) -> Stand:
-        """The stand in which the walk ends."""
+    def end(self) -> Stance:
+        """The stance at the end of the walk."""
         a, b = self.steps[-2:]
-        return Stand(a, b) if a.side == 0 else Stand(b, a)
+        return Stance(a, b) if a.side == 0 else Stance(b, a)
 
     def track(self) -> tuple[Array, Array]:
         """Return the times (k,) since the start, s, and the body's positions (k, 2) then, m."""
@@ -284,7 +284,7 @@ class Walk:
              self.floor + scale * (STAND_HEIGHT - dip)], -1
         )  # fmt: skip
         pelvis[:, 2] = _within_reach(pelvis, turn, feet, scale)
-        walker = placed_frame(x, y, yaw, self.floor, self.build)
+        walker = walking_frame_poses(x, y, yaw, self.floor, self.build)
         arms = _swinging(effort, forth)
         return pushing(
             BodyPose(self.build, yaw, pelvis, turn, feet, arms, spine, look, walker)
@@ -381,7 +381,7 @@ def rolled_foot(
     return ankle, compose(flat, tilt), compose(flat, toe_tilt), rotated(flat, X)
 
 
-def standing(stand: Stand, floor: float, build: Build = ADULT) -> BodyPose:
+def standing(stand: Stance, floor: float, build: Build = ADULT) -> BodyPose:
     """Return the single pose with both feet flat and the arms down, as a walk begins and ends."""
     x, y = stand.centre
     scale = build.scale
@@ -395,6 +395,6 @@ def standing(stand: Stand, floor: float, build: Build = ADULT) -> BodyPose:
     pose = BodyPose(
         build, yaw, pelvis, rotation_z(yaw), feet, Arms(),
         single((0.0, build.stoop, 0.0)), single((0.0, -build.stoop, 0.0)),
-        placed_frame(np.array([x]), np.array([y]), yaw, floor, build),
+        walking_frame_poses(np.array([x]), np.array([y]), yaw, floor, build),
     )  # fmt: skip
     return pushing(pose)

@@ -5,15 +5,16 @@ from __future__ import annotations
 
 from ...sensor_logic.model import Array
 from . import cat, gait, poses
-from .gait import Footstep, Stand
+from .gait import Footstep, Stance
 from .pose import BodyPose
 from .skeleton import Build
 
 
-def footsteps(start: Stand, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """Return the footsteps from a stand along the points of a path (n, 2).
+def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
+    """Return the footsteps from a stance along the points of a path (n, 2).
 
-    Turns on the spot at both ends are included. A list of two footsteps is no walk.
+    Turns on the spot at both ends are included. If no walk is needed, the list has only two
+    footsteps.
     """
     if build.is_cat:
         return cat.footsteps(start, path, end_yaw, build)
@@ -29,7 +30,7 @@ def Walk(
     return gait.Walk(steps, speed, floor, build)
 
 
-def standing(stand: Stand, floor: float, build: Build) -> BodyPose:
+def standing(stand: Stance, floor: float, build: Build) -> BodyPose:
     """Return the single pose on both feet, or on four paws."""
     if build.is_cat:
         return cat.standing(stand, floor, build)

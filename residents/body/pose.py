@@ -56,16 +56,16 @@ class PoseArrays:
         taken: Self = _each(self, do=lambda _name, a: a[index])
         return taken
 
-    def mixed(self, other: Self, t: float | Array) -> Self:
+    def interpolated(self, other: Self, t: float | Array) -> Self:
         """Interpolate from this pose (t = 0) to the other (t = 1).
 
-        An array with a single entry is broadcast.
+        Arrays of length 1 are broadcast.
         """
 
         def blend(name: str, a: Array, b: Array) -> Array:
             return (slerp if name in TURNS else lerp)(a, b, t)
 
-        result: Self = _each(self, other, do=blend, inner=lambda a, b: a.mixed(b, t))
+        result: Self = _each(self, other, do=blend, inner=lambda a, b: a.interpolated(b, t))
         return result
 
 
@@ -101,7 +101,7 @@ class Arms(PoseArrays):
     target: Array = field(default_factory=_arms(0.0, 3))  # of the wrist, in the world, m
     grip: Array = field(default_factory=_arms(0.0))
 
-    def mixed(self, other: Self, t: float | Array) -> Self:
+    def interpolated(self, other: Self, t: float | Array) -> Self:
         """Interpolate the angles, and weight each target by its grip."""
         # A target with a grip of 0 has no meaning: it must not move the other target.
         a, b = (
@@ -111,7 +111,7 @@ class Arms(PoseArrays):
         both = a + b
         part = np.where(both > 0, b / np.where(both > 0, both, 1.0), 1.0)[..., None]
         target = self.target + (other.target - self.target) * part
-        return replace(super().mixed(other, t), target=target)
+        return replace(super().interpolated(other, t), target=target)
 
     def one(self, side: int, **values: Array | float) -> Self:
         """Return a copy with new values for the arm of one side, each (n,), (n, 3) or a number."""

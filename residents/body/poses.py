@@ -85,7 +85,7 @@ def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
     The trunk bends first, then the hips move back and down.
     """
     s = ease(t)
-    pose = stand.mixed(seated, s)
+    pose = stand.interpolated(seated, s)
     bend = np.sin(np.pi * s) ** 2
     # The hips go back before they go down, so that the weight stays over the feet.
     pelvis = pose.pelvis.copy()
@@ -169,14 +169,14 @@ def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
     """
     s = ease(t)
     a, b, scale = seated.feet, lying_pose.feet, seated.build.scale
-    middle = seated.mixed(lying_pose, 0.5)
+    middle = seated.interpolated(lying_pose, 0.5)
     # The control point of a parabola: its middle is half as far off the straight line.
     ankle = lerp(a.ankle, b.ankle, 0.35)
     ankle[..., 2] = b.ankle[..., 2] + 0.62 * scale
     feet = replace(middle.feet, ankle=ankle, knee=middle.feet.knee + 1.2 * _Z)
     middle = replace(middle, feet=feet, pelvis=middle.pelvis + 0.05 * scale * _Z,
                      spine=middle.spine + np.array([0.0, 0.5, 0.0]))  # fmt: skip
-    return seated.mixed(middle, s).mixed(middle.mixed(lying_pose, s), s)
+    return seated.interpolated(middle, s).interpolated(middle.interpolated(lying_pose, s), s)
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
@@ -185,7 +185,7 @@ def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
     On the way the hips are lifted a little and the knees drawn up.
     """
     s = ease(t)
-    pose = before.mixed(after, s)
+    pose = before.interpolated(after, s)
     lift = np.sin(np.pi * s) ** 2
     scale = pose.build.scale
     pelvis = pose.pelvis + 0.04 * scale * lift[:, None] * _Z
@@ -305,7 +305,7 @@ def reaching(
 
 def _with_wrist_at(pose: BodyPose, side: int, wrist: Array, weight: Array) -> BodyPose:
     """Return the poses with one wrist at points (n, 3)."""
-    arms = pose.arms.mixed(pose.arms.one(side, target=wrist, grip=1.0), weight)
+    arms = pose.arms.interpolated(pose.arms.one(side, target=wrist, grip=1.0), weight)
     return replace(pose, arms=arms)
 
 
@@ -327,7 +327,7 @@ def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
         side, forward=0.12 + 0.3 * (arms.forward[:, side] - 0.03), away=0.10, inward=0.30,
         elbow=1.25, grip=0.0,
     )  # fmt: skip
-    return replace(pose, arms=arms.mixed(level, weight))
+    return replace(pose, arms=arms.interpolated(level, weight))
 
 
 def upright(pose: BodyPose, tilt: Array) -> Array:

@@ -30,7 +30,7 @@ class Part:
 
 
 def _along(a: Array, b: Array, forward: tuple[float, float, float]) -> Array:
-    """Return the axes of a limb as rows: front (nearest to `forward`), side, and along it."""
+    """Return front, side and direction of a limb as rows; the front is nearest to `forward`."""
     w = (b - a) / np.linalg.norm(b - a)
     u = np.asarray(forward) - w * (w @ forward)
     u /= np.linalg.norm(u)

@@ -135,7 +135,7 @@ def joint(bones: Bones, pose: BodyPose, bone: str) -> Array:
 
 
 def solve(pose: BodyPose) -> Bones:
-    """Return all bones of the body."""
+    """Return the rotations and positions of all bones."""
     pose = pose.take(slice(None))
     bones = trunk(pose)
     for number, leg in enumerate(skeleton_of(pose.build).legs):

@@ -17,7 +17,7 @@ from ...sensor_logic.formats.source import ACTIVITY_HEADER, DAY_HEADER, make_log
 from ...sensor_logic.log import Event, Value, format_value, to_csv
 from ...sensor_logic.model import Array
 from ..routine.timetable import day_number
-from .truth import DAY_S, US, Whereabouts, joined
+from .truth import DAY_S, US, Whereabouts, join_activities
 
 PEOPLE_HEADER = ("time", "person", "room", "x_m", "y_m", "z_m", "posture")
 DAY_US = round(DAY_S) * US
@@ -77,7 +77,7 @@ def _event(cells: Iterable[Any]) -> Event[int]:
     return Event(frame=0.0, **dict(zip(DAY_HEADER, cells, strict=True)))
 
 
-def attributed(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
+def attribute_events(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
     """Return the events of a day in the log's order, each with the person who caused it.
 
     On input each event has the person who moves its cause at that time. The end of a reading is
@@ -98,7 +98,7 @@ def attributed(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
 
 @dataclass(frozen=True)
 class DayRows:
-    """The rows of consecutive days, with times in µs since the first midnight, of `start`."""
+    """The rows of consecutive days; times are in µs since midnight of the date `start`."""
 
     start: date
     events: tuple[Event[int], ...]
@@ -111,7 +111,7 @@ class DayRows:
         return cls(
             days[0].date,
             tuple(_events(days)),
-            tuple(joined(day.activities for day in days)),
+            tuple(join_activities(day.activities for day in days)),
             tuple(_people(days)),
         )
 
@@ -254,7 +254,7 @@ def lasting(seconds: float) -> str:
 
 
 def calendar_number(first: date) -> int:
-    """Return the number of a date, from 0 to below `CYCLE`, from which its noise is drawn.
+    """Return the day number of a date modulo `CYCLE`, from which its noise is drawn.
 
     The noise of a date does not depend on the day with which a run begins.
     """

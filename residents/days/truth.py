@@ -147,7 +147,7 @@ def _times_to_check(first: float, end: float, moving: Array) -> Array:
     return np.unique(np.concatenate(parts))
 
 
-def joined(parts: Iterable[Iterable[LoggedActivity]]) -> list[LoggedActivity]:
+def join_activities(parts: Iterable[Iterable[LoggedActivity]]) -> list[LoggedActivity]:
     """Return the activities of consecutive days in time since the first midnight.
 
     An activity that continues over midnight is one, in the room of its longest part.

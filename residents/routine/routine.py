@@ -28,9 +28,9 @@ AWAY = "Away"
 class Meanwhile:
     """Movements that are repeated during an activity, of which one in `do` is chosen each time.
 
-    They come every `every` seconds on average, in bursts of `burst` on average (None for the
-    default), with rests of log-normal spread `varies`. `where` has the lines of the steps in the
-    file.
+    `every` is their mean interval in s, and `burst` their mean number in a row (None for the
+    default). The rests between have the log-normal spread `varies`. `where` has the lines of the
+    steps in the file.
     """
 
     do: tuple[str, ...]
@@ -123,7 +123,7 @@ class Filler:
 
 @dataclass(frozen=True)
 class Interruption:
-    """An activity that interrupts another, on average `times` in each stretch of it."""
+    """An activity that interrupts the activity `during`, on average `times` in each stretch."""
 
     person: str
     during: str

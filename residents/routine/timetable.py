@@ -98,7 +98,7 @@ SHORTEST = 30.0
 
 @dataclass(frozen=True)
 class _Point:
-    """A drawn fixed point; `lasts` tells that its duration counts, not its end."""
+    """A drawn fixed point; if `lasts`, a late start also moves the end."""
 
     start: float
     end: float

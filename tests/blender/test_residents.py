@@ -86,7 +86,7 @@ def keyed(world, addon_part, body):
     bodies = {}
     for person, at in (("Anna", (0.0, 0.0)), ("Mimi", (1.0, 3.0))):
         build = build_of(rigs[person])
-        line, now, stand = timeline.Timeline(), 0.0, gait.Stand.at(*at, 0.0, build)
+        line, now, stand = timeline.Timeline(), 0.0, gait.Stance.at(*at, 0.0, build)
         for _ in range(8):
             pose = moves.standing(stand, 0.0, build)
             line.clips.append(timeline.Clip(now, now + 30.0, lambda t, pose=pose: pose, still=True))
@@ -155,7 +155,7 @@ def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part
     rig = bpy.context.object
     build = build_of(rig)
     gait, timeline = body("gait"), addon_part("residents.acting.timeline")
-    poses = [gait.standing(gait.Stand.at(1.0, 2.0, yaw, build), 0.0, build)
+    poses = [gait.standing(gait.Stance.at(1.0, 2.0, yaw, build), 0.0, build)
              for yaw in (1.0 + 4 * np.pi, 1.0)]  # fmt: skip
     line = timeline.Timeline([
         timeline.Clip(5.0 * k, 5.0 * k + 5.0, lambda t, pose=pose: pose, still=True)
@@ -179,7 +179,7 @@ def test_who_is_away_is_not_there(world, addon_part, body):
     rig = bpy.context.object
     build = build_of(rig)
     gait, timeline = body("gait"), addon_part("residents.acting.timeline")
-    pose = gait.standing(gait.Stand.at(0.0, 0.0, 0.0, build), 0.0, build)
+    pose = gait.standing(gait.Stance.at(0.0, 0.0, 0.0, build), 0.0, build)
     line = timeline.Timeline([
         timeline.Clip(10.0 * k, 10.0 * k + 10.0, lambda t: pose, still=True, away=k == 1)
         for k in range(3)

@@ -46,7 +46,7 @@ def an_hour_at_home(build):
     def rest(pose):
         play(0.5, lambda t: pose, still=True)
 
-    stand = gait.Stand.at(0.0, 0.0, 0.3, build)
+    stand = gait.Stance.at(0.0, 0.0, 0.3, build)
     angle = np.linspace(0.0, 3.0, 200)
     bend = np.stack([2 * np.sin(angle), 2 - 2 * np.cos(angle)], 1)
     rest(gait.standing(stand, FLOOR, build))
@@ -161,7 +161,7 @@ def test_only_what_moves_is_in_the_spans(film):
 @people
 @pytest.mark.parametrize("height", [0.25, 0.47, 0.60, 0.80])
 def test_a_seat_of_any_height_is_met(build, height):
-    upright = gait.standing(gait.Stand.at(1.0, 2.0, 0.7, build), FLOOR, build)
+    upright = gait.standing(gait.Stance.at(1.0, 2.0, 0.7, build), FLOOR, build)
     at = np.array([0.6, 1.7, FLOOR + height])
     bones = solve(poses.sitting(upright, at))
     assert bones.at["pelvis"][0] == pytest.approx(at + [0, 0, 0.13 * build.scale])
@@ -176,7 +176,7 @@ def test_a_seat_of_any_height_is_met(build, height):
 @people
 @pytest.mark.parametrize("side", [0, 1, -1])
 def test_one_lies_on_the_bed_and_not_in_it(build, side):
-    upright = gait.standing(gait.Stand.at(0.0, 0.0, 0.0, build), FLOOR, build)
+    upright = gait.standing(gait.Stance.at(0.0, 0.0, 0.0, build), FLOOR, build)
     seated = poses.sitting(upright, np.array([-0.5, 0.0, 0.5]))
     bones = solve(poses.lying(seated, np.array([-1.0, 0.0, 0.5]), 1.2, side))
     heights = [at[0, 2] for at in bones.at.values()]
@@ -188,7 +188,7 @@ def test_one_lies_on_the_bed_and_not_in_it(build, side):
 @people
 @pytest.mark.parametrize("height", [0.1, 0.35, 0.6, 0.9, 1.2, 1.6])
 def test_the_hand_gets_there(build, height):
-    upright = gait.standing(gait.Stand.at(0.0, 0.0, 0.0, build), FLOOR, build)
+    upright = gait.standing(gait.Stance.at(0.0, 0.0, 0.0, build), FLOOR, build)
     point = np.array([0.45, -0.15, height]) * build.scale + [0, 0, FLOOR]
     bones = solve(poses.reaching(upright, 1, point, np.ones(1)))
     wrist = bones.at["hand.R"][0]
@@ -201,7 +201,7 @@ def test_a_cat_walks_on_paws_that_do_not_slide_and_sits_and_lies(size):
     build = replace(CAT, stature=size)
     angle = np.linspace(0.0, 2.5, 200)
     way = np.stack([1.5 * np.sin(angle), 1.5 - 1.5 * np.cos(angle)], 1)
-    start = gait.Stand.at(0.0, 0.0, 2.0, build)
+    start = gait.Stance.at(0.0, 0.0, 2.0, build)
     walk = moves.Walk(moves.footsteps(start, way, -1.0, build), build.speed, FLOOR, build)
     stand = moves.standing(walk.end, FLOOR, build)
     seat_at = np.array([*walk.end.centre, FLOOR + 0.4])

@@ -20,7 +20,14 @@ import numpy as np
 import pytest
 from angen_sensors.residents.acting.timeline import AWAY as GONE
 from angen_sensors.residents.acting.timeline import SITTING, WALKING, Acted, ActedActivity, Stay
-from angen_sensors.residents.days.rows import DAY_US, Day, DayRows, attributed, stretches, toml
+from angen_sensors.residents.days.rows import (
+    DAY_US,
+    Day,
+    DayRows,
+    attribute_events,
+    stretches,
+    toml,
+)
 from angen_sensors.residents.days.sun import Site, direction, position, skylight, sunlight
 from angen_sensors.residents.days.truth import Whereabouts, activities, people
 from angen_sensors.residents.routine import file
@@ -313,7 +320,7 @@ def test_what_ends_is_of_who_began_it() -> None:
         moved(5, "PIR", True, "anna", "Door"), moved(6, "PIR", True),
         moved(7, "PIR", True, "", "Door"), moved(8, "PIR", True, "", "Wind"), moved(9, "PIR", True),
     ]  # fmt: skip
-    found = attributed([*told[2:], moved(8, "A", True), moved(0, "PIR", True), *told[:2]])
+    found = attribute_events([*told[2:], moved(8, "A", True), moved(0, "PIR", True), *told[:2]])
     assert [e.time for e in found] == [0, 5, 6, 7, 8, 8, 9]
     assert [e.person for e in found] == ["", "anna", "anna", "anna", "", "", ""]
     assert found[4].sensor == "A"

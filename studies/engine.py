@@ -184,7 +184,7 @@ def submit(
 
 
 def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
-    """Send files to all workers, also to those that connect later."""
+    """Send files to all workers, including those that connect later."""
     name = f"angen-study-{hash(frozenset(file.digest for file in files)):x}"
     client.register_plugin(tasks.FilesOfStudy(name, files))
 
@@ -242,12 +242,24 @@ class Tasks:
 
 
 def group_runs(
-    runs: Iterable[T], life: Callable[[T], str], workers: int, most: int
+    runs: Iterable[T], key: Callable[[T], str], workers: int, most: int
 ) -> Iterator[list[T]]:
-    """Yield groups of at most `most` runs with the same key, enough groups for all workers."""
+    """Yield groups of runs with the same key.
+
+    Parameters
+    ----------
+    runs : iterable
+        The runs to group.
+    key : callable
+        Returns a run's key; runs with the same key can share one simulation.
+    workers : int
+        The number of workers; there are enough groups for all of them.
+    most : int
+        The largest size of a group.
+    """
     groups: defaultdict[str, list[T]] = defaultdict(list)
     for run in runs:
-        groups[life(run)].append(run)
+        groups[key(run)].append(run)
     parts = math.ceil(workers / max(len(groups), 1))
     for group in groups.values():
         size = min(math.ceil(len(group) / parts), most)
@@ -256,7 +268,7 @@ def group_runs(
 
 
 class Driver:
-    """The driver of a study: its homes, its workers and its store of results."""
+    """The driver of a study: sends its runs to workers, and stores their results."""
 
     def __init__(self, study: Study, store: Store, client: distributed.Client) -> None:
         self._study, self._store, self._client = study, store, client

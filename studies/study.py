@@ -455,7 +455,7 @@ def _settings(study: Study) -> Iterator[Setting]:
 
 
 def _values_of(way: Sequence[Value] | Range) -> Sequence[Value]:
-    """Return a list of values, or those of a range in a grid."""
+    """Return the values of a list, or the values of a range in a grid."""
     return way.values() if isinstance(way, Range) else way
 
 

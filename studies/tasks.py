@@ -59,7 +59,7 @@ class Task:
     """All that a worker needs for a run.
 
     `shared_settings` are the `settings` that can change other sensors' readings. `functions` are
-    the user's measures as (label, name, source). `versions` are those of all workers of the study.
+    the user's measures as (label, name, source). All workers of the study have these `versions`.
     `days_in` is the driver's folder for unfinished days.
     """
 

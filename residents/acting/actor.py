@@ -120,10 +120,10 @@ def hand_on_handle(
 
 
 def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
-    """Draw the spots of working hands.
+    """Draw the spots of working hands, m to the left and towards the body.
 
-    Return the times (n,) at which the hands leave a spot, s, the first of which is 0, and the spots
-    before and after each (n + 1, 2): m to the left and towards the body.
+    Return the times (n,) at which the hands leave a spot, s, and all spots (n + 1, 2). The first
+    time is 0.
     """
     begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
     while (after := begins[-1] + max(stream.log_normal(*SPOT_TIME), MOVE_TIME)) < seconds:
@@ -296,7 +296,8 @@ class Actor:
         self.side = 0
         self.place_at(np.zeros(2), 0.0, 0)
 
-    # --- where the person is ------------------------------------------------------------------
+    # Position and posture.
+
     def place_at(self, at: Array, yaw: float, storey: int) -> None:
         """Put the standing person at a point (2,) without a way to it."""
         self.storey = storey
@@ -346,7 +347,8 @@ class Actor:
             self.stays.append(stay)
         self._posed_since = self.now
 
-    # --- pieces -------------------------------------------------------------------------------
+    # Clips, gestures and walking.
+
     def add_clip(self, seconds: float, pose: Callable[[Array], BodyPose]) -> None:
         """Append a clip; `pose` takes the seconds since its start."""
         self.timeline.clips.append(Clip(self.now, self.now + seconds, pose))
@@ -415,7 +417,8 @@ class Actor:
         self.stand, self.since = walk.end, self.now
         self._track.append((self.now, *self.stand.centre))
 
-    # --- sitting and lying --------------------------------------------------------------------
+    # Sitting and lying.
+
     def sit(self, place: Place) -> None:
         """Step to the seat, turn around and sit down."""
         point, yaw, seat = self.seat_approach(place)
@@ -426,7 +429,8 @@ class Actor:
         self._seat, self._seated = place, seated
         self.set_posture(SITTING, place.name)
 
-    # --- the walking frame ----------------------------------------------------------------------
+    # The walking frame.
+
     def leave_walking_frame(self) -> None:
         """Let go of the walking frame and leave it here."""
         yaw = self.stand.yaw
@@ -513,7 +517,8 @@ class Actor:
         self.add_clip(TURN_OVER, lambda t: turning_over(before, after, t / TURN_OVER))
         self.side = side
 
-    # --- hands --------------------------------------------------------------------------------
+    # Hands.
+
     def shift(self, size: float = 1.0) -> None:
         """Move a little on the spot; a larger movement takes longer."""
         slow = math.sqrt(size)
@@ -601,7 +606,8 @@ class Actor:
                           lambda pose, _t, w: carrying(pose, side, w), steady=True)  # fmt: skip
         self.timeline.gestures.append(carried)
 
-    # --- leaves -------------------------------------------------------------------------------
+    # Doors and drawers.
+
     def move_leaf(self, door: Door, after: float) -> None:
         """Open or close a leaf, with a hand on the handle.
 
@@ -636,5 +642,5 @@ def sip_gesture(began: float) -> Gesture:
 
 
 def _with_parked_walking_frame(parked: ParkedWalkingFrame | None, pose: BodyPose) -> BodyPose:
-    """Return the pose with the walking frame where it was left, if it was left."""
+    """Return the pose with the walking frame where it is parked, if it is."""
     return pose if parked is None else replace(pose, walker=parked.frame[None])

@@ -149,7 +149,9 @@ def _plan(
     return found
 
 
-# --- how a day begins ---------------------------------------------------------------------------
+# The start of a day.
+
+
 def _before(segments: Sequence[Segment], person: str, day: int) -> list[Segment]:
     """Return the person's segments that end before the day begins."""
     return [s for s in segments if s.person == person and s.end <= day * DAY]
@@ -207,7 +209,9 @@ def _begin(performer: Performer, segments: Sequence[Segment], day: int) -> None:
     raise InputError(f"there is no place for {performer.name!r} to be at midnight; mark another")
 
 
-# --- all together -------------------------------------------------------------------------------
+# All persons together.
+
+
 def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Shares[None]:
     """Advance whoever is earliest; at equal times, the first in the list."""
     lives = [performer.live(plan) for performer, plan in people]

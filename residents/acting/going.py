@@ -235,7 +235,8 @@ class Navigator(Actor):
         self.take_walking_frame()
         yield
 
-    # --- in each other's way --------------------------------------------------------------------
+    # People in each other's way.
+
     def _wait(self, path: Array) -> Generator[None, None, bool]:
         """Wait a moment for others to leave a path (n, 2); return True after stepping aside.
 

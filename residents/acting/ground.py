@@ -44,7 +44,7 @@ class Spot:
 
 @dataclass(frozen=True, eq=False)
 class FloorWithPerson(Floor):
-    """A floor with a person on it, who stands at a point (2,) with a radius in m."""
+    """A floor on which a person stands at a point (2,) with a radius in m."""
 
     whole: Floor
     point: Array
@@ -78,7 +78,8 @@ class Ground:
         self._ways: dict[object, Array | NoPath] = {}
         self._swings: dict[str, Array] = {}
 
-    # --- floors -----------------------------------------------------------------------------
+    # Floors.
+
     def floor(self, storey: int, opened: Open) -> Floor:
         """Return the floor of a storey with its leaves; doors that are not in `opened` are shut."""
         key = storey, tuple(sorted(opened.items()))
@@ -114,7 +115,8 @@ class Ground:
         first = cells[int(np.argmin(np.hypot(*off.T)))]
         return int(near[first[0], first[1]])
 
-    # --- doors ------------------------------------------------------------------------------
+    # Doors.
+
     def spot(self, door: Door, side: float, radius: float) -> Spot | None:
         """Return the spot on one side of a door from which a person moves it.
 
@@ -211,7 +213,8 @@ class Ground:
             self._swings[door.name] = np.concatenate(stands)
         return bool((np.hypot(*(self._swings[door.name] - point).T) < margin).any())
 
-    # --- ways -------------------------------------------------------------------------------
+    # Paths.
+
     def find_path(
         self, storey: int, start: Array, goal: Array, radius: float, opened: Open,
         other: Array | None = None,
@@ -254,9 +257,24 @@ class Ground:
     def doors_between(
         self, storey: int, start: Array, goal: Array, radius: float, opened: Open
     ) -> list[tuple[Door, float]] | None:
-        """Return the doors on the cheapest way, each with the side to come from.
+        """Return the doors on the cheapest way between two points.
 
-        Doors that are open are included. None if there is no way.
+        Parameters
+        ----------
+        storey : int
+            The storey, from the lowest.
+        start, goal : array, shape (2,)
+            The points, m.
+        radius : float
+            Half of the walker's width, m.
+        opened : mapping of str to float
+            The openings of the doors that are open; passing these has no extra cost.
+
+        Returns
+        -------
+        list of tuple, or None
+            The doors in order, also open ones, each with the side to come from. None if there is no
+            way.
         """
         wanted = self.region_at(storey, goal, radius)
         begun = self.region_at(storey, start, radius)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The state of a home during a day: open doors, lamps, things, and who is where.
+"""The state of a home during a day: open doors, lamps, things and people.
 
 No two people reserve the same place, or walk through each other.
 """
@@ -72,7 +72,8 @@ class HomeInUse:
     _free_from: dict[str, float] = field(default_factory=dict)
     _busy: dict[str, tuple[Occupant, float]] = field(default_factory=dict)
 
-    # --- what hands move ----------------------------------------------------------------------
+    # Doors, lamps and things.
+
     def opening(self, door: Door) -> float:
         """Return the present opening of a leaf; the file's state is 0."""
         return self.openings.get(door.name, 0.0)
@@ -111,7 +112,7 @@ class HomeInUse:
     def record_initial_state(
         self, left: tuple[dict[str, bool], dict[str, float], dict[str, str]], first: float
     ) -> None:
-        """Record a `state` before the time `first`, as changes that nobody made."""
+        """Record a `state` before the time `first`, as changes without a person."""
         lamps, openings, things = left
         self.switches += [Switch(first - 1.0, lamp, on, "") for lamp, on in lamps.items()]
         for name, opening in openings.items():
@@ -123,10 +124,11 @@ class HomeInUse:
 
     @staticmethod
     def put_position(thing: str, place: Place) -> Array | None:
-        """Return the position (3,) of a thing at a place, or None at the thing's own place."""
+        """Return the position (3,) of a thing at a place, or None at the thing's home place."""
         return None if place.name == thing else np.array(place.target)
 
-    # --- who has what -------------------------------------------------------------------------
+    # Reservations.
+
     def reservation_key(self, place: Place) -> str:
         """Return the key to reserve for a place: its name, or its room if that is private."""
         room = place.room.lower()
@@ -157,7 +159,7 @@ class HomeInUse:
     def can_move(self, door: Door, occupant: Occupant, patient: bool) -> bool:
         """Return whether nobody else uses a door, or stands in its swing.
 
-        Without patience only people at a place count.
+        Without `patient`, people on their way do not count.
         """
         if self._is_busy(door, occupant):
             return False

@@ -65,7 +65,8 @@ class Performer(Navigator):
         self.place_at(spot.at, spot.yaw, door.storey)
         self.posture, self.place, self.is_ignored = AWAY, "", True
 
-    # --- through the day --------------------------------------------------------------------
+    # The day.
+
     def live(self, segments: list[tuple[Segment, Stream]]) -> Process:
         """Perform segments, in s since the day's midnight, each with its random numbers."""
         for number, (segment, stream) in enumerate(segments):
@@ -152,7 +153,8 @@ class Performer(Navigator):
             step = one.steps[stream.weighted_choice([1.0] * len(one.steps))]
             yield from self._perform_step(step, False, stream)
 
-    # --- steps --------------------------------------------------------------------------------
+    # Steps.
+
     def _perform_step(self, step: ActivityStep, last: bool, stream: Stream) -> Process:
         """Perform one step; `last` tells that it is the last one of its activity."""
         self.step = step
@@ -295,7 +297,8 @@ class Performer(Navigator):
 
         return min(spots, key=trouble)
 
-    # --- out and in -----------------------------------------------------------------------------
+    # Leaving and coming home.
+
     def _leave(self, step: ActivityStep) -> Process:
         """Leave the home through the nearest entrance."""
         if self.posture == AWAY:

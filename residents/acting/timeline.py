@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motion of bodies and things on one day as functions of time, and who did what.
+"""The motion of bodies and things on one day as functions of time, and the activities acted.
 
 Times are seconds from the start of the day, or of a story, in arrays (n,).
 """
@@ -261,10 +261,19 @@ class Acted:
         return merge_spans(np.clip(inside, start, end).tolist())
 
     def person_on(self, low: Array, high: Array, time: float) -> str:
-        """Return the person whose hips or feet are on or just above an object at a time.
+        """Return the person whose hips or feet are on or just above an object.
 
-        `low` and `high` (3,) are the corners of the object's bounds, m. Of several persons the
-        lowest counts; "" if there is none.
+        Parameters
+        ----------
+        low, high : array, shape (3,)
+            The corners of the object's bounds, m.
+        time : float
+            Seconds since midnight.
+
+        Returns
+        -------
+        str
+            The lowest of several persons; "" if there is none.
         """
         found = []
         for person, body in self.bodies.items():

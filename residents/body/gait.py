@@ -3,8 +3,8 @@
 
 The phase counts steps. Foot i carries the body alone at phase i, lands at i − 0.55 and leaves the
 floor at i + 0.6: both feet carry for 0.15 of each step. A foot on the floor stays where it landed,
-apart from the roll from heel to ball. Lengths are those of the skeleton, times the scale of the
-build.
+apart from the roll from heel to ball. All lengths are for an unscaled skeleton, and are multiplied
+by the scale of the build.
 """
 
 from __future__ import annotations
@@ -31,9 +31,21 @@ _WRIST = 0.07  # behind the knuckles and above the handle
 
 
 def walking_frame_poses(x: Array, y: Array, yaw: Array, floor: float, build: Build) -> Array:
-    """Return position and yaw (n, 4) of the walking frame of a person who stands at x, y (n,).
+    """Return position and yaw of the walking frame of a person who stands at x, y.
 
-    The columns are x, y, z in m and the yaw in rad.
+    Parameters
+    ----------
+    x, y, yaw : array, shape (n,)
+        Position of the person, m, and direction, rad.
+    floor : float
+        Height of the floor, m.
+    build : Build
+        The person's build.
+
+    Returns
+    -------
+    array, shape (n, 4)
+        x, y and z in m, yaw in rad.
     """
     ahead = AHEAD * build.scale
     return np.stack(

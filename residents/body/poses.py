@@ -223,7 +223,17 @@ def palm(bones: Bones, side: int, scale: float) -> Array:
 
 
 def looking(pose: BodyPose, target: Array, weight: Array) -> BodyPose:
-    """Return the poses with the head turned towards points `target` (n, 3), by `weight` (n,)."""
+    """Return the poses with the head turned towards points.
+
+    Parameters
+    ----------
+    pose : BodyPose
+        The poses at n times.
+    target : array, shape (n, 3)
+        The points in the world, m.
+    weight : array, shape (n,)
+        0 leaves the pose as it is, 1 looks at the point.
+    """
     bones = trunk(pose)
     local = rotated(inverse(bones.turn["chest"]), target - bones.at["head"])
     x, y, z = np.ascontiguousarray(np.moveaxis(local, -1, 0))
@@ -233,7 +243,19 @@ def looking(pose: BodyPose, target: Array, weight: Array) -> BodyPose:
 
 
 def looking_around(pose: BodyPose, since: Array, seconds: float, weight: Array) -> BodyPose:
-    """Return the poses looking to both sides once in `seconds`; `since` (n,) is the time, s."""
+    """Return the poses with the head turning to both sides.
+
+    Parameters
+    ----------
+    pose : BodyPose
+        The poses at n times.
+    since : array, shape (n,)
+        Time since the start, s.
+    seconds : float
+        Period of the movement, s.
+    weight : array, shape (n,)
+        Weight of the movement, 0 … 1.
+    """
     yaw = 0.75 * np.sin(2 * np.pi * since / seconds) * weight
     about = np.stack([0 * yaw, 0 * yaw, yaw], -1)
     return replace(pose, look=pose.look + about, spine=pose.spine + 0.25 * about)

@@ -35,7 +35,15 @@ def ball(centre: ArrayLike, radii: ArrayLike) -> Shape:
 
 
 def capsule(a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Shape:
-    """Return a cone from `a` to `b` with round ends, whose radius goes from `ra` to `rb`, m."""
+    """Return a cone with round ends.
+
+    Parameters
+    ----------
+    a, b : array, shape (3,)
+        Centres of the two ends, m.
+    ra, rb : float
+        Radii of the two ends, m.
+    """
     start, axis = np.asarray(a, float), np.subtract(b, a)
 
     def shape(p: Array) -> Array:
@@ -85,11 +93,23 @@ def loft(
 
 
 def smooth_table(x: Array, y: Array, at: Array) -> Array:
-    """Interpolate the points (x, y) with monotone cubics, held constant beyond both ends.
+    """Interpolate a table with monotone cubics, held constant beyond both ends.
+
+    Parameters
+    ----------
+    x, y : array, shape (k,)
+        The points of the table, with x increasing.
+    at : array, shape (n,)
+        The values of x to interpolate at.
+
+    Returns
+    -------
+    array, shape (n,)
+        The interpolated y, without overshoot.
 
     References
     ----------
-    Fritsch and Carlson: the tangents avoid overshoot.
+    Fritsch and Carlson.
     """
     step = np.diff(x)
     slope = np.diff(y) / step
@@ -110,7 +130,15 @@ def smooth_table(x: Array, y: Array, at: Array) -> Array:
 
 
 def smooth_min(a: Array, b: Array, k: float) -> Array:
-    """Return the smaller of two distances, with the edge between them rounded over `k` m."""
+    """Return the smaller of two distances, with the edge between them rounded.
+
+    Parameters
+    ----------
+    a, b : array, shape (n,)
+        Distances to two surfaces, m.
+    k : float
+        Range of differences over which the minimum is smooth, m.
+    """
     h = np.maximum(k - np.abs(a - b), 0.0) / k
     result: Array = np.minimum(a, b) - h * h * k / 4
     return result

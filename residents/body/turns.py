@@ -43,7 +43,13 @@ def axis_angle(axis: Array, angle: ArrayLike) -> Array:
 
 
 def compose(a: Array, b: Array) -> Array:
-    """Return the quaternion product of `a` and `b` (…, 4): the rotation `b`, then `a`."""
+    """Return the quaternion product: the rotation `b`, followed by `a`.
+
+    Parameters
+    ----------
+    a, b : array, shape (…, 4)
+        Unit quaternions.
+    """
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
     w = aw * bw - ax * bx - ay * by - az * bz
@@ -83,7 +89,15 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def rotated(turn: Array, v: ArrayLike) -> Array:
-    """Return vectors (…, 3) rotated by quaternions (…, 4)."""
+    """Return rotated vectors.
+
+    Parameters
+    ----------
+    turn : array, shape (…, 4)
+        Unit quaternions.
+    v : array, shape (…, 3)
+        The vectors.
+    """
     vector = np.asarray(v, float)
     w, u = turn[..., :1], turn[..., 1:]
     twice = 2.0 * cross(u, vector)
@@ -92,7 +106,18 @@ def rotated(turn: Array, v: ArrayLike) -> Array:
 
 
 def from_columns(x: Array, y: Array, z: Array) -> Array:
-    """Return the rotations that take the x, y and z axes to orthonormal vectors (…, 3)."""
+    """Return the rotations that take the axes x, y and z to three vectors.
+
+    Parameters
+    ----------
+    x, y, z : array, shape (…, 3)
+        Orthonormal, right-handed vectors.
+
+    Returns
+    -------
+    array, shape (…, 4)
+        Unit quaternions.
+    """
     m = np.stack([x, y, z], -1)
     a, b, c = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     square = np.empty((*m.shape[:-2], 4, 4))  # 4 q qᵀ

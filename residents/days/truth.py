@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth of a day: who did which activity where, and where each person was."""
+"""The truth of a day: the activities of all persons, and where each person was."""
 
 from __future__ import annotations
 
@@ -78,9 +78,9 @@ def activities(
 def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
     """Return the whereabouts of all persons on a day.
 
-    There is a row at midnight, at each change of posture, room or place, at the end of a movement,
-    and at least each minute of movement. Persons at a place are in the place's room; on the way, in
-    the room of their position.
+    There is a row at midnight, at each change of posture, room or place, and at the end of a
+    movement. During a movement there is a row at least each minute. Persons at a place are in the
+    place's room; on the way, in the room of their position.
 
     Parameters
     ----------

@@ -76,8 +76,8 @@ class FixedPoint:
     """An activity of a plan at a time of day.
 
     The start is normally distributed around `at` with the standard deviation `spread`. Either the
-    duration is log-normal around the median `lasts` with spread `varies`, or the end is at the time
-    of day `until`, which is above 24 h for the next day. `chance` is the probability that it
+    duration is log-normal, with the median `lasts` and the spread `varies`, or the end is at the
+    time of day `until`. For the next day `until` is above 24 h. `chance` is the probability that it
     happens. `where` is its line in the file.
     """
 

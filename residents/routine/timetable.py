@@ -124,8 +124,8 @@ def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segme
     Returns
     -------
     list of Segment
-        For each person segments without gaps, in order, from the one under way at the first
-        midnight to the end of the last day.
+        Segments without gaps, in order for each person. The first one is under way at the first
+        midnight, the last one ends with the last day.
     """
     draws = Draws(seed, first)
     found: list[Segment] = []

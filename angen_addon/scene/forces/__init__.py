@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What presses on what: the bodies of a scene, their shapes and their motion."""
+"""Read the bodies that press on pads from the scene: their shapes, motion and supports."""

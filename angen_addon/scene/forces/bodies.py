@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bodies of a scene that can press on pads: rigid bodies, animated bodies with a mass, pads."""
+"""The bodies that can press on pads: rigid bodies, animated bodies with a mass, and pads."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from ..rays.solids import Solid, Solids
 from ..sensors import is_placed
 from .colliders import Collider, rigid_body_collider, surface_collider
 
-# The settings that decide a body's weight and contacts, read at each frame: all can be animated.
-
 # Friction of objects without a rigid body.
 FRICTION = 0.7
 
 
 @dataclass(frozen=True)
 class BodySettings:
-    """Masses in kg; `simulated`: the physics engine moves the body."""
+    """The settings of a body at one frame: masses in kg, friction, and damping.
+
+    `simulated` is true if the physics engine moves the body.
+    """
 
     load_mass: float
     simulated: bool = False
@@ -37,7 +38,7 @@ class BodySettings:
 
 
 def read_settings(evaluated: Any) -> BodySettings:
-    """The settings of an object that is evaluated at the frame."""
+    """Return the settings of an evaluated object."""
     load = float(evaluated.angen_load.mass)
     body = evaluated.rigid_body
     if body is None:
@@ -53,34 +54,35 @@ def read_settings(evaluated: Any) -> BodySettings:
 
 
 def is_simulated(obj: Any) -> bool:
+    """Return whether the physics engine moves an object."""
     body = obj.rigid_body
     return body is not None and body.enabled and body.type == "ACTIVE" and not body.kinematic
 
 
 Key = tuple[int, ...]
 GROUND: Key = ()
-# Force fields, each with the name of its weight.
+# Types of force fields, each with the property of its effector weight.
 FIELDS = {
     "FORCE": "force", "WIND": "wind", "VORTEX": "vortex", "MAGNET": "magnetic",
     "HARMONIC": "harmonic", "CHARGE": "charge", "LENNARDJ": "lennardjones", "TEXTURE": "texture",
     "TURBULENCE": "turbulence", "DRAG": "drag", "FLUID_FLOW": "smokeflow",
 }  # fmt: skip
-# Bounds are widened by the physics engine's margin of meshes, in Blender units.
+# Blender units by which bounds are widened, for the collision margin of meshes.
 MARGIN = 0.05
 
 
 class Pad(NamedTuple):
-    """A pad's object, and its number, which differs where a collection instance shows it again."""
+    """The object of a pad, and its identifier, which differs for each collection instance of it."""
 
     uid: Uid
     original: Any
 
 
 class ContactBody:
-    """A rigid body, an animated body with a mass, a pad, or more than one of these.
+    """A rigid body, an animated body with a mass, or a pad; also a mixture of these.
 
-    `solids`: those that make up an animated body or a pad without physics. `owner`: the rigid body
-    that such a pad is a part of. `middle`, `half` (3,): bounds of its shapes, unscaled, in its own
+    `solids` make up an animated body or a pad without physics. `owner` is the rigid body that such
+    a pad is a part of. `middle`, `half` (3,) are the bounds of its shapes, unscaled, in its own
     space.
     """
 
@@ -99,23 +101,25 @@ class ContactBody:
         # Shapes by scale, until the scene is edited: a convex hull takes milliseconds.
         self._colliders: dict[tuple[float, ...], Collider] = {}
         self._last: tuple[tuple[float, ...], Collider] | None = None
-        # The triangles that were tested last, and the result: a test sorts all of their edges.
+        # The triangles of the last test for closed surfaces, and its result. A test is slow.
         self._closed: tuple[list[Any], bool] | None = None
 
     @property
     def tolerance(self) -> float:
-        """m: an animated body whose underside is at most this far above a surface stands on it."""
+        """The largest gap in m between the underside of an animated body and its support."""
         return max(float(self.original.angen_load.tolerance), 1e-4)
 
     @property
     def loose_pad(self) -> bool:
-        """Whether it is a pad that no physics, keys or parent moves: it lies on what is below it,
-        and passes on the weight of what is on it."""
+        """Whether it is a pad that no physics, keys or parent moves.
+
+        Such a pad lies on the surface below it, and passes on the weight that is on it.
+        """
         return self.pad and not self.rigid and not self.animated and self.owner is None
 
     @property
     def stiff(self) -> bool:
-        """Whether no armature or shape keys bend it: a body that bends has soft soles."""
+        """Whether no armature or shape keys bend it. A body that bends has soft soles."""
         if self.original.type == "ARMATURE":
             return False
         bent = (s.original for s in self.solids if s.original is not None)
@@ -123,15 +127,16 @@ class ContactBody:
 
     @property
     def weighs(self) -> bool:
-        """Whether it has a weight of its own: it is simulated, or animated with a mass."""
+        """Whether it has a weight: it is simulated, or animated with a mass."""
         return self.animated or (self.rigid and is_simulated(self.original))
 
     @property
     def collides(self) -> bool:
+        """Whether it has a collider."""
         return self.rigid or self.pad
 
     def collider(self, depsgraph: Any, scale: Array, metres: float) -> Collider:
-        """Its shapes at a scale (3,)."""
+        """Return its shapes at a scale (3,); `metres` is the length of a Blender unit."""
         exact = (*scale.tolist(), metres)
         if self._last is not None and self._last[0] == exact:
             return self._last[1]
@@ -152,7 +157,7 @@ class ContactBody:
         return self._last[1]
 
     def is_closed(self, topologies: list[Any]) -> bool:
-        """Whether all of its surfaces enclose a volume; each is given by its triangles (n, 3)."""
+        """Return whether all surfaces enclose a volume. Each is given by its triangles (n, 3)."""
         known = self._closed
         if (
             known is None
@@ -167,10 +172,10 @@ class ContactBody:
 class ContactBodies:
     """All contact bodies of a scene by key, and the body that each solid belongs to.
 
-    `keys` lists them in order and `row` has the index of each; in this order `middle`, `half`
-    (n, 3) are their unscaled bounds, and `even` (n,) says which bounds are cubes. `pads` has the
-    key of each pad by its number. `fields`: objects with a force field; `resting`: the solids of
-    active rigid bodies, with these, that weigh nothing unless physics moves them.
+    `keys` lists the keys, and `row` has the index of each. In this order `middle`, `half` (n, 3)
+    are the unscaled bounds, and `even` (n,) says which bounds are cubes. `pads` has the key of each
+    pad by its identifier. `fields` are the objects with a force field. `resting` has solids of
+    active rigid bodies, each with its body, that weigh nothing unless physics moves them.
     """
 
     def __init__(self) -> None:
@@ -189,7 +194,7 @@ class ContactBodies:
         self._pad_uids: list[Uid] = []
 
     def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Pad]) -> bool:
-        """Lists the bodies again where the scene was edited; returns whether it was."""
+        """List the bodies again if the scene was edited; return whether it was."""
         uids = [pad.uid for pad in pads]
         if solids.listing == self._listing and uids == self._pad_uids:
             return False
@@ -219,8 +224,10 @@ class ContactBodies:
         return True
 
     def supports_of(self, body: ContactBody, solids: Solids) -> NDArray[np.intp]:
-        """Rows of the solids that a body may stand on: all but its own parts, of which it may stand
-        on the pads."""
+        """Return the rows of the solids that a body may stand on.
+
+        These are all solids except its own, and pads even if they are its own.
+        """
         rows = self._supports.get(body.key)
         if rows is None:
             chosen = []
@@ -245,13 +252,13 @@ class ContactBodies:
         return self.by_key.setdefault(key, ContactBody(key, original))
 
     def _find_animated(self, solids: Solids) -> None:
-        together = {_together(s): s.key for s in solids.solids if _in_collection(s)}
+        first_keys = {_instance_key(s): s.key for s in solids.solids if _in_collection(s)}
         for solid in solids.solids:
             source = solid.original
             heavy = bearer(source)
             if heavy is None:
                 continue
-            body = self._body(_body_key(solid, heavy, together), heavy)
+            body = self._body(_body_key(solid, heavy, first_keys), heavy)
             body.animated = True
             body.solids.append(solid)
             body.objects |= {obj.session_uid for obj in (solid.owner, *candidates(source))}
@@ -269,8 +276,7 @@ class ContactBodies:
                 self.resting.append((solid, body))
 
     def _find_owners(self, solids: Solids, pads: Sequence[Pad]) -> None:
-        """Finds the body of each solid, and the rigid body that a pad without physics is fixed
-        to."""
+        """Find the body of each solid, and the rigid body of each pad without physics."""
         self.of_solid = {}
         own = {solid.number: body.key for body in self.by_key.values() for solid in body.solids}
         for solid in solids.solids:
@@ -292,7 +298,7 @@ class ContactBodies:
 
 
 def _key_of(pad: Pad, solids: Solids) -> Key:
-    """The key of a pad; in a collection instance that of its solid there, or else its number."""
+    """Return the key of a pad; in a collection instance the key of its solid there."""
     if isinstance(pad.uid, int):
         return (pad.uid,)
     own = pad.original.session_uid
@@ -300,7 +306,7 @@ def _key_of(pad: Pad, solids: Solids) -> Key:
 
 
 def rigid_bodies(scene: Any) -> Iterator[Any]:
-    """Objects that are bodies of their own: not the parts of a compound."""
+    """Yield the objects that are rigid bodies on their own, not parts of a compound."""
     world = scene.rigidbody_world
     if world is None or not world.enabled or world.collection is None:
         return
@@ -310,13 +316,14 @@ def rigid_bodies(scene: Any) -> Iterator[Any]:
 
 
 def is_part_of_compound(obj: Any) -> bool:
+    """Return whether an object's parent is a rigid body of the shape Compound."""
     parent = obj.parent
     body = parent.rigid_body if parent is not None else None
     return body is not None and body.collision_shape == "COMPOUND"
 
 
 def fields_in(depsgraph: Any) -> list[Any]:
-    """The objects whose force fields act on rigid bodies."""
+    """Return the objects whose force fields act on rigid bodies."""
     world = depsgraph.scene.original.rigidbody_world
     group = world.effector_weights.collection if world is not None else None
     objects = depsgraph.view_layer.objects if group is None else group.all_objects
@@ -328,15 +335,17 @@ def fields_in(depsgraph: Any) -> list[Any]:
 
 
 def _chain_keys(solid: Solid) -> Iterator[Key]:
-    """Keys of the solid and of what it is a part of, nearest first."""
+    """Yield the keys of a solid and of the objects that it is a part of, nearest first."""
     yield solid.key
     for obj in (*chain(solid.original), *chain(solid.owner)):
         yield (obj.session_uid,)
 
 
-def _body_key(solid: Solid, heavy: Any, together: dict[Key, Key]) -> Key:
-    """The key of the body that a solid is a part of: the same for all parts of one person, another
-    for each instance of that person."""
+def _body_key(solid: Solid, heavy: Any, first_keys: dict[Key, Key]) -> Key:
+    """Return the key of the body that a solid is a part of.
+
+    All parts of one person have the same key; each instance of that person has another.
+    """
     uid = heavy.session_uid
     own = uid == solid.key[0]
     if own and not solid.geometry.lasting:
@@ -344,18 +353,20 @@ def _body_key(solid: Solid, heavy: Any, together: dict[Key, Key]) -> Key:
         return (uid,)
     if own or not _in_collection(solid):
         return solid.key if own else (uid, *solid.key[1:])
-    same = (uid, *_together(solid)[1:])
-    return together.get(same, same)
+    same = (uid, *_instance_key(solid)[1:])
+    return first_keys.get(same, same)
 
 
 def _in_collection(solid: Solid) -> bool:
-    """Whether it is listed as a part of an instanced collection."""
+    """Return whether a solid is part of an instanced collection."""
     return len(solid.key) > 1 and solid.owner.instance_type == "COLLECTION"
 
 
-def _together(solid: Solid) -> Key:
-    """Its key without its number in the instanced collection: but for the object, the same for
-    everything in that instance."""
+def _instance_key(solid: Solid) -> Key:
+    """Return a solid's key without its number in the instanced collection.
+
+    But for the object, all solids of one instance then have the same key.
+    """
     return (*solid.key[:2], *solid.key[3:])
 
 
@@ -366,7 +377,7 @@ def _box(evaluated: Any) -> tuple[Array, Array]:
 
 
 def _bounds(depsgraph: Any, original: Any) -> tuple[Array, Array]:
-    """Middle and half size (3,) of a rigid body's shapes, unscaled; never too small."""
+    """Return middle and half size (3,) of a rigid body's shapes, unscaled and never too small."""
     body = original.rigid_body
     middle, half = _box(original.evaluated_get(depsgraph))
     kind = body.collision_shape

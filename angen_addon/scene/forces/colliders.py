@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shapes with which Blender's physics engine lets rigid bodies collide, and the constraints
-that tie two bodies together.
+"""The collision shapes of Blender's rigid bodies, and the constraints between two bodies.
 
-They are not the meshes: primitives take the size of the bounding box and sit at the object's
-origin, children of a compound lose their own scale, a scaled hull keeps its margin unscaled.
-Measured with resting bodies in Blender 4.2, 4.5 and 5.2 (tests/blender/test_pressure_shapes.py).
+A collision shape differs from the mesh. A primitive has the size of the bounding box and its centre
+at the object's origin. A child of a compound loses its own scale. A scaled hull has an unscaled
+margin. All this was measured with resting bodies in Blender 4.2, 4.5 and 5.2
+(tests/blender/test_pressure_shapes.py).
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ LEAST_EXTENT = 1e-6
 
 
 class Collider:
-    """Shapes of one rigid body or pad in its own space, scaled, without rotation and place.
+    """The scaled shapes of one rigid body or pad, in its own space without its pose.
 
-    `convex` are its convex shapes; `triangles` (n, 3, 3) those of surfaces that are not convex;
-    `shell` (n, 3, 3) those of a convex mesh, which is hollow, so that bodies can be inside it as in
-    a room. `margin` in metres: meshes and cones hold others this far off, other shapes not at all.
-    `lo`, `hi` (3,) m are its bounds, `inertia` (3,) m² is per kilogram.
+    `convex` has the convex shapes. `triangles` (n, 3, 3) are those of surfaces that are not convex.
+    `shell` (n, 3, 3) are those of a convex mesh, which is hollow: bodies can be inside it as in a
+    room. Meshes and cones keep other bodies `margin` metres away. `lo`, `hi` (3,) are bounds in m,
+    and `inertia` (3,) is in m², per kilogram.
     """
 
     def __init__(self) -> None:
@@ -44,15 +44,19 @@ class Collider:
 
     @property
     def empty(self) -> bool:
+        """Whether it has no shapes."""
         return not self.convex and not self.meshy
 
     @property
     def meshy(self) -> bool:
+        """Whether a part of it is not convex."""
         return len(self.triangles) > 0
 
     def finish(self) -> None:
-        """Sets the bounds, and the inertia of a box of that size, which the engine uses for most
-        shapes."""
+        """Set the bounds and the inertia.
+
+        For most shapes the physics engine uses the inertia of a box of the same size.
+        """
         corners = [c for shape in self.convex for c in (shape.lo, shape.hi)]
         if self.meshy:
             flat = self.triangles.reshape(-1, 3)
@@ -63,12 +67,12 @@ class Collider:
             self.inertia = box_inertia(self.hi - self.lo)
 
     @property
-    def by_place(self) -> bool:
-        """Whether `placed` depends on its box."""
+    def depends_on_box(self) -> bool:
+        """Whether the result of `placed` depends on the box."""
         return self.meshy or len(self.shell) > 0
 
-    def holds(self, place: Array, pose: Array) -> bool:
-        """Whether a point (3,) in world space is inside its shell."""
+    def is_in_shell(self, place: Array, pose: Array) -> bool:
+        """Return whether a point (3,) in world space is inside the shell."""
         if not len(self.shell) or len(self.convex) != 1:
             return False
         local = (place - pose[:3, 3]) @ pose[:3, :3]
@@ -76,10 +80,18 @@ class Collider:
         return bool((hull.normals @ local < hull.offsets).all())
 
     def placed(self, pose: Array, lo: Array, hi: Array) -> list[Shape]:
-        """Its shapes at a pose (4, 4) without scale. Of triangles, only those within the box `lo`,
-        `hi` (3,) of the world; where the middle of that box is inside its shell, those of the
-        shell in place of the convex shapes."""
-        inside = self.holds((lo + hi) / 2.0, pose)
+        """Return the shapes at a pose.
+
+        Parameters
+        ----------
+        pose
+            Pose (4, 4) without scale.
+        lo, hi
+            A box (3,), (3,) in the world, in m. Only triangles within it are returned. If its
+            middle is
+            inside the shell, triangles of the shell replace the convex shapes.
+        """
+        inside = self.is_in_shell((lo + hi) / 2.0, pose)
         found = [] if inside else [shape.placed(pose) for shape in self.convex]
         triangles = self.shell if inside else self.triangles
         if len(triangles):
@@ -94,12 +106,13 @@ class Collider:
 
 
 def box_inertia(size: Array) -> Array:
+    """Return the inertia (3,) of a box in m², per kilogram; `size` (3,) in m."""
     square = size**2
     return np.array([square[1] + square[2], square[0] + square[2], square[0] + square[1]]) / 12.0
 
 
 def rigid_body_collider(depsgraph: Any, evaluated: Any, scale: Array, metres: float) -> Collider:
-    """The collider of an evaluated object with a rigid body; `scale` (3,) of its world matrix."""
+    """Return the collider of an evaluated rigid body; `scale` (3,) is that of its world matrix."""
     collider = Collider()
     _add(collider, depsgraph, evaluated, np.eye(4), scale, metres)
     collider.finish()
@@ -107,7 +120,7 @@ def rigid_body_collider(depsgraph: Any, evaluated: Any, scale: Array, metres: fl
 
 
 def surface_collider(evaluated: Any, scale: Array, metres: float) -> Collider:
-    """The collider of a pad without a rigid body: its surface as it is."""
+    """Return the collider of a pad without a rigid body: its evaluated surface."""
     collider = Collider()
     _add_surface(collider, _triangles(evaluated) * scale * metres)
     collider.finish()
@@ -155,7 +168,7 @@ def _add(
     in_metres = np.diag([metres, metres, metres, 1.0])
     placed = shape.placed(in_metres @ place)
     if metres != 1.0:
-        placed = _swept(placed, shape.radius * metres)
+        placed = _with_radius(placed, shape.radius * metres)
     collider.convex.append(placed)
     if kind in {"SPHERE", "CYLINDER"} and len(collider.convex) == 1:
         collider.inertia = _round_inertia(kind, shape) * metres**2
@@ -164,7 +177,10 @@ def _add(
 
 
 def _child_place(child: Any, scale: Array) -> Array:
-    """Place and rotation of a compound's child; its own scale is dropped, its parent's is not."""
+    """Return the place and rotation of a compound's child, without its own scale.
+
+    Its place is scaled by the scale of the compound.
+    """
     place, turn, _ = child.matrix_local.decompose()
     matrix = np.array(turn.to_matrix().to_4x4(), np.float64)
     matrix[:3, 3] = np.array(place) * scale
@@ -177,7 +193,10 @@ def _half_extents(evaluated: Any) -> Array:
 
 
 def _primitive(evaluated: Any, kind: str, scale: Array) -> Shape:
-    """Centred on the object's origin, upright on its z axis, scaled as the engine scales it."""
+    """Return a primitive shape, centred on the object's origin and upright on its z axis.
+
+    It is scaled as the physics engine scales it.
+    """
     half = _half_extents(evaluated)
     if kind == "BOX":
         return shapes.box(half * scale)
@@ -201,9 +220,12 @@ def _round_inertia(kind: str, shape: Shape) -> Array:
 
 
 def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
-    """The convex hull, which need not be where the mesh is: the engine shrinks it by its margin,
-    scales that, and adds the margin again, scaled by the least scale, or unscaled for a `part` of a
-    compound. A margin that the user set is added outside."""
+    """Return the convex hull as the physics engine has it, which may be beside the mesh.
+
+    The engine shrinks the hull by its margin, scales it, and adds the margin again. That margin has
+    the least scale, or none for a `part` of a compound. A margin that the user set is added
+    outside.
+    """
     shape = convex_hull(np.unique(_triangles(evaluated).reshape(-1, 3), axis=0))
     if shape is None:
         return None
@@ -215,16 +237,16 @@ def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
     shrunk = _shrunk(shape, MARGIN)
     if shrunk is None:
         return shape.placed(by_scale)
-    return _swept(shrunk.placed(by_scale), MARGIN * (1.0 if part else float(scale.min())))
+    return _with_radius(shrunk.placed(by_scale), MARGIN * (1.0 if part else float(scale.min())))
 
 
 def _shrunk(shape: Shape, margin: float) -> Shape | None:
-    """The hull with its faces moved inwards by `margin`; None where nothing is left."""
+    """Return the hull with its faces moved inwards by `margin`; None if nothing is left."""
     centre = shape.vertices.mean(axis=0)
     depth = shape.offsets - shape.normals @ centre
     if len(depth) < 4 or depth.min() <= margin:
         return None
-    # The planes moved inwards are the dual of the points n / d: one more hull gives its corners.
+    # The planes moved inwards are dual to the points n / d, whose hull gives the corners.
     dual = convex_hull(shape.normals / (depth - margin)[:, None])
     if dual is None or len(dual.offsets) < 4:
         return None
@@ -232,7 +254,7 @@ def _shrunk(shape: Shape, margin: float) -> Shape | None:
 
 
 def convex_hull(points: Array) -> Shape | None:
-    """The hull of points (n, 3); None where they span no volume."""
+    """Return the convex hull of points (n, 3); None if they span no volume."""
     mesh = bmesh.new()
     try:
         for point in points:
@@ -251,8 +273,8 @@ def convex_hull(points: Array) -> Shape | None:
         return None
 
 
-def _swept(shape: Shape, radius: float) -> Shape:
-    """The same core, rounded with another radius."""
+def _with_radius(shape: Shape, radius: float) -> Shape:
+    """Return the same core, rounded with another radius."""
     more = radius - shape.radius
     return replace(
         shape,
@@ -264,13 +286,13 @@ def _swept(shape: Shape, radius: float) -> Shape:
 
 
 def _triangles(evaluated: Any) -> Array:
-    """(n, 3, 3) in the object's own space."""
+    """Return the triangles (n, 3, 3) of an object's surface, in its own space."""
     points, corners = triangles_of(evaluated)
     return points[corners]
 
 
 def _add_surface(collider: Collider, triangles: Array) -> None:
-    """A surface that is the hull of its points is one convex shape, any other its triangles."""
+    """Add a surface: one convex shape if it is the hull of its points, otherwise its triangles."""
     if not len(triangles):
         return
     hull = convex_hull(np.unique(triangles.reshape(-1, 3), axis=0))
@@ -281,17 +303,15 @@ def _add_surface(collider: Collider, triangles: Array) -> None:
 
 
 def _is_convex(triangles: Array, hull: Shape) -> bool:
-    """Whether the triangles lie on the hull's faces."""
+    """Return whether the triangles lie on the hull's faces."""
     middles = triangles.mean(axis=1)
     depth = (hull.offsets - middles @ hull.normals.T).min(axis=1)
     return bool(depth.max() <= 1e-6 * float(np.linalg.norm(hull.hi - hull.lo)))
 
 
-# Reads rigid-body constraints: the forces and moments that they can give between two bodies.
-
 X, Y, Z = 0, 1, 2
-# Axes along which each type gives forces, and about which it gives moments, in the space of the
-# constraint's object: a hinge turns about its z axis, a slider and a piston run along x.
+# Axes along which each type of constraint gives forces, and axes about which it gives moments.
+# They are in the space of the constraint's object: a hinge turns about z, a slider moves along x.
 HELD: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
     "FIXED": ((X, Y, Z), (X, Y, Z)),
     "POINT": ((X, Y, Z), ()),
@@ -308,9 +328,11 @@ NAMES = "xyz"
 def read_constraint(
     evaluated: Any, known: set[Key], metres: float
 ) -> tuple[Constraint, bool] | None:
-    """The constraint of an object, and whether its two bodies may collide; None where it holds
-    nothing. A limit or a spring counts as holding: statics cannot tell its force from a
-    contact's."""
+    """Return the constraint of an object, and whether its two bodies may collide.
+
+    None for a constraint that holds nothing. A limit or a spring counts as holding: statics cannot
+    separate its force from that of a contact.
+    """
     settings = evaluated.rigid_body_constraint
     if not settings.enabled or settings.type not in HELD:
         return None
@@ -346,7 +368,7 @@ def read_constraint(
     return constraint, not settings.disable_collisions
 
 
-# The types that use limits; on others, limits are left-over settings.
+# The types that use limits. On other types Blender ignores the limits.
 LIMITED = {
     "lin": {"GENERIC", "GENERIC_SPRING", "SLIDER", "PISTON"},
     "ang": {"GENERIC", "GENERIC_SPRING", "HINGE", "PISTON"},
@@ -360,6 +382,6 @@ def _flag(settings: Any, name: str) -> bool:
 
 
 def _key(end: Any, known: set[Key]) -> Key | None:
-    """The node of a constraint's object; None where it is no rigid body."""
+    """Return the key of a constraint's object; None if it is no rigid body."""
     key = (end.original.session_uid,)
     return key if key in known else None

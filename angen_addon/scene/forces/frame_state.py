@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the contact bodies of a scene are at one frame, in metres."""
+"""The contact bodies of a scene at one frame, in metres."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from .posed_bodies import PosedBody, posed_body
 
 
 class FrameState:
-    """The contact bodies at one frame.
+    """The n contact bodies at one frame.
 
-    In the order of `row`: `poses` (n, 4, 4) and `scales` (n, 3) of those that collide, NaN for the
-    others, and world bounds `lo`, `hi` (n, 3) of all. By key: the animated ones as `posed`, and of
-    bodies near a pad that is due their `supports` and `settings`. `missing_mass`: by pad, why a
-    weight may not reach it. `gravity` and the direction `up` (3,).
+    `row` has the index of each body by key. In this order, `poses` (n, 4, 4) and `scales` (n, 3)
+    are those of the bodies that collide, NaN for others, and `lo`, `hi` (n, 3) the world bounds of
+    all.
+
+    By key: `posed` has the animated bodies and loose pads; `supports` and `settings` those of
+    bodies near a pad that is due. `missing_mass` has, by pad, why a weight may not reach it.
+    `gravity` (3,) is in m/s², and `up` (3,) is the unit vector against it.
     """
 
     def __init__(
@@ -56,8 +59,17 @@ class FrameState:
             self.hi[row] = np.fmax(self.hi[row], posed.hi + reach)
 
     def overlapping(self, key: Key, widen: float, towards: Array | None = None) -> list[Key]:
-        """Keys of the other bodies whose bounds come within `widen` of those of `key`, also when
-        those are swept by `towards` (3,)."""
+        """Return the keys of other bodies whose bounds are near those of a body.
+
+        Parameters
+        ----------
+        key
+            Key of the body.
+        widen
+            Distance in m by which its bounds are widened.
+        towards
+            Vector (3,) in m along which its bounds are swept, if given.
+        """
         row = self.row[key]
         lo, hi = self.lo[row] - widen, self.hi[row] + widen
         if towards is not None:
@@ -67,7 +79,7 @@ class FrameState:
 
 
 def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
-    """Gravity (3,) in m/s² as the simulation has it, and the upward unit vector (3,)."""
+    """Return gravity (3,) in m/s² as the physics engine has it, and the upward unit vector (3,)."""
     gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
     if scene.rigidbody_world is not None:
         weights = scene.rigidbody_world.effector_weights
@@ -85,13 +97,13 @@ def _matrices(depsgraph: Any, bodies: list[ContactBody], solids: Solids) -> Arra
         if row is not None:
             matrices[index] = solids.matrix[row]
         else:
-            # Physics goes on for what the viewport hides.
+            # Physics moves objects that are hidden in the viewport too.
             matrices[index] = np.array(body.original.evaluated_get(depsgraph).matrix_world)
     return matrices
 
 
 def _rigid(matrices: Array, metres: float) -> tuple[Array, Array]:
-    """Poses without scale, in metres, and the scales, as Blender decomposes matrices."""
+    """Return poses (n, 4, 4) without scale, in metres, and scales (n, 3), as Blender decomposes."""
     linear = matrices[:, :3, :3]
     scales = np.linalg.norm(linear, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):

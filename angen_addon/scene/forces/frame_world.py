@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene at one frame as the calculation of forces on pads needs it: contacts between bodies,
-and the load that each body requires to move as it does."""
+"""The scene at one frame, for the calculation of forces on pads.
+
+It gives the contacts between bodies, and the load that each body requires for its motion.
+"""
 
 from __future__ import annotations
 
@@ -29,23 +31,23 @@ from .bodies import (
 from .colliders import Collider, read_constraint
 from .frame_state import FrameState
 
-# Contacts of two bodies by reach, with the poses and scales of both, until the scene is edited:
-# what rests costs nothing after its first frame.
+# Contacts of two bodies by reach, with the poses and scales of both, until the scene is edited. So
+# bodies at rest take no time after their first frame.
 KnownContacts = dict[tuple[Key, Key, float], tuple[Array, list[Contact]]]
-# m/s², vertical and in any direction: no person accelerates as much, so that the body was moved
-# elsewhere at once, or its animation starts with a jerk.
+# m/s², vertical and in any direction. No person accelerates as much: either the body jumps to
+# another place, or its animation starts with a jerk.
 JERK, JUMP = 15.0, 80.0
-# Softness of the load of an animated body: supports must give its weight, give its moments as far
-# as they can, and need give no sideways force, which is its muscles' affair.
+# Softness of the load of an animated body. Supports must carry its weight, balance its moments as
+# far as they can, and need no sideways force: muscles give that.
 SOFT_MOMENT, FREE = 1e-4, 1e3
-# An active mesh whose vertical acceleration is more than this share of gravity hops.
+# An active mesh hops if its vertical acceleration is more than this share of gravity.
 HOP = 0.02
 # Softness of the moments of a simulated body that moves.
 MOVING_MOMENT = 1e-4
 
 
 class FrameWorld:
-    """The scene at the middle one of three frames, as `forces.world.World`."""
+    """The scene at the middle one of three frames; it implements `forces.world.World`."""
 
     def __init__(
         self,
@@ -84,13 +86,17 @@ class FrameWorld:
         return body.original.evaluated_get(self._depsgraph)
 
     def _settings(self, key: Key) -> BodySettings:
-        """The settings at the frame; of bodies that were near no pad then, those of now."""
+        """Return the settings at the frame.
+
+        A body that was near no due pad at the frame has its present settings.
+        """
         settings = self._states[1].settings
         if key not in settings:
             settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]))
         return settings[key]
 
     def node(self, key: Key) -> Node:
+        """Return the node of a body."""
         known = self._nodes.get(key)
         if known is None:
             known = self._nodes[key] = self._make_node(key)
@@ -103,13 +109,13 @@ class FrameWorld:
         settings = self._settings(key)
         animated = key in self._states[1].posed and settings.load_mass > 0.0
         if body.loose_pad and key in self._states[1].supports:
-            # A pad on a floor passes its load on to the floor alone: nobody needs to know it.
-            animated = any(self._gives_way(s.node) for s in self._states[1].supports[key])
+            # A pad on a floor passes its load on to the floor, whose load no sensor reads.
+            animated = any(self._passes_weight_on(s.node) for s in self._states[1].supports[key])
         simulated = not animated and body.rigid and settings.simulated
         friction = settings.friction if body.rigid else FRICTION
         margin = self._collider(key, 0).margin if body.rigid else 0.0
         if body.pad:
-            # Bodies held off by the margin of the mesh below press on the pad in between.
+            # The margin of a mesh below keeps bodies away from it: they press on the pad between.
             margin = max([margin, *(self._margin_of_ground(other) for other in self.near(key))])
         return Node(
             key,
@@ -122,8 +128,8 @@ class FrameWorld:
             body.objects,
         )
 
-    def _gives_way(self, key: Key) -> bool:
-        """Whether this body passes the weight of what stands on it on to others."""
+    def _passes_weight_on(self, key: Key) -> bool:
+        """Return whether a body passes the weight that stands on it on to others."""
         body = self._bodies.by_key.get(key)
         if body is None:
             return False
@@ -136,27 +142,31 @@ class FrameWorld:
         )
 
     def near(self, key: Key) -> list[Key]:
+        """Return the nodes whose bounds, swept over three frames, overlap those of a node."""
         row = self._states[1].row.get(key)
         if row is None:
             return []
-        meets = ((self._lo <= self._hi[row]) & (self._hi >= self._lo[row])).all(axis=1)
-        keys = [self._keys[other] for other in np.flatnonzero(meets).tolist() if other != row]
-        # A body that the next frame lacks, such as who has left the home, touches nothing.
+        overlaps = ((self._lo <= self._hi[row]) & (self._hi >= self._lo[row])).all(axis=1)
+        keys = [self._keys[other] for other in np.flatnonzero(overlaps).tolist() if other != row]
+        # A body that the next frame lacks, such as a person who has left, touches nothing.
         return [key for key in keys if key in self._bodies.by_key]
 
     def animated_near(self, pad: Key, beside: float, above: float) -> list[Key]:
+        """Return the animated nodes up to `beside` m next to a pad, or `above` m over it."""
         row = self._states[1].row[pad]
         lo, hi = self._lo[row] - beside, self._hi[row] + beside
         lo, hi = np.minimum(lo, lo + self.up * above), np.maximum(hi, hi + self.up * above)
-        meets = ((self._lo <= hi) & (self._hi >= lo)).all(axis=1)
-        keys = [self._keys[other] for other in np.flatnonzero(meets).tolist()]
-        looked_at = self._states[1].supports
-        return [key for key in keys if key in looked_at and self.node(key).animated]
+        overlaps = ((self._lo <= hi) & (self._hi >= lo)).all(axis=1)
+        keys = [self._keys[other] for other in np.flatnonzero(overlaps).tolist()]
+        supported = self._states[1].supports
+        return [key for key in keys if key in supported and self.node(key).animated]
 
     def supports_of(self, key: Key) -> list[Support]:
+        """Return the supports of an animated body."""
         return self._states[1].supports.get(key, [])
 
     def constraints_of(self, key: Key) -> list[Constraint]:
+        """Return the rigid-body constraints of a body."""
         return self._all_constraints().get(key, [])
 
     def _all_constraints(self) -> dict[Key, list[Constraint]]:
@@ -176,15 +186,18 @@ class FrameWorld:
         return self._constraints
 
     def contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        """Return the contacts between two nodes that are at most `reach` m apart.
+
+        `when` is −1, 0 or 1: the frame before, the middle frame or the frame after.
+        """
         named = (one, two, reach, when)
         known = self._contacts.get(named)
         if known is None:
-            known = self._contacts[named] = self._known_or_new(one, two, reach, when)
+            known = self._contacts[named] = self._stored_or_new_contacts(one, two, reach, when)
         return known
 
-    def _known_or_new(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """The contacts; searched again only where one of the two has moved since the last
-        search."""
+    def _stored_or_new_contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
+        """Return the contacts; searched again only if one of the two bodies has moved."""
         state = self._states[1 + when]
         if one not in state.row or two not in state.row:
             return []
@@ -219,7 +232,10 @@ class FrameWorld:
         return found
 
     def _collide(self, one: Key, two: Key) -> bool:
-        """Whether the physics engine lets two bodies collide; a pad without physics meets all."""
+        """Return whether the physics engine lets two bodies collide.
+
+        A pad without physics collides with all rigid bodies.
+        """
         first, second = self._bodies.by_key[one], self._bodies.by_key[two]
         if not (first.collides and second.collides) or not (first.rigid or second.rigid):
             return False
@@ -243,7 +259,7 @@ class FrameWorld:
         state = self._states[1 + when]
         row = state.row[key]
         collider = self._collider(key, when)
-        if collider.by_place:
+        if collider.depends_on_box:
             near = state.row[other]
             lo, hi = state.lo[near] - reach, state.hi[near] + reach
             return collider.placed(state.poses[row], lo, hi)
@@ -254,6 +270,7 @@ class FrameWorld:
         return self._placed[named]
 
     def required_load(self, key: Key) -> RequiredLoad:
+        """Return the load that the contacts of a body must add up to."""
         known = self._required.get(key)
         if known is None:
             animated = self.node(key).animated
@@ -285,11 +302,11 @@ class FrameWorld:
             settings.angular_damping,
         )
         centres = np.array([pose[:3, 3] for pose in poses])
-        # The contacts of a tumbling body wander within a frame, so that its moments are uncertain.
+        # The contacts of a tumbling body move within a frame: its moments are uncertain.
         soft = MOVING_MOMENT if moved.moving else 0.0
         load = Load(centres[1], wrench, size, np.array([0.0, 0.0, 0.0, soft, soft, soft]))
-        problem = self._pushed(body)
-        if collider.by_place and abs(moved.acceleration @ self.up) > HOP * self.gravity:
+        problem = self._force_field_problem(body)
+        if collider.depends_on_box and abs(moved.acceleration @ self.up) > HOP * self.gravity:
             problem = (
                 f"Blender holds the active mesh '{body.original.name}' "
                 f"{collider.margin * 1000.0:.3g} mm off by its collision margin and lets it hop: "
@@ -299,8 +316,8 @@ class FrameWorld:
             problem = f"'{body.original.name}' is nowhere (NaN)"
         return RequiredLoad(load, centres, settings.mass, moved.reach, problem)
 
-    def _pushed(self, body: ContactBody) -> str:
-        """Say so where a force field may push a body: nothing tells the force; else empty."""
+    def _force_field_problem(self, body: ContactBody) -> str:
+        """Return why a force field may push a body by an unknown force; otherwise empty."""
         for obj in self._bodies.fields:
             field = obj.evaluated_get(self._depsgraph).field
             weights = self._depsgraph.scene.rigidbody_world.effector_weights

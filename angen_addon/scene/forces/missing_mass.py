@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds weights that do not reach a pad: active rigid bodies that physics does not move, and what
-rests on an object without a mass, such as a rug, which lies on a pad.
+"""Find weights that do not reach a pad.
 
-An object without a mass carries whoever stands on it, as a floor does, however thin it is. So a
-rug, a mattress or a board keeps the weight from the pad; in reality it would pass the weight on.
+These are active rigid bodies that physics does not move, and bodies that rest on an object without
+a mass, such as a rug that lies on a pad. An object without a mass carries a person as a floor does,
+however thin it is. So a rug, a mattress or a board keeps the weight from the pad; a real one would
+pass it on.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from .bodies import Key
 from .frame_state import FrameState
 from .supports import DEPTH, FLUSH, Surroundings
 
-# Rays sample a pad's upper side in a grid of this many points a side.
+# Points along a side of the grid on which rays sample a pad's upper side.
 POINTS = 5
 
 
 class MissingMass:
-    """Finds such weights at one frame."""
+    """Finds weights that do not reach pads at one frame."""
 
     def __init__(self, around: Surroundings, state: FrameState) -> None:
         self._around, self._state = around, state
@@ -35,7 +36,7 @@ class MissingMass:
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
     def problem(self, pad: Key) -> str:
-        """Why the pad's reading is unknown, or empty."""
+        """Return why the pad's reading is unknown, or an empty text."""
         row = self._solids.row_of(pad)
         if row is None:
             return ""
@@ -43,17 +44,23 @@ class MissingMass:
         for key, supports in self._state.supports.items():
             body = self._bodies.by_key[key]
             for ground in (g for s in supports for g in s.ground) if not body.pad else ():
-                if self._ends_above(solid, self._bodies.by_key[pad].tolerance, ground):
+                if self._ends_above_pad(solid, self._bodies.by_key[pad].tolerance, ground):
                     return (
                         f"the weight of '{body.original.name}' ends in '{ground.name}', which "
                         "lies on the pad and has no mass: give it one (Weight on Sensors)"
                     )
-        return self._resting(solid, self._bodies.by_key[pad].tolerance)
+        return self._resting_problem(solid, self._bodies.by_key[pad].tolerance)
 
-    def _resting(self, pad: Solid, tolerance: float) -> str:
-        """Name an active rigid body that lies on the pad, or on what lies there, and weighs nothing
-        since physics does not move it; else empty."""
-        idle = [(s, body, why) for s, body in self._bodies.resting if (why := self._idle(s, body))]
+    def _resting_problem(self, pad: Solid, tolerance: float) -> str:
+        """Return the problem of an active rigid body that rests on the pad but is not simulated.
+
+        The body may lie on the pad itself, or on objects that lie there. Empty without such a body.
+        """
+        idle = [
+            (s, body, why)
+            for s, body in self._bodies.resting
+            if (why := self._why_not_simulated(s, body))
+        ]
         heavy = self._state.settings if idle else {}
         left = [s for s in self._solids.solids if self._bodies.of_solid[s.number] in heavy]
         below = [pad]
@@ -70,8 +77,11 @@ class MissingMass:
             below += lying
         return ""
 
-    def _idle(self, solid: Solid, original: Any) -> str:
-        """Why physics does not move a solid of an active rigid body, with the way out; or empty."""
+    def _why_not_simulated(self, solid: Solid, original: Any) -> str:
+        """Return why physics does not move a solid of an active rigid body, and the remedy.
+
+        The text is empty if physics does.
+        """
         depsgraph = self._around.depsgraph
         body, world = original.evaluated_get(depsgraph).rigid_body, depsgraph.scene.rigidbody_world
         if world is None or not world.enabled or world.collection is None:
@@ -86,8 +96,8 @@ class MissingMass:
         lo, hi = (bound[base.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
         return self._gap_between(base, lo, hi, solid, tolerance) is not None
 
-    def _ends_above(self, pad: Solid, tolerance: float, ground: BareSurface) -> bool:
-        """Whether a weight on an object without a mass would press on the pad."""
+    def _ends_above_pad(self, pad: Solid, tolerance: float, ground: BareSurface) -> bool:
+        """Return whether a weight on an object without a mass would press on the pad."""
         cover = next((s for s in self._solids.solids if s.number == ground.number), None)
         lo, hi = (bound[pad.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
         top = max(float(lo @ self._up), float(hi @ self._up))
@@ -98,7 +108,7 @@ class MissingMass:
             return False
         if np.isfinite(self._cast(ground.places + FLUSH * self._up, pad, -1.0, DEPTH)).any():
             return True
-        # A stiff one may rest on the pad further away, unless it rests on something nearer.
+        # A stiff object may rest on the pad elsewhere, unless another solid is nearer below it.
         others = [
             solid
             for solid in self._solids.solids
@@ -110,7 +120,7 @@ class MissingMass:
     def _gap_between(
         self, pad: Solid, lo: Array, hi: Array, cover: Solid, tolerance: float
     ) -> float | None:
-        """As `_gap_above`; casts its rays again only where one of the two has changed."""
+        """Return `_gap_above` of pad and cover; computed again once one of the two has changed."""
         versions = [int(self._solids.version[solid.row]) for solid in (pad, cover)]
         state = (*versions, tolerance, self._metres, *self._up.tolist())
         known = self._around.surfaces.gaps.get((pad.number, cover.number))
@@ -120,7 +130,7 @@ class MissingMass:
         return known[1]
 
     def _upper_side(self, pad: Solid, lo: Array, hi: Array) -> Array:
-        """(k, 3): places on the pad's upper side."""
+        """Return places (k, 3) on the pad's upper side, in m."""
         across = np.stack([*perpendiculars(self._up), self._up])
         corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
         seen = (lo + corners * (hi - lo)) @ across.T
@@ -133,8 +143,11 @@ class MissingMass:
         return starts[met] - far[met, None] * self._up
 
     def _gap_above(self, tops: Array, cover: Solid, tolerance: float) -> float | None:
-        """m: how far an object that lies on the pad is above its upper side, 0 where the pad is
-        inside it; None where it does not lie there."""
+        """Return the height of an object that lies on the pad above the pad's upper side, in m.
+
+        0 where the pad is inside the object; None where the object does not lie on the pad. `tops`
+        (k, 3) are places on the pad's upper side.
+        """
         if not len(tops):
             return None
         near = self._cast(tops - FLUSH * self._up, cover, 1.0, tolerance + FLUSH) - FLUSH
@@ -147,7 +160,7 @@ class MissingMass:
         return max(float(near[lies].min()), 0.0) if lies.any() else None
 
     def _gap_below(self, places: Array, cover: Solid, others: list[Solid]) -> float:
-        """m: the widest gap between an object and what is below it, at some places on it."""
+        """Return the widest gap in m from places (k, 3) on an object down to other solids."""
         bounds = np.stack([self._solids.lo[cover.row], self._solids.hi[cover.row]]) * self._metres
         reach = float(np.abs(np.ptp(bounds, axis=0) @ np.abs(self._up))) + DEPTH
         low = reach - self._cast(places - reach * self._up, cover, 1.0, reach + FLUSH)

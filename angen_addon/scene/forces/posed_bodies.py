@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface and centre of mass of animated bodies, and of loose pads, at one frame; and how far
-such a surface is above what is below it."""
+"""Animated bodies and loose pads at one frame: their surface and centre of mass.
+
+`ParallelRays` measures the distances from a surface down to others.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +19,8 @@ from ....sensor_logic.model import Array
 from ..rays.solids import Solid, Solids
 from .bodies import ContactBody
 
-# Casts many parallel rays at once: how far an underside is above what is below.
-#
-# In the plane across the rays, each ray is a point and each surface a set of flat triangles. A
-# grid finds the pairs of a point and a triangle that may meet, and numpy tests all of them
-# together.
-
 Indices = NDArray[np.intp]
-# A ray beside a triangle by this share of it still hits it, so that no gap opens along an edge.
+# A ray beside a triangle by at most this share of its size still hits it: edges have no gaps.
 RIM = 1e-9
 # Cells of the grid for each ray.
 CELLS = 4.0
@@ -33,7 +29,7 @@ MOST_CELLS = 1000
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Corners (m, 3, 3) and bounds (m, 3), (m, 3) in metres."""
+    """Triangles with corners (m, 3, 3) and bounds `lo`, `hi` (m, 3), in metres."""
 
     corners: Array
     lo: Array
@@ -41,6 +37,7 @@ class Triangles:
 
 
 def with_bounds(corners: Array) -> Triangles:
+    """Return triangles with their bounds, of corners (m, 3, 3)."""
     one, two, three = corners[:, 0], corners[:, 1], corners[:, 2]
     lo = np.minimum(np.minimum(one, two), three)
     return Triangles(corners, lo, np.maximum(np.maximum(one, two), three))
@@ -49,9 +46,11 @@ def with_bounds(corners: Array) -> Triangles:
 class WorldTriangles:
     """The triangles of solids in world space.
 
-    Keeps those of a solid until it changes: without it each pad would transform every floor anew at
-    each frame. `gaps`: how far a pad is below an object without a mass that lies on it (None: it
-    does not), by the numbers of both, and the state of both for which this holds.
+    The triangles of a solid are stored until it changes. Otherwise each pad would transform every
+    floor again at each frame.
+
+    `gaps` is keyed by the numbers of a pad and of an object without a mass. It has the state of
+    both and the height of the object above the pad; None where the object does not lie on the pad.
     """
 
     def __init__(self, solids: Solids) -> None:
@@ -61,7 +60,7 @@ class WorldTriangles:
         self.gaps: dict[tuple[int, int], tuple[Any, float | None]] = {}
 
     def of(self, depsgraph: Any, solid: Solid, metres: float) -> Triangles:
-        """The triangles of a solid as it is now."""
+        """Return the triangles of a solid at the present frame."""
         if self._listing != self._solids.listing:
             self._listing = self._solids.listing
             self._known.clear()
@@ -77,14 +76,34 @@ class WorldTriangles:
 
 
 def hit_distances(triangles: Triangles, starts: Array, direction: Array, length: Array) -> Array:
-    """Distances (n,) from `starts` (n, 3) along the unit vector `direction` (3,) to the nearest
-    triangle; inf where there is none within `length` (n,)."""
+    """Return the distances in m from some points to the nearest triangle along one direction.
+
+    Parameters
+    ----------
+    triangles
+        The triangles.
+    starts
+        Points (n, 3), in m.
+    direction
+        Unit vector (3,).
+    length
+        Largest distances (n,), in m.
+
+    Returns
+    -------
+    Array
+        Distances (n,), inf without a triangle within the largest distance.
+    """
     return ParallelRays(starts, direction, length).hit_distances(triangles)
 
 
 class ParallelRays:
-    """Rays from `starts` (n, 3) along the unit vector `direction` (3,), `length` (n,) long. One
-    grid of them serves all surfaces."""
+    """Rays from `starts` (n, 3) along one unit vector `direction` (3,), `length` (n,) long.
+
+    In the plane across the direction, a ray is a point and a surface is a set of flat triangles. A
+    grid finds the pairs of a point and a triangle that may overlap, and numpy tests all pairs
+    together. One grid serves all surfaces.
+    """
 
     def __init__(self, starts: Array, direction: Array, length: Array) -> None:
         self.starts, self.length = starts, length
@@ -94,7 +113,7 @@ class ParallelRays:
 
     @cached_property
     def _projected(self) -> Array:
-        """(3, n): the starts in the axes of the rays, the last of which is along them."""
+        """The starts (3, n) in the axes of the rays; the last axis is along them."""
         return np.ascontiguousarray((self.starts @ self._axes.T).T)
 
     @cached_property
@@ -102,7 +121,7 @@ class ParallelRays:
         return _Grid(self._projected[0], self._projected[1])
 
     def hit_distances(self, triangles: Triangles) -> Array:
-        """Distances (n,) to the nearest triangle; inf where there is none within their length."""
+        """Return the distances (n,) to the nearest triangle; inf without one within the length."""
         far = np.full(len(self.starts), np.inf)
         near = (triangles.lo <= self._hi) & (triangles.hi >= self._lo)
         corners = triangles.corners[near.all(axis=1)]
@@ -118,7 +137,7 @@ class ParallelRays:
         one = x[:, 1] - ax, y[:, 1] - ay, depth[:, 1] - ad
         two = x[:, 2] - ax, y[:, 2] - ay, depth[:, 2] - ad
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            # No ray hits a triangle edge on: it has no area.
+            # A triangle seen edge-on has no area across the rays, and no hit.
             inverse = 1.0 / (one[0] * two[1] - one[1] * two[0])
             across, along = seen[0][ray] - ax[of], seen[1][ray] - ay[of]
             u = (across * (two[1] * inverse)[of]) - (along * (two[0] * inverse)[of])
@@ -127,16 +146,16 @@ class ParallelRays:
             of, ray, u, v = of[inside], ray[inside], u[inside], v[inside]
             reach = ad[of] + u * one[2][of] + v * two[2][of] - seen[2][ray]
             hit = np.flatnonzero((reach >= 0.0) & (reach <= length[ray]))
-        # The nearest is written last, and stays.
+        # The nearest hit of a ray is written last.
         hit = hit[np.argsort(-reach[hit], kind="stable")]
         far[ray[hit]] = reach[hit]
         return far
 
 
-# The last 16 directions; without it 40 µs more for each bundle of rays that is made.
+# The last 16 directions; without this cache each `ParallelRays` takes 40 µs more.
 @lru_cache(maxsize=16)
 def _across(*parts: float) -> Array:
-    """(3, 3): rows are two unit vectors across a direction, and the direction itself."""
+    """Return two unit vectors across a direction, and the direction itself, as rows (3, 3)."""
     direction = np.array(parts)
     one = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
     one /= np.linalg.norm(one)
@@ -151,12 +170,12 @@ class _Grid:
         self._x, self._y = _Axis(at_x, self._count), _Axis(at_y, self._count)
         cell = self._y.cells_of(at_y) * self._count + self._x.cells_of(at_x)
         self._order = np.argsort(cell, kind="stable")
-        # Points of a row's neighbouring cells follow each other.
+        # Points in neighbouring cells of a row are neighbours in the order.
         filled = np.bincount(cell, minlength=self._count * self._count)
         self._begin = np.concatenate([[0], np.cumsum(filled)])
 
     def pairs(self, x: Array, y: Array) -> tuple[Indices, Indices]:
-        """Pairs of a triangle, with corners x, y (m, 3), and a point that may lie in it."""
+        """Return pairs of a triangle, with corners x, y (m, 3), and a point that may lie in it."""
         first_x, last_x = self._x.spans(x)
         first_y, last_y = self._y.spans(y)
         of, row = _spread(last_y - first_y + 1)
@@ -167,7 +186,7 @@ class _Grid:
 
 
 class _Axis:
-    """The cells along one axis, which hold all its points (n,)."""
+    """The cells along one axis, between its least and greatest point."""
 
     def __init__(self, points: Array, count: int) -> None:
         self._count = count
@@ -176,12 +195,14 @@ class _Axis:
         self._size = extent / count + 1e-9 + 1e-12 * abs(self._low)
 
     def cells_of(self, points: Array) -> Indices:
-        """The cell of each point."""
+        """Return the cell of each point."""
         return np.minimum(((points - self._low) / self._size).astype(np.intp), self._count - 1)
 
     def spans(self, corners: Array) -> tuple[Indices, Indices]:
-        """First and last cell (m,) of triangles with corners (m, 3); last < first where a triangle
-        is beside all points."""
+        """Return the first and last cell (m,) of triangles with corners (m, 3).
+
+        The last is less than the first where a triangle is beside all points.
+        """
         low, size, count = self._low, self._size, self._count
         slack = RIM * size
         least = np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
@@ -192,7 +213,7 @@ class _Axis:
 
 
 def _spread(counts: Indices) -> tuple[Indices, Indices]:
-    """Each index as often as its count says, and a running number with each."""
+    """Return each index as often as its count says, with a running number for each."""
     counts = np.maximum(counts, 0)
     of = np.repeat(np.arange(len(counts)), counts)
     return of, np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -200,8 +221,10 @@ def _spread(counts: Indices) -> tuple[Indices, Indices]:
 
 @dataclass(frozen=True, eq=False)
 class PosedPart:
-    """A solid of a body: vertices (n, 3) and triangles (m, 3) in its own space, and its matrix;
-    `state`: the same object for as long as its surface is the same."""
+    """A solid of a body: vertices (n, 3) and triangles (m, 3) in its own space, and its matrix.
+
+    `state` is the same object as long as the surface is the same.
+    """
 
     state: Any
     vertices: np.typing.NDArray[np.float32]
@@ -210,12 +233,14 @@ class PosedPart:
 
 
 class PosedBody:
-    """A body as it is at one frame; `lo`, `hi` (3,) are its bounds in metres.
+    """A body at one frame; `lo`, `hi` (3,) are its bounds in metres.
 
-    While it does not move it stays the same object from frame to frame, and keeps the results of
-    the search for its supports, each with what it depends on: `supports`; samples of the
-    `underside` and the room above each; `down`: the rays from there; `gaps`: how far below each
-    solid is, by number. Without them a person who sits still costs as much as one who walks.
+    A body that does not move stays the same object from frame to frame. It stores the results of
+    the search for its supports, each with the values that the result depends on. Otherwise a person
+    who sits still would cost as much as one who walks.
+
+    `underside` has samples of the underside and the height of the body above each. `down` has the
+    rays from there, and `gaps` the distance down to each solid, by its number.
     """
 
     def __init__(
@@ -232,7 +257,7 @@ class PosedBody:
 
     @cached_property
     def triangles(self) -> Array:
-        """(n, 3, 3) in metres."""
+        """The triangles (n, 3, 3) in metres."""
         found = []
         for part in self.parts:
             world = part.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
@@ -246,14 +271,17 @@ class PosedBody:
 
     @cached_property
     def centre(self) -> Array:
-        """(3,) m: its centre of mass, for an even density."""
+        """The centre of mass (3,) in m, for an even density."""
         return underside.centre_of_mass(self.triangles, self.closed)
 
 
 def posed_body(
     depsgraph: Any, body: ContactBody, solids: Solids, metres: float, last: PosedBody | None
 ) -> PosedBody | None:
-    """The body as the solids are now: `last` where nothing changed; None without a surface."""
+    """Return the body at the present frame, or None without a surface.
+
+    It is the same object as `last` if nothing has changed.
+    """
     now = [value for solid in body.solids for value in surface_state(solid, solids)]
     if last is not None:
         before = [value for part in last.parts for value in (part.state, part.matrix)]
@@ -274,12 +302,12 @@ def posed_body(
 
 
 def surface_state(solid: Solid, solids: Solids) -> list[Any]:
-    """A solid's surface and matrix, to be compared by `unchanged`."""
+    """Return a solid's surface and matrix, for a comparison by `unchanged`."""
     return [solid.geometry.state, solids.matrix[solid.row].copy()]
 
 
 def unchanged(one: list[Any], two: list[Any]) -> bool:
-    """Whether two lists hold equal arrays, and otherwise the very same objects."""
+    """Return whether two lists hold equal arrays, and otherwise identical objects."""
     return len(one) == len(two) and all(
         a is b or (isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and bool((a == b).all()))
         for a, b in zip(one, two, strict=True)

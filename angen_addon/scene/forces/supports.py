@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds what an animated body stands, sits or lies on.
+"""Find the surfaces that an animated body stands, sits or lies on.
 
-No physics holds it on a surface: whoever animated it put it there by eye, so that it may hover a
-little, or sink in. Its weight goes straight down from its underside to the first surface below.
+Animators place a body on a surface by eye: it may hover a little, or sink in. Its weight goes
+straight down from its underside to the first surface below.
 """
 
 from __future__ import annotations
@@ -24,18 +24,21 @@ from .bodies import GROUND, ContactBodies, ContactBody, Key
 from .posed_bodies import PosedBody, surface_state, unchanged
 
 Rows = NDArray[np.intp]
-# m: a body may sink this deep into soft surfaces; of a pad and a surface this near to each other
-# the pad takes the weight.
+# m: the largest depth to which a body sinks into soft surfaces.
 DEPTH = 0.15
+# m: the pad takes the weight where another surface is at most this far above it.
 FLUSH = 0.001
-# m: rays start this far below the body's own upper side.
+# m: the distance from the underside at which rays up through the body start.
 SKIN = 1e-4
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The scene around a body at one frame: the solids, their triangles, the bodies that they
-    belong to, the direction `up` (3,), and the metres in a Blender unit."""
+    """The scene around a body at one frame.
+
+    `surfaces` has the triangles of the `solids`, and `bodies` the bodies that they belong to. `up`
+    (3,) is a unit vector, and `metres` the length of a Blender unit.
+    """
 
     depsgraph: Any
     solids: Solids
@@ -45,13 +48,13 @@ class Surroundings:
     metres: float
 
     def is_pad(self, row: int) -> bool:
-        """Whether a solid is of a pad."""
+        """Return whether the solid in a row belongs to a pad."""
         key = self.bodies.of_solid[self.solids.solids[row].number]
         return key in self.bodies.by_key and self.bodies.by_key[key].pad
 
 
 def find_supports(around: Surroundings, body: ContactBody, posed: PosedBody) -> list[Support]:
-    """What supports an animated body, or a loose pad, as the solids are now."""
+    """Return the supports of an animated body, or of a loose pad, at the present frame."""
     solids, up, metres = around.solids, around.up, around.metres
     rows = around.bodies.supports_of(body, solids)
     reach = np.abs(up) * DEPTH + body.tolerance
@@ -59,17 +62,19 @@ def find_supports(around: Surroundings, body: ContactBody, posed: PosedBody) -> 
     near = (solids.lo[rows] * metres <= hi) & (solids.hi[rows] * metres >= lo)
     rows = rows[near.all(axis=1)]
     if body.loose_pad:
-        rows = rows[~_rests_on_pad(around, rows, posed)]
-    there = [part for row in rows.tolist() for part in surface_state(solids.solids[row], solids)]
-    there += [up, np.array(body.tolerance)]
-    if posed.supports is None or not unchanged(posed.supports[0], there):
-        posed.supports = there, _find_below(around, body, posed, rows)
+        rows = rows[~_lie_on_pad(around, rows, posed)]
+    state = [part for row in rows.tolist() for part in surface_state(solids.solids[row], solids)]
+    state += [up, np.array(body.tolerance)]
+    if posed.supports is None or not unchanged(posed.supports[0], state):
+        posed.supports = state, _find_below(around, body, posed, rows)
     return posed.supports[1]
 
 
-def _rests_on_pad(around: Surroundings, rows: Rows, posed: PosedBody) -> NDArray[np.bool_]:
-    """Which solids have a weight and their middle above a pad: they lie on it, even where they
-    reach through it."""
+def _lie_on_pad(around: Surroundings, rows: Rows, posed: PosedBody) -> NDArray[np.bool_]:
+    """Return the mask of the solids that lie on a pad: they weigh, and their middle is above it.
+
+    A solid counts even where it reaches down through the pad.
+    """
     solids, bodies, up = around.solids, around.bodies, around.up
     keys = [bodies.of_solid[solids.solids[row].number] for row in rows.tolist()]
     weighs = [key in bodies.by_key and bodies.by_key[key].weighs for key in keys]
@@ -108,11 +113,14 @@ def _find_below(
 def _rays_down(
     around: Surroundings, tolerance: float, posed: PosedBody, rows: Rows
 ) -> tuple[Samples, Array, posed_bodies.ParallelRays] | None:
-    """Of a body's underside above some solids: samples (n, 3), how far above each its ray starts
-    (n,), and the rays; None where the body has no underside there."""
+    """Return samples (n, 3) of a body's underside, heights (n,) and rays down to some solids.
+
+    A ray starts by its height above its sample. None where the body has no underside above the
+    solids.
+    """
     solids, up, metres = around.solids, around.up, around.metres
     reach = np.abs(up) * DEPTH + tolerance
-    # Only the part within the body's bounds counts, so that bigger floors change nothing.
+    # Only the part within the body's bounds counts: the result does not depend on a floor's size.
     area_lo = np.maximum((solids.lo[rows] * metres - reach).min(axis=0), posed.lo)
     area_hi = np.minimum((solids.hi[rows] * metres + reach).max(axis=0), posed.hi)
     bounds = [area_lo, area_hi, up]
@@ -137,7 +145,7 @@ def _nearest_below(
     down: posed_bodies.ParallelRays,
     rows: Rows,
 ) -> tuple[Array, NDArray[np.int64]]:
-    """How far (n,) the rays go to the nearest of some solids, and its number (n,)."""
+    """Return the ranges (n,) of the rays down to the nearest solid, and its number (n,)."""
     ranges, met = down.length.copy(), np.full(len(down.length), NOTHING, np.int64)
     for row in rows.tolist():
         solid = around.solids.solids[row]
@@ -154,8 +162,11 @@ def _nearest_below(
 
 
 def _upper_side(around: Surroundings, solid: Solid) -> posed_bodies.Triangles:
-    """The triangles of a solid that others can lie on. A closed animated body supports nothing from
-    its underside: else a cushion would hang on the person who has sunk into it."""
+    """Return the triangles of a solid that other bodies can lie on.
+
+    Of a closed animated body these are only the triangles that face up. Otherwise a cushion would
+    hang on the person who has sunk into it.
+    """
     depsgraph, bodies = around.depsgraph, around.bodies
     found = around.surfaces.of(depsgraph, solid, around.metres)
     other = bodies.by_key.get(bodies.of_solid[solid.number])
@@ -168,7 +179,7 @@ def _upper_side(around: Surroundings, solid: Solid) -> posed_bodies.Triangles:
 
 
 def _room_above(posed: PosedBody, points: Array, up: Array) -> Array:
-    """How far (n,) the body extends above each point: rays must start within it."""
+    """Return how far (n,) the body extends above each point, in m; rays must start within it."""
     length = np.full(len(points), DEPTH)
     if not len(points):
         return length
@@ -186,8 +197,21 @@ def _by_support(
     areas: Array,
     met: NDArray[np.int64],
 ) -> list[Support]:
-    """The supports, one a node, of points (n, 3) on an underside, each with its area (n,) and the
-    number (n,) of the solid that is hit `below` (n, 3) it."""
+    """Return one support for each node below an underside.
+
+    Parameters
+    ----------
+    solids, bodies
+        The solids of the scene, and the bodies that they belong to.
+    points
+        Points (n, 3) on the underside, in m.
+    below
+        Points (n, 3) in m that the rays from `points` hit.
+    areas
+        Areas (n,) in m², less for wider gaps.
+    met
+        Numbers (n,) of the hit solids.
+    """
     found: dict[Key, NDArray[np.bool_]] = {}
     ground = []
     known = {solid.number: solid for solid in solids.solids}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Follows the bodies of the scene from frame to frame, and gives the contact forces on pads."""
+"""Follow the contact bodies from frame to frame, and compute the contact forces on pads."""
 
 from __future__ import annotations
 
@@ -23,13 +23,15 @@ from .supports import Surroundings, find_supports
 
 MOST_KNOWN_CONTACTS = 20_000
 FRAMES_NEEDED = 3
-# m: an animated body may touch what its bounds come this near to.
+# m: an animated body may touch bodies whose bounds are at most this far from its own.
 NEARBY = 0.2
 
 
 class ContactTracker:
-    """Reads the scene frame by frame; has the forces at the frame before the last one read, since
-    accelerations need the frame after."""
+    """Computes the forces on pads, one frame after the scene was read there.
+
+    Accelerations need the next frame.
+    """
 
     def __init__(self, solids: Solids) -> None:
         self._solids = solids
@@ -40,12 +42,14 @@ class ContactTracker:
         self._world: FrameWorld | None = None
         self._depsgraph: Any = None
         self._metres = 1.0
-        self._stale = ""
+        self._cache_doubt = ""
         self._known_contacts: KnownContacts = {}
 
     def prepare(self, depsgraph: Any, metres: float, pads: Sequence[Pad]) -> None:
-        """Makes colliders and triangles now, so that they do not depend on which frame needs them
-        first."""
+        """Make colliders and triangles now.
+
+        Otherwise they would depend on the first frame that needs them.
+        """
         self._bodies.sync(depsgraph, self._solids, pads)
         for body in self._bodies.by_key.values():
             for solid in body.solids:
@@ -57,8 +61,21 @@ class ContactTracker:
     def look(
         self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
     ) -> None:
-        """Reads the scene at a frame, once the solids are synced. `pads`: all pads; `due`: those
-        whose forces at this frame `forces` will return after the next look."""
+        """Read the scene at a frame, after the solids are synced.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        frame
+            The number of the frame.
+        metres
+            The length of a Blender unit.
+        pads
+            All pads.
+        due
+            The pads whose forces at this frame `forces` will return after the next `look`.
+        """
         last = self._newest if metres == self._metres else None
         if last is None or frame != last.frame + 1:
             self._states = []
@@ -67,7 +84,7 @@ class ContactTracker:
         if edited or len(self._known_contacts) > MOST_KNOWN_CONTACTS:
             self._known_contacts.clear()
         moves = any(b.rigid and is_simulated(b.original) for b in self._bodies.by_key.values())
-        self._stale = _stale(depsgraph.scene, frame) if moves else ""
+        self._cache_doubt = _cache_problem(depsgraph.scene, frame) if moves else ""
         state = FrameState(frame, depsgraph, self._bodies, self._solids, metres, last)
         self._states = [*self._states[1 - FRAMES_NEEDED :], state]
         self._newest = state
@@ -85,8 +102,11 @@ class ContactTracker:
             state.missing_mass[key] = missing_mass.problem(key)
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
-        """The forces on a pad at a frame that `look` read; call it once `look` has read the next
-        frame too. Where the frame before or after is unknown, bodies count as at rest."""
+        """Return the forces on a pad at a frame that `look` has read.
+
+        Call it once `look` has read the next frame too. Where the frame before or after is unknown,
+        bodies count as at rest.
+        """
         key = self._bodies.pads.get(pad, ())
         at = next((i for i, state in enumerate(self._states) if state.frame == frame), None)
         if at is None or key not in self._states[at].row:
@@ -105,12 +125,12 @@ class ContactTracker:
                 self._depsgraph, self._bodies, states, self._metres, self._known_contacts
             )
         found = pad_forces(key, self._world)
-        doubt = self._stale or state.missing_mass.get(key, "") or ("" if known else NOT_YET)
+        doubt = self._cache_doubt or state.missing_mass.get(key, "") or ("" if known else NOT_YET)
         return replace(found, problem=found.problem or doubt)
 
 
-def _stale(scene: Any, frame: int) -> str:
-    """Why the simulated poses at a frame cannot be trusted, or empty."""
+def _cache_problem(scene: Any, frame: int) -> str:
+    """Return why the simulated poses at a frame cannot be trusted, or an empty text."""
     world = scene.rigidbody_world
     cache = world.point_cache
     if frame < cache.frame_start:
@@ -123,8 +143,11 @@ def _stale(scene: Any, frame: int) -> str:
 
 
 def _reachable(pad: Key, state: FrameState, bodies: ContactBodies, up: Array) -> set[Key]:
-    """Keys of every body with a weight beside or above the pad, and of those that overlapping
-    bounds connect with them: at least the pad's contact island."""
+    """Return the keys of all bodies that may belong to the pad's contact island.
+
+    These are bodies with a weight beside or above the pad, and all bodies that are connected with
+    them by overlapping bounds.
+    """
     seen, waiting = {pad}, [pad]
     near = state.overlapping(pad, BESIDE, up * ABOVE)
     while waiting:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds an object's F-curves and drivers, in every version of Blender."""
+"""Find the F-curves, drivers and NLA strips of a datablock, in every version of Blender."""
 
 from __future__ import annotations
 
@@ -10,22 +10,27 @@ from typing import Any
 import bpy
 import numpy as np
 
-# Beginnings of the data paths of an object's own place.
+# Beginnings of the data paths of an object's transform.
 PLACE = ("location", "rotation_", "scale", "delta_")
-# A data path as what owns the property and its name, or the name of a custom one.
+# Splits a data path into the owner of the property and its name, or its custom name.
 LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
 
 
 def time_stretch(scene: Any) -> float:
-    """Frames of animation to a frame of the scene (Output, Time Stretching), as Blender rounds
-    it."""
+    """Return the frames of animation in a frame of the scene (Output, Time Stretching).
+
+    The result is rounded as Blender does.
+    """
     render = scene.render
     return float(np.float32(render.frame_map_old) / np.float32(render.frame_map_new))
 
 
 def action_curves(action: Any, slot: Any) -> list[Any]:
-    """The F-curves of an action. From Blender 4.4 on it can hold those of several datablocks,
-    each in its slot (None: in no slot, so that nothing plays); before, it has one list."""
+    """Return the F-curves that an action has for a slot.
+
+    From Blender 4.4 on, an action has F-curves of several datablocks, each in its slot. Without a
+    slot nothing plays. Before, an action has a single list.
+    """
     if action is None:
         return []
     if not hasattr(action, "slots"):
@@ -37,7 +42,7 @@ def action_curves(action: Any, slot: Any) -> list[Any]:
 
 
 def _lists(action: Any) -> list[Any]:
-    """The lists of F-curves that an action has."""
+    """Return the lists of F-curves of an action."""
     if not hasattr(action, "slots"):
         return [action.fcurves]
     strips = [strip for layer in action.layers for strip in layer.strips]
@@ -45,11 +50,12 @@ def _lists(action: Any) -> list[Any]:
 
 
 def has_curves(action: Any) -> bool:
+    """Return whether an action has any F-curves."""
     return any(len(found) for found in _lists(action))
 
 
 def remove_curve(action: Any, curve: Any) -> None:
-    """Removes one of an action's F-curves."""
+    """Remove an F-curve from an action."""
     for found in _lists(action):
         if curve in list(found):
             found.remove(curve)
@@ -57,7 +63,7 @@ def remove_curve(action: Any, curve: Any) -> None:
 
 
 def curves(obj: Any, paths: set[str]) -> list[Any]:
-    """The object's own F-curves of these data paths."""
+    """Return the object's F-curves of some data paths, from its action alone."""
     animation = obj.animation_data
     if animation is None:
         return []
@@ -66,7 +72,7 @@ def curves(obj: Any, paths: set[str]) -> list[Any]:
 
 
 def played_curves(owner: Any) -> list[Any]:
-    """The F-curves of a datablock's action, and of those in its strips of the NLA."""
+    """Return the F-curves of a datablock's action and of its NLA strips."""
     animation = getattr(owner, "animation_data", None)
     if animation is None:
         return []
@@ -76,8 +82,10 @@ def played_curves(owner: Any) -> list[Any]:
 
 
 def may_set(owner: Any, *words: str) -> bool:
-    """Whether keys, drivers or strips of the NLA may set a data path that holds one of the words.
-    Strips other than clips hold what nobody looked into."""
+    """Return whether animation may set a data path that contains one of the words.
+
+    Animation is keys, drivers and NLA strips. A strip that is no clip counts as setting any path.
+    """
     animation = owner.animation_data
     if animation is None:
         return False
@@ -89,7 +97,7 @@ def may_set(owner: Any, *words: str) -> bool:
 
 
 def is_animated(obj: Any, path: str) -> bool:
-    """Whether keys, a strip of the NLA or a driver set this data path."""
+    """Return whether keys, an NLA strip or a driver set this data path."""
     animation = obj.animation_data
     return animation is not None and any(
         curve.data_path == path for curve in (*played_curves(obj), *animation.drivers)
@@ -97,9 +105,10 @@ def is_animated(obj: Any, path: str) -> bool:
 
 
 def stays(obj: Any, *paths: str) -> bool:
-    """Whether nothing in the file moves an object or changes what begins with these data paths.
+    """Return whether nothing in the file moves an object or changes one of the data paths.
 
-    What only may move it counts: constraints, physics, strips of the NLA, a parent's shape.
+    The paths are beginnings, such as `scale`. Constraints, physics, NLA strips and a parent's shape
+    count as changes even if they may do nothing.
     """
     animation, parent = obj.animation_data, obj.parent
     if obj.constraints or obj.rigid_body is not None:
@@ -113,8 +122,10 @@ def stays(obj: Any, *paths: str) -> bool:
 
 
 def motion_paths(obj: Any) -> list[str]:
-    """The data paths of an object's place that keys and drivers animate. Constraints, strips and
-    physics, which may also turn it, are listed as "rotation by …"."""
+    """Return the data paths of an object's transform that keys and drivers animate.
+
+    Constraints, NLA strips and physics, which may also turn the object, are named "rotation by …".
+    """
     found = ["rotation by constraint" for c in obj.constraints if not c.mute]
     if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
         found.append("rotation by physics")
@@ -128,14 +139,14 @@ def motion_paths(obj: Any) -> list[str]:
 
 
 def playing(owner: Any) -> tuple[list[Any], list[Any]]:
-    """The F-curves and drivers, and the strips, of a datablock that are not muted."""
+    """Return the F-curves and drivers, and the NLA strips, of a datablock that are not muted."""
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in (*found, *animation.drivers) if not _is_muted(curve)]
     tracks = animation.nla_tracks if animation.use_nla else ()
     solo = [track for track in tracks if track.is_solo]
-    heard = solo or [track for track in tracks if not track.mute]
-    return curves, [strip for track in heard for strip in track.strips if not strip.mute]
+    unmuted = solo or [track for track in tracks if not track.mute]
+    return curves, [strip for track in unmuted for strip in track.strips if not strip.mute]
 
 
 def _is_muted(curve: Any) -> bool:
@@ -143,8 +154,10 @@ def _is_muted(curve: Any) -> bool:
 
 
 def idle_keys(owner: Any, first: int, last: int) -> Iterator[tuple[str, str]]:
-    """Why keys, strips or drivers of a datablock do nothing in frames `first` to `last`, with the
-    way to mend it."""
+    """Yield why keys, strips or drivers of a datablock do nothing, each with its remedy.
+
+    Only the frames `first` to `last` count.
+    """
     animation = getattr(owner, "animation_data", None)
     if animation is None:
         return
@@ -183,9 +196,9 @@ def idle_keys(owner: Any, first: int, last: int) -> Iterator[tuple[str, str]]:
 
 
 def all_animated() -> Iterator[Any]:
-    """Everything in the file that has animation data, node trees inside others included."""
+    """Yield every datablock in the file that has animation data, embedded node trees included."""
     for prop in bpy.data.bl_rna.properties:
-        # Those of all kinds are in those of each kind too.
+        # `all_ids` repeats the datablocks of all other collections.
         if prop.type != "COLLECTION" or prop.identifier == "all_ids":
             continue
         for block in getattr(bpy.data, prop.identifier):
@@ -195,7 +208,7 @@ def all_animated() -> Iterator[Any]:
 
 
 def set_by_animation(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]]]:
-    """The properties that keys and drivers set: (struct, property) → indices."""
+    """Yield the properties that keys and drivers set: (struct, property), and the array indices."""
     animation = getattr(datablock, "animation_data", None)
     if animation is None:
         return
@@ -211,5 +224,5 @@ def set_by_animation(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]
             struct = datablock.path_resolve(owner) if owner else datablock
             yield (struct.as_pointer(), name), indices
         except (ValueError, AttributeError):
-            # A curve of something that is no longer there sets nothing.
+            # The property of the curve is gone.
             continue

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a door's leaf moves, from its keys or its shape, and where its free upper corner is."""
+"""Find how a door's leaf moves, from its keys or its shape, and its free upper corner."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from mathutils import Euler, Matrix, Quaternion, Vector
 from ...sensor_logic.error import AngenError
 from .animation import curves
 
-# A leaf stands if its height is this near to upright, as a cosine.
+# A leaf is upright if the cosine of its height's angle to Z is at least this.
 UPRIGHT = 0.95
-# A hinge is this far from the leaf's middle, as shares of its width.
+# The distance of a hinge from the leaf's middle is in this range of shares of the leaf's width.
 HINGE_AT = (0.25, 0.75)
-# What turns less (rad) does not turn; what moves less (of the width) does not move.
+# A smaller rotation (rad) or motion (share of the width) does not count.
 TURNED, MOVED = math.radians(2), 0.02
 # How a leaf may move, as users choose it.
 MOTIONS = [
@@ -33,8 +33,11 @@ ROTATIONS = ("rotation_euler", "rotation_quaternion")
 
 @dataclass(frozen=True)
 class Opening:
-    """A leaf's way from closed to open: where its middle goes, the pivot that it turns about (None:
-    it slides) and by how much (rad, about Z). In units of the scene."""
+    """The motion of a leaf from closed to open, in Blender units.
+
+    `way` is the displacement of its middle. `pivot` is the point that it turns about, None for a
+    sliding leaf. `turn` is its rotation about Z, in radians.
+    """
 
     way: Vector
     pivot: Vector | None
@@ -43,11 +46,16 @@ class Opening:
 
 @dataclass(frozen=True)
 class Leaf:
-    """A closed leaf. `corner` is its free upper corner, on the face that looks `out`; `edge` runs
-    level from the hinge to the free edge. Unit vectors; sizes in units of the scene. `hand`: LEFT
-    or RIGHT where the hinge is to be on that side, seen from where the leaf opens to; `guessed`:
-    nothing tells the hand. `pivot` lies on the hinge's line; None: it slides, or nothing tells it.
-    `opening` as it is keyed, if it is."""
+    """A closed leaf, in Blender units.
+
+    `corner` is its free upper corner, on the face that looks `out`. `edge` is the level direction
+    from the hinge to the free edge, and `up` the upward direction; all directions are unit vectors.
+
+    `hand` is LEFT or RIGHT: the side of the hinge, seen from the side that the leaf opens to. It is
+    `guessed` if neither keys nor the origin show the hand. `pivot` is a point on the axis of the
+    hinge, None for a sliding leaf or an unknown axis. `opening` is the keyed motion; None without
+    keys.
+    """
 
     corner: Vector
     edge: Vector
@@ -62,7 +70,7 @@ class Leaf:
     opening: Opening | None = None
 
     def turned_round(self) -> Leaf:
-        """The same leaf, looked at from the other side."""
+        """Return the same leaf, seen from the other side."""
         corner, edge = self.corner - self.out * self.thickness, self.edge
         if self.hand:
             corner, edge = corner - edge * self.width, -edge
@@ -70,13 +78,24 @@ class Leaf:
 
 
 def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[list[Leaf]]:
-    """What the leaf may be: the likelier first; those in one list, the same leaf from both sides,
-    are equally likely. It is closed where `shutting` takes it from where it stands now, else as it
-    stands.
+    """Return the leaves that an object may be, the most likely ones first.
 
-    `motion`: AUTO asks its keys and its origin, and guesses the hinge where they do not tell it;
-    LEFT, RIGHT: the edge that it turns about, seen from the side that it opens to; SLIDING. Raises
-    AngenError.
+    Leaves in the same inner list are equally likely: they are one leaf, seen from both sides.
+
+    Parameters
+    ----------
+    obj
+        The object of the leaf.
+    motion
+        AUTO: as its keys and its origin show; the hinge is guessed if they do not show it. LEFT or
+        RIGHT: the edge that it turns about, seen from the side that it opens to. SLIDING.
+    shutting
+        The matrix that closes the leaf from its present pose; without it the leaf is closed now.
+
+    Raises
+    ------
+    AngenError
+        If the object is not shaped like an upright leaf.
     """
     shutting = shutting or Matrix()
     middle, width, thickness, height = _box(obj, shutting)
@@ -97,7 +116,7 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
 
     pivot, opening = None, _opening(obj, shutting, middle, width.length)
     if motion == "SLIDING" or (motion == "AUTO" and opening and opening.pivot is None):
-        # What it leaves is where it closes against; unkeyed, either end does.
+        # A sliding leaf closes against the end that it leaves; without keys, against either end.
         if opening is not None and opening.pivot is None and opening.way.dot(edge) > 0.0:
             edge = -edge
         return [both(edge, slides=True)]
@@ -111,7 +130,7 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
         return [handed("LEFT", guessed=True), handed("RIGHT", guessed=True)]
     else:
         sides = both(edge if (middle - pivot).dot(edge) > 0.0 else -edge)
-    # Without keys: a hinge is on the face that the leaf opens to.
+    # Without keys, the leaf opens to the face that has the hinge.
     side = opening.way.dot(out) if opening else (pivot - middle).dot(out) if pivot else 0.0
     if abs(side) <= 0.1 * thickness.length:
         return [sides]
@@ -119,8 +138,10 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
 
 
 def shutting_of(obj: Any) -> Matrix:
-    """The matrix that takes a leaf from where it stands now to its first key, which counts as
-    closed; the unit matrix without keys."""
+    """Return the matrix from a leaf's present pose to its first key, which counts as closed.
+
+    It is the unit matrix without keys.
+    """
     for owner in _chain(obj):
         bases = _keyed_bases(owner)
         if bases and abs(owner.matrix_basis.determinant()) > 1e-12:
@@ -130,7 +151,7 @@ def shutting_of(obj: Any) -> Matrix:
 
 
 def _box(obj: Any, shutting: Matrix) -> tuple[Vector, Vector, Vector, Vector]:
-    """The middle of the leaf's box and its width, thickness and height as vectors."""
+    """Return the middle of the leaf's box, and its width, thickness and height as vectors."""
     corners = [Vector(c) for c in obj.bound_box]
     low = Vector([min(c[i] for c in corners) for i in range(3)])
     high = Vector([max(c[i] for c in corners) for i in range(3)])
@@ -152,8 +173,10 @@ def _chain(obj: Any) -> list[Any]:
 
 
 def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: float) -> Vector | None:
-    """The origin, of the leaf or of what it hangs on, that lies at an edge of it; None where none
-    does, as with a box that was made a door."""
+    """Return the origin, of the leaf or of a parent, that lies at an edge of the leaf.
+
+    None without such an origin, as for a box whose origin is in its middle.
+    """
     for owner in _chain(obj):
         origin = shutting @ owner.matrix_world.translation
         away = abs((middle - origin).dot(edge)) / width
@@ -163,12 +186,12 @@ def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: floa
 
 
 def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Opening | None:
-    """The keyed pose that is farthest from the closed one, of the leaf or what it hangs on."""
+    """Return the keyed pose of the leaf or a parent that is farthest from the closed pose."""
     best: Opening | None = None
     back = shutting.inverted()
     for owner in _chain(obj):
         now, origin = owner.matrix_world, shutting @ owner.matrix_world.translation
-        # Without its keys; what the parent and its inverse add stays as it is now.
+        # The matrix above the keys: the parent's transform as it is now.
         if abs(owner.matrix_basis.determinant()) < 1e-12:
             continue
         above = now @ owner.matrix_basis.inverted()
@@ -184,7 +207,7 @@ def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Openin
 
 
 def _keyed_bases(obj: Any) -> list[Matrix]:
-    """The object's own matrices at its keys."""
+    """Return the object's basis matrices at its keys."""
     paths = {"location", *ROTATIONS}
     found = curves(obj, paths)
     frames = sorted({point.co.x for curve in found for point in curve.keyframe_points})

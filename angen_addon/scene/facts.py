@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lists all that a user can set in a datablock as plain values that are equal in every session.
+"""List all settings of a datablock as plain values that are equal in every session.
 
-It walks the properties that Blender declares (RNA), so that a new modifier or node needs no line
-here. It leaves out what only the interface uses, what Blender computes itself, values that keys or
-drivers set (the keys and drivers are in the list instead), and the outputs of sensors.
+The lists follow the properties that Blender declares (RNA), so that new modifiers and nodes need no
+code here. They leave out properties of the interface, values that Blender computes, and the outputs
+of sensors. In place of values that keys or drivers set, they have the keys and drivers.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
 WITHOUT_INFLUENCE = {
     "AngenSensor": OUTPUTS | {"room", "preset"}, "Image": {"resolution"}, "Object": {"angen_place"},
 }  # fmt: skip
-# The parameters of each kind of sensor, of which one that is of another kind reads none.
+# The property with the parameters of each kind. A sensor reads only that of its kind.
 PARAMETERS = frozenset(kind.attribute for kind in KINDS.values())
-# Properties that Blender computes, and below those that only the interface uses.
+# Properties that Blender computes; and below, properties that only the interface uses.
 DERIVED = {
     "animation_data", "bl_rna", "bound_box", "children", "dimensions", "id_data", "is_evaluated",
     "library", "library_weak_reference", "matrix", "matrix_basis", "matrix_channel",
@@ -49,11 +49,11 @@ INTERFACE = {
     "width_hidden", "warning_propagation",
 }  # fmt: skip
 if bpy.app.version >= (5, 0):
-    # It has no meaning any more, and reading it gives a warning.
+    # Reading it gives a deprecation warning.
     INTERFACE.add("use_nodes")
 # Types whose location, size and colour are those of their picture on the screen.
 ON_SCREEN = ("Node", "NodeTree", "NodeSocket", "FCurve", "NlaTrack", "NlaStrip")
-# What of nodes and their sockets has no part in a shader.
+# Beginnings of properties of nodes and sockets that have no influence on a shader.
 NO_VALUES = (
     "bl_", "display_shape", "enabled", "hide_value", "internal_links", "link_limit", "node",
     "parent", "pin_gizmo", "show_", "type", "use_custom_color",
@@ -74,35 +74,37 @@ POINTS = {
 }  # fmt: skip
 LOOKS = ("lock_", "select", "show_expanded")
 MAX_DEPTH = 12
-# Grows where the facts of an unchanged datablock differ from those of an earlier version.
+# Increase it when the facts of an unchanged datablock differ from those of earlier versions.
 FACTS_VERSION = 2
 
 Facts = list[Any]
 
 
 def facts_of(datablock: Any) -> Facts:
-    """All that a user can set in a datablock, as nested plain values; equal settings have equal
-    `repr`."""
+    """Return all settings of a datablock as nested plain values.
+
+    Equal settings have equal `repr`.
+    """
     if isinstance(datablock, bpy.types.Mesh):
         return mesh_facts(datablock)
     return _object_facts(datablock)
 
 
 def facts_without(obj: Any, name: str) -> Facts:
-    """The same of an object, without one of its own properties."""
+    """Return the facts of an object without one of its properties."""
     return _object_facts(obj, frozenset((name,)))
 
 
 def _object_facts(datablock: Any, without: frozenset[str] = frozenset()) -> Facts:
     facts = _Walk(datablock).facts(without)
     if isinstance(datablock, bpy.types.Object) and datablock.type == "MESH":
-        # Vertex groups are the object's and their weights the mesh's; most objects have none.
+        # An object has the names of vertex groups, and its mesh the weights.
         facts.append(weights_of(datablock.data) if datablock.vertex_groups else [])
     return facts
 
 
-def _of_other_kinds(struct: Any) -> frozenset[str]:
-    """The properties of a sensor's settings that belong to other kinds than its own."""
+def _properties_of_other_kinds(struct: Any) -> frozenset[str]:
+    """Return the properties of a sensor's settings that belong to other kinds than its own."""
     if type(struct).__name__ != "AngenSensor":
         return frozenset()
     kind = KINDS.get(struct.kind)
@@ -110,14 +112,19 @@ def _of_other_kinds(struct: Any) -> frozenset[str]:
 
 
 def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Facts:
-    """The values of an evaluated datablock as keys and drivers set them now; those of some of its
-    own properties are left `without`."""
+    """Return the values of an evaluated datablock as keys and drivers set them now.
+
+    Properties in `without` are left out.
+    """
     return _Walk(evaluated, present=True)._struct(evaluated, 0, without)
 
 
 class _Walk:
-    """One pass over a datablock and the datablocks embedded in it. `present`: over the values that
-    animated properties have now, and over fewer properties that no frame changes."""
+    """One pass over a datablock and the datablocks embedded in it.
+
+    With `present`, it reads the present values of animated properties, and skips some properties
+    that do not change with the frame.
+    """
 
     def __init__(self, datablock: Any, present: bool = False) -> None:
         self._id = datablock
@@ -126,6 +133,7 @@ class _Walk:
         self._set_by_animation = {} if present else dict(set_by_animation(datablock))
 
     def facts(self, without: frozenset[str] = frozenset()) -> Facts:
+        """Return the facts of the datablock."""
         if self._present:
             return self._struct(self._id, 0)
         return [animation_facts(self._id), self._struct(self._id, 0, without)]
@@ -134,20 +142,20 @@ class _Walk:
         made_of: Any = type(struct)
         key = (struct.as_pointer(), made_of)
         if key in self._seen or depth > MAX_DEPTH:
-            # The two inputs of a Mix Shader have one name.
+            # Names of sockets are not unique: the two inputs of a Mix Shader have the same.
             is_socket = isinstance(struct, bpy.types.NodeSocket)
             return [struct.identifier if is_socket else getattr(struct, "name", "")]
         self._seen.add(key)
         found: Facts = []
-        left_out = without or _of_other_kinds(struct)
-        for name, kind in _plan_of(struct, self._present):
+        left_out = without or _properties_of_other_kinds(struct)
+        for name, kind in _reading_plan_of(struct, self._present):
             if name in left_out:
                 continue
             value = getattr(struct, name, None)
             if kind == "VALUE":
                 found.append(self._masked(key[0], name, value))
             elif kind == "FILE":
-                found.append(_file(struct, value, self._id.library))
+                found.append(_file_facts(struct, value, self._id.library))
             elif kind == "POINTER":
                 found.append(self._pointer(value, depth))
             elif value is not None:
@@ -156,7 +164,7 @@ class _Walk:
         return found
 
     def _masked(self, pointer: int, name: str, value: Any) -> Any:
-        """A value as plain numbers, with None in place of numbers that animation sets."""
+        """Return a value as plain numbers, with None in place of numbers that animation sets."""
         found = plain(value)
         animated = self._set_by_animation.get((pointer, name)) if self._set_by_animation else None
         if animated is None:
@@ -188,27 +196,29 @@ class _Walk:
         return [self._pointer(item, depth) for item in items]
 
     def _custom(self, struct: Any, pointer: int) -> Facts:
-        """Custom properties, among them the inputs of a geometry-nodes modifier."""
+        """Return the custom properties, among them the inputs of a geometry-nodes modifier."""
         known = struct.bl_rna.properties
         try:
             names = [name for name in struct.keys() if name not in known and name != "cycles"]  # noqa: SIM118
         except TypeError:
             return []
         return [
-            (name, self._masked(pointer, name, _stored(struct[name])))
+            (name, self._masked(pointer, name, _as_saved(struct[name])))
             for name in sorted(names)
             if not name.startswith(("_", COVERAGE_MARK))
         ]
 
 
-def _stored(value: Any) -> Any:
-    """The value as it is after saving and loading, which turn truth values into numbers."""
+def _as_saved(value: Any) -> Any:
+    """Return the value as it is after saving and loading, which turn booleans into numbers."""
     return int(value) if isinstance(value, bool) else value
 
 
-def _file(struct: Any, path: Any, library: Any) -> Facts:
-    """Name and size of the file at a path. The path itself is not compared, since Save As rewrites
-    it."""
+def _file_facts(struct: Any, path: Any, library: Any) -> Facts:
+    """Return name and size of the file at a path.
+
+    The path itself is not compared, since Save As rewrites it.
+    """
     name = re.split(r"[/\\]", path.rstrip("/\\"))[-1]
     packed = getattr(struct, "packed_file", None)
     if packed is not None:
@@ -221,7 +231,7 @@ def _file(struct: Any, path: Any, library: Any) -> Facts:
 
 
 def plain(value: Any) -> Any:
-    """A value as numbers, texts and tuples of them; of a datablock its name."""
+    """Return a value as numbers, texts and tuples of them; a datablock becomes its name."""
     if value is None or isinstance(value, (bool, int, float, str, bytes)):
         return value
     if isinstance(value, (set, frozenset)):
@@ -239,24 +249,29 @@ def plain(value: Any) -> Any:
 
 
 def forget_types() -> None:
-    """Drops references to classes of add-ons: Blender 4.2 as a module crashes at exit while any is
-    left."""
-    _plan.cache_clear()
+    """Drop references to classes of add-ons.
+
+    Blender 4.2 as a module crashes at exit while any such reference is left.
+    """
+    _reading_plan.cache_clear()
     _has_custom.cache_clear()
 
 
-def _plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str], ...]:
-    """`_plan` of an instance. It is not cached for the inputs of a nodes modifier (Blender 5.2),
-    whose properties change with its node group."""
+def _reading_plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str], ...]:
+    """Return `_reading_plan` of the type of an instance.
+
+    It is not cached for the inputs of a nodes modifier (Blender 5.2), whose properties change with
+    its node group.
+    """
     made_of: Any = type(struct)
     is_passing = made_of.__name__.startswith("GeometryNodesInterface")
-    return (_plan.__wrapped__ if is_passing else _plan)(made_of, present)
+    return (_reading_plan.__wrapped__ if is_passing else _reading_plan)(made_of, present)
 
 
 # One answer a type; without it 4 µs more a struct.
 @cache
 def _has_custom(cls: Any) -> bool:
-    """Whether the custom properties of a type are read."""
+    """Return whether the custom properties of a type are read."""
     return issubclass(
         cls, (bpy.types.ID, bpy.types.Bone, bpy.types.PoseBone, bpy.types.NodesModifier)
     )
@@ -264,9 +279,11 @@ def _has_custom(cls: Any) -> bool:
 
 # One plan a type, until the add-on is switched off; without it 0.1 ms more a datablock.
 @cache
-def _plan(cls: Any, present: bool) -> tuple[tuple[str, str], ...]:
-    """The properties of a type to read, each with how: VALUE, FILE, POINTER or ITEMS; of a node as
-    it is at `present` none that describe its type."""
+def _reading_plan(cls: Any, present: bool) -> tuple[tuple[str, str], ...]:
+    """Return the properties of a type to read, each with VALUE, FILE, POINTER or ITEMS.
+
+    With `present`, properties that describe the type of a node are left out.
+    """
     plan = []
     on_screen = any(base.__name__ in ON_SCREEN for base in cls.__mro__)
     for prop in cls.bl_rna.properties:
@@ -304,24 +321,27 @@ def _points(items: Any, count: int, fields: tuple[str, ...]) -> Facts:
 
 
 def part_facts(datablock: Any, part: Any) -> Any:
-    """`facts_of` for a part of a datablock, such as a scene's rigid-body world."""
+    """Return `facts_of` for a part of a datablock, such as a scene's rigid-body world."""
     return _Walk(datablock)._pointer(part, 0)
 
 
 def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
-    """The facts of some properties of a datablock, or of a part of it, as `facts_of` has them."""
+    """Return the facts of some properties of a datablock, or of a part of it."""
     walk = _Walk(datablock)
     pointer = part.as_pointer()
     return [walk._masked(pointer, name, getattr(part, name)) for name in names]
 
 
 def custom_facts(datablock: Any, present: bool = False) -> Facts:
-    """The custom properties of a datablock; `present`: as keys and drivers set them now."""
+    """Return the custom properties of a datablock; with `present`, their present values."""
     return _Walk(datablock, present)._custom(datablock, datablock.as_pointer())
 
 
 def animation_facts(datablock: Any) -> Facts:
-    """Keys and drivers of a datablock, without those of a sensor's outputs; empty without any."""
+    """Return keys and drivers of a datablock, without those of a sensor's outputs.
+
+    The list is empty without animation.
+    """
     animation = getattr(datablock, "animation_data", None)
     if animation is None:
         return []
@@ -358,7 +378,7 @@ def _curve(curve: Any) -> Facts:
 def _modifier(modifier: Any) -> Facts:
     return [
         (name, plain(getattr(modifier, name)))
-        for name, kind in _plan_of(modifier)
+        for name, kind in _reading_plan_of(modifier)
         if kind == "VALUE"
     ]
 
@@ -385,8 +405,10 @@ def _driver(curve: Any) -> Facts:
 
 
 def mesh_facts(mesh: Any) -> Facts:
-    """Vertices, faces and every attribute; only `is edited` in Edit Mode, when meshes cannot be
-    read."""
+    """Return materials, vertices, faces and all attributes of a mesh.
+
+    In Edit Mode, when meshes cannot be read, the list has only `is edited`.
+    """
     if mesh.is_editmode:
         return ["is edited"]
     found: Facts = [
@@ -403,7 +425,7 @@ def mesh_facts(mesh: Any) -> Facts:
 
 
 def corners_and_faces(mesh: Any) -> Facts:
-    """Digests of the vertices' positions, the vertices of each face, and its material."""
+    """Return digests of the vertices' positions, the vertices of each face, and its material."""
     # Attributes are copied as whole arrays; item by item takes 50 times as long.
     found: Facts = [
         _attribute(mesh.attributes[name]) if name in mesh.attributes else 0
@@ -420,7 +442,7 @@ def corners_and_faces(mesh: Any) -> Facts:
 
 
 def hashed(values: Any) -> str:
-    """The digest of a long array, whose text would take many times its memory."""
+    """Return the digest of a long array, whose text would take many times its memory."""
     return hashlib.blake2b(values, digest_size=16).hexdigest()
 
 
@@ -443,7 +465,7 @@ def _attribute(attribute: Any) -> Any:
 
 
 def weights_of(mesh: Any) -> Any:
-    """The groups and weights of each vertex that has any."""
+    """Return the groups and weights of each vertex that has any."""
     return [
         [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups
     ]

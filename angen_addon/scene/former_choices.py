@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Replaces choices of parameters that the open file has from earlier versions of the extension."""
+"""Replace choices of parameters that the open file has from earlier versions of the extension."""
 
 from __future__ import annotations
 
@@ -13,16 +13,20 @@ from .animation import played_curves
 
 
 def stored_settings(obj: Any) -> Any | None:
-    """Return the settings of an object's sensor as the file stores them, with numbers for choices;
-    None where it has none."""
+    """Return the settings of an object's sensor as the file stores them; None without a sensor.
+
+    Choices are numbers there.
+    """
     stored = getattr(obj, "bl_system_properties_get", None)
     groups = stored() if stored is not None else obj
     return groups.get("angen_sensor") if groups is not None else None
 
 
 def replace_former_choices() -> str:
-    """Replace former choices of all objects, linked ones too, and those that their keys set; return
-    a sentence on them, empty without any."""
+    """Replace former choices of all objects, linked ones included, and of their keys.
+
+    Return a sentence about the replaced choices for the user; empty without any.
+    """
     found: list[tuple[str, str, FormerChoice]] = []
     for obj in bpy.data.objects:
         settings = stored_settings(obj)

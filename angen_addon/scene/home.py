@@ -21,7 +21,10 @@ from .sensors import unit_scale
 
 @dataclass(frozen=True)
 class SolidSurface:
-    """A solid's corners (n, 3) in m in the world, and triangles (m, 3) that face outwards."""
+    """The surface of a solid, in the world.
+
+    It has points (n, 3) in m, and triangles (m, 3) that face outwards.
+    """
 
     solid: Solid
     points: Array
@@ -29,8 +32,11 @@ class SolidSurface:
 
 
 class EvaluatedHome:
-    """The scene as a depsgraph has it evaluated; `metres` in a unit of Blender. `rows` (k,) are the
-    solids that rays of nobody in particular meet: all, if it is not a part."""
+    """The scene as a depsgraph has evaluated it; `metres` is the length of a Blender unit.
+
+    `lo`, `hi` (n, 3) in m are the world bounds of all solids. `rows` (k,) are the solids that rays
+    may hit which belong to no sensor: all solids, except in a `part`.
+    """
 
     def __init__(self, depsgraph: Any) -> None:
         self.depsgraph = depsgraph
@@ -38,12 +44,12 @@ class EvaluatedHome:
         self.caster = RayCaster()
         self.caster.update(depsgraph)
         solids = self.caster.solids
-        # (n, 3) in m: bounds of all solids.
+
         self.lo, self.hi = solids.lo * self.metres, solids.hi * self.metres
         self.rows = np.arange(len(solids.solids))
 
     def part(self, wanted: Callable[[Solid], bool]) -> EvaluatedHome:
-        """The same home for rays that meet only the wanted solids."""
+        """Return the same home for rays that hit only the wanted solids."""
         found, solids = copy(self), self.caster.solids.solids
         found.rows = np.array([row for row in self.rows.tolist() if wanted(solids[row])], np.intp)
         return found
@@ -51,7 +57,21 @@ class EvaluatedHome:
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
-        """Ranges (n,) in m of rays in m, as a sensor of this session uid casts them."""
+        """Return the ranges (n,) of a sensor's rays, in m.
+
+        Parameters
+        ----------
+        sensor
+            Session uid of the sensor; its own solids are left out.
+        bundle
+            Number of the bundle of rays.
+        origins
+            Origins (n, 3), in m.
+        directions
+            Unit vectors (n, 3).
+        length
+            Maximum ranges (n,), in m.
+        """
         return (
             self.caster.cast(
                 sensor, bundle, origins / self.metres, directions, length / self.metres
@@ -60,9 +80,10 @@ class EvaluatedHome:
         )
 
     def surfaces(self, wanted: NDArray[np.bool_]) -> Iterator[SolidSurface]:
-        """The surfaces of those solids that a mask (n,) chooses.
+        """Yield the surfaces of the solids that a mask (n,) selects.
 
-        They are read as Blender lists them: what geometry nodes make lives no longer than that.
+        They are read while Blender lists the instances, since it then frees what geometry nodes
+        made.
         """
         solids = self.caster.solids
         by_key = {s.key: s for s in solids.solids if wanted[s.row]}
@@ -75,7 +96,7 @@ class EvaluatedHome:
             solid = by_key.pop(key, None)
             if solid is None:
                 continue
-            # Curves that share their data may have modifiers of their own.
+            # Curves that share their data may have different modifiers.
             shape = seen.original.session_uid, seen.data.as_pointer()
             if shape not in shapes:
                 shapes[shape] = triangles_of(seen)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Objects within collection instances: which there are, where each is, and what belongs to whom.
+"""Find objects in collection instances: their places, and the sensors that they belong to.
 
-A holder is an object that instances a collection; holders are listed from the outermost in. What is
-in an instance is told from its original by its path: the session uid of the object, then those of
-its holders from the innermost out.
+A *holder* is an object that instances a collection. Holders are listed from the outermost inwards.
+The *path* of an object in an instance is the session uid of the object, followed by the session
+uids of its holders from the innermost outwards.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from mathutils import Matrix
 
 from ...sensor_logic.kinds import NO_KIND
 
-# What tells a sensor in this session: the session uid of its object, or its path.
+# The identifier of a sensor in this session: the session uid of its object, or its path.
 Uid = int | tuple[int, ...]
 Holders = tuple[Any, ...]
 # Blender marks the unused levels of `persistent_id` with the largest integer.
@@ -23,28 +23,29 @@ UNUSED_LEVEL = 2**31 - 1
 
 
 def is_sensor(obj: Any) -> bool:
-    """Whether an object, or None, is a sensor."""
+    """Return whether an object, or None, is a sensor."""
     return obj is not None and obj.angen_sensor.kind != NO_KIND
 
 
 def uid_of(obj: Any, holders: Holders) -> Uid:
-    """An identifier of an object, or of its place in an instance, that no other object has."""
+    """Return the unique identifier of an object: its session uid, or its path in an instance."""
     if not holders:
         return int(obj.session_uid)
     return (obj.session_uid, *(holder.session_uid for holder in reversed(holders)))
 
 
 def is_holder(obj: Any) -> bool:
+    """Return whether an object instances a collection."""
     return obj.instance_type == "COLLECTION" and obj.instance_collection is not None
 
 
 def matrix_of(obj: Any, holders: Holders, depsgraph: Any) -> Matrix:
-    """The matrix in the world of an object of an instance, as Blender evaluates it."""
+    """Return the evaluated world matrix of an object in an instance."""
     return within(obj.evaluated_get(depsgraph).matrix_world, holders, depsgraph)
 
 
 def within(matrix: Matrix, holders: Holders, depsgraph: Any) -> Matrix:
-    """The matrix in the world of what has this one in an instanced collection."""
+    """Return the world matrix of an object from its matrix in an instanced collection."""
     for holder in reversed(holders):
         evaluated = holder.evaluated_get(depsgraph)
         offset = Matrix.Translation(-evaluated.instance_collection.instance_offset)
@@ -53,14 +54,16 @@ def within(matrix: Matrix, holders: Holders, depsgraph: Any) -> Matrix:
 
 
 class SensorFinder:
-    """Finds what of interest there is in instanced collections, each of which it looks into
-    once. It is kept for one search: many instances share a collection."""
+    """Finds sensors in instanced collections, and looks into each collection only once.
+
+    Make a new one for each search, since many instances share a collection.
+    """
 
     def __init__(self) -> None:
         self._known: dict[Any, tuple[list[Any], list[Any]]] = {}
 
     def sensors_in(self, holder: Any) -> Iterator[tuple[Any, Holders]]:
-        """The objects in a holder's collection that are sensors, each with its holders."""
+        """Yield the sensors in a holder's collection, each with its holders."""
         yield from self._walk((holder,))
 
     def _walk(self, holders: Holders) -> Iterator[tuple[Any, Holders]]:
@@ -73,7 +76,7 @@ class SensorFinder:
                 yield from self._walk((*holders, holder))
 
     def _look(self, collection: Any) -> tuple[list[Any], list[Any]]:
-        """The sensors of a collection, and the holders in it."""
+        """Return the sensors of a collection, and the holders in it."""
         if collection not in self._known:
             shown = shown_in(collection)
             self._known[collection] = (
@@ -84,7 +87,7 @@ class SensorFinder:
 
 
 def shown_in(collection: Any) -> list[Any]:
-    """The objects that an instance of a collection shows, those of its child collections too."""
+    """Return the objects that an instance of a collection shows, also in child collections."""
     return list(dict.fromkeys(_shown(collection)))
 
 
@@ -97,15 +100,17 @@ def _shown(collection: Any) -> Iterator[Any]:
 
 
 def shown_objects(view_layer: Any) -> Iterator[Any]:
-    """The objects that the viewport shows, in the order of the view layer."""
+    """Yield the objects that the viewport shows, in the order of the view layer."""
     for obj in view_layer.objects:
         if obj.visible_get(view_layer=view_layer):
             yield obj
 
 
 def with_instanced(view_layer: Any) -> Iterator[tuple[Any, Any]]:
-    """The objects of a view layer, and once each those that collection instances in it show; with
-    the object of the view layer that each is, or is in."""
+    """Yield the objects of a view layer and of its collection instances, each once.
+
+    Each comes with the object of the view layer that it is, or whose instance contains it.
+    """
     looked: set[Any] = set()
     for obj in view_layer.objects:
         if obj is not None:
@@ -122,8 +127,7 @@ def _instanced(obj: Any, looked: set[Any]) -> Iterator[Any]:
 
 
 def parts_of_instances(holders: Iterable[Any]) -> Iterator[int]:
-    """The session uids of objects that instance others, and of all in the collections that they
-    instance, however deep."""
+    """Yield the session uids of holders and of all objects in their collections, at any depth."""
     looked: set[Any] = set()
     left = list(holders)
     while left:
@@ -135,8 +139,10 @@ def parts_of_instances(holders: Iterable[Any]) -> Iterator[int]:
 
 
 def housed_by(obj: Any) -> Any:
-    """The sensor that an object is the housing of, or None: it hangs on a sensor that has no faces
-    of its own, such as an empty."""
+    """Return the sensor whose housing an object is, or None.
+
+    A housing is a descendant of a sensor without faces, such as an empty.
+    """
     if obj is None or is_sensor(obj):
         return None
     owner = next((above for above in chain(obj.parent) if is_sensor(above)), None)
@@ -146,27 +152,29 @@ def housed_by(obj: Any) -> Any:
 
 
 def stands_for(obj: Any) -> Any:
-    """The sensor that an object is the housing of; else the object itself, which may be None."""
+    """Return the sensor whose housing an object is; otherwise the object itself, or None."""
     return housed_by(obj) or obj
 
 
 class Paths:
-    """Which sensors within instances own surfaces, during one look at the scene's instances."""
+    """Finds the sensors that surfaces in instances belong to, for one pass over the instances."""
 
     def __init__(self) -> None:
-        # Of each collection its objects, each with the sensors that it hangs on or is.
+        # The objects of each collection, each with the sensors that it is or hangs on.
         self._contents: dict[Any, list[tuple[Any, list[Any]]]] = {}
 
     def owners(self, instance: Any) -> frozenset[Uid]:
-        """The paths of the sensors that a depsgraph's instance is, or hangs on, in its
-        collection; the same of the holders within the outermost one."""
+        """Return the paths of the sensors that an instance is or hangs on, in its collection.
+
+        The sensors among its holders, except the outermost, are included.
+        """
         indices = [i for i in instance.persistent_id if i != UNUSED_LEVEL]
         holders: list[Any] = [instance.parent.original]
         found: set[Uid] = set()
         for number in reversed(indices):
             collection = holders[-1].instance_collection
             if collection is None:
-                # Of points or particles: these have no sensors.
+                # The instances of points or particles contain no sensors.
                 break
             contents = self._all_objects(collection)
             if number >= len(contents):
@@ -177,7 +185,10 @@ class Paths:
         return frozenset(found)
 
     def _all_objects(self, collection: Any) -> list[tuple[Any, list[Any]]]:
-        """The objects of a collection in the order in which `persistent_id` counts them."""
+        """Return the objects of a collection in the order in which `persistent_id` counts them.
+
+        Each comes with the sensors that it is or hangs on.
+        """
         if collection not in self._contents:
             self._contents[collection] = [
                 (obj, [owner for owner in chain(obj) if is_sensor(owner)])
@@ -187,7 +198,7 @@ class Paths:
 
 
 def chain(obj: Any) -> Iterator[Any]:
-    """The object, its parent, and so on."""
+    """Yield the object, its parent, and so on."""
     seen = set()
     while obj is not None and obj.session_uid not in seen:
         seen.add(obj.session_uid)

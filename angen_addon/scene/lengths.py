@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Groups of properties, of which some hold lengths in metres, in scenes whose unit is another.
+"""Groups of properties with lengths in metres, for scenes with any unit.
 
-Blender takes what a property of lengths holds for Blender units, and shows and reads it times the
-scene's unit scale. So each such property has a second one beside it, which stands for the same
-length in Blender units; panels draw that where the scene's unit is not the metre. It stores
-nothing: keyframes, drivers, presets and files have the metres.
+Blender takes a property with a length as Blender units, and shows it times the scene's unit scale.
+So each length in metres has a second property beside it, for the same length in Blender units.
+Panels draw the second one where the scene's unit is not the metre. It stores nothing: keyframes,
+drivers, presets and files have the metres.
 """
 
 from __future__ import annotations
@@ -19,9 +19,7 @@ from ...sensor_logic.parameters import READING
 from ...sensor_logic.wording import METRES, Lengths
 from .sensors import unit_scale
 
-# The scene's units: what lengths are shown in.
-
-# By Blender's names of the units that a scene can be set to.
+# By the identifiers of a scene's length unit in Blender.
 UNITS = {
     "KILOMETERS": Lengths("km", 1000.0),
     "METERS": METRES,
@@ -33,19 +31,21 @@ UNITS = {
     "INCHES": Lengths("in", 0.0254),
     "THOU": Lengths("thou", 2.54e-5),
 }
-# Units that Blender shows in a field, converts, and reads, by the subtype of the property.
+# Units that Blender shows and converts in a field, with the subtype of the property.
 SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
 
 
 def with_unit(label: str, unit: str, scene: Any = None) -> str:
-    """A label with the unit of what stands beside it, unless Blender shows that in the field; in a
-    scene without units it shows degrees alone."""
+    """Return a label with its unit, unless Blender shows the unit in the field.
+
+    In a scene without units, Blender shows the unit of angles alone.
+    """
     shown = ("rad",) if scene is not None and scene.unit_settings.system == "NONE" else SUBTYPES
     return label if unit in ("", READING, *shown) else f"{label} ({unit})"
 
 
 def lengths_of(scene: Any) -> Lengths:
-    """The unit in which the scene shows lengths; metres if its settings name none."""
+    """Return the unit in which the scene shows lengths; metres if its settings name none."""
     settings = scene.unit_settings
     if settings.system == "NONE":
         return METRES
@@ -58,12 +58,15 @@ SUFFIX = "_in_units"
 
 
 def in_units(name: str) -> str:
-    """The name of the property beside the one that holds metres."""
+    """Return the name of the property in Blender units beside the one in metres."""
     return name + SUFFIX
 
 
 def property_group(name: str, properties: dict[str, Any], **common: Any) -> type:
-    """A class of properties, all with the arguments in `common`; each length has its second one."""
+    """Return a class of properties, all with the arguments `common`.
+
+    Each length gets a second property, in Blender units.
+    """
     annotations = {}
     for key, prop in properties.items():
         facts = {**common, **prop.keywords}
@@ -75,8 +78,10 @@ def property_group(name: str, properties: dict[str, Any], **common: Any) -> type
 
 
 def length_in_units(name: str, label: str, tip: str, precision: int = 3) -> Any:
-    """The bpy property that stands in Blender units for `name`, which holds metres. It cannot be
-    animated: what it stands for can."""
+    """Return a bpy property in Blender units for the property `name`, which has metres.
+
+    It cannot be animated, but the property in metres can.
+    """
 
     def read(owner: Any) -> float:
         return float(getattr(owner, name)) / _metres()

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names of custom properties that say what the extension itself made in a file."""
+"""Names of the custom properties on data that the extension makes in a file."""
 
 # On objects, collections, meshes and materials of coverage maps and proposals, which no sensor
-# sees; what else of them is kept with the scene begins with it.
+# sees. Other custom properties of these begin with the same name.
 COVERAGE_MARK = "angen_coverage"
-# On ways that Check Places drew, which no sensor sees.
+# On the curves that Check Places draws for ways, which no sensor sees.
 WAY_MARK = "angen_way"
-# On what was made for light scenes.
+# On datablocks that were made for light scenes.
 LIGHT_MARK = "angen_light_made"

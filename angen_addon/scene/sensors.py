@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the sensors of a scene and reads them, evaluated, at the present frame: their parameters,
-poses and rooms."""
+"""Find the sensors of a scene, and read their evaluated parameters, poses and rooms."""
 
 from __future__ import annotations
 
@@ -24,15 +23,17 @@ from ...sensor_logic.wording import METRES, Lengths
 from .animation import is_animated, motion_paths
 from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_of, uid_of
 
-# Where an object is that something names: a magnet, a switch, the mark of a place.
+# The place of an object, such as a magnet, a switch or the mark of a place.
 #
-# Blender does not evaluate what viewports do not show, unless something else depends on it: its
-# evaluated matrix is then that of an earlier frame, or the identity.
+# Blender does not evaluate objects that viewports do not show, unless something depends on them.
+# Their evaluated matrix is then that of an earlier frame, or the identity.
 
 
 class NotPlaced(AngenError):
-    """Nothing tells where an object is; `problem` names it with the reason, `mend` is the way
-    out."""
+    """The place of an object is unknown.
+
+    `problem` names the object and the reason, and `mend` is the remedy.
+    """
 
     def __init__(self, problem: str, mend: str) -> None:
         super().__init__(f"{problem}: {mend}")
@@ -54,10 +55,24 @@ def is_placed(obj: Any, depsgraph: Any) -> bool:
 
 
 def placed_matrix(obj: Any, depsgraph: Any, instanced: bool = False) -> Matrix:
-    """Return the matrix in the world of an object, as Blender evaluates it.
+    """Return the evaluated world matrix of an object.
 
-    Where Blender does not, its parents give it, unless something else moves the object.
-    `instanced`: it is in a collection that is instanced. Raises NotPlaced.
+    Where Blender does not evaluate the object, its matrix follows from its parents, unless
+    something else moves it.
+
+    Parameters
+    ----------
+    obj
+        The object.
+    depsgraph
+        The evaluated depsgraph.
+    instanced
+        Whether the object is in a collection that is instanced.
+
+    Raises
+    ------
+    NotPlaced
+        If the place is unknown.
     """
     gone = not (instanced or is_placed(obj, depsgraph))
     if gone and obj not in depsgraph.view_layer.objects.values():
@@ -82,30 +97,33 @@ def _matrix(obj: Any, depsgraph: Any) -> Matrix:
     return above @ obj.matrix_parent_inverse @ obj.matrix_basis
 
 
-# The room that a sensor hangs in, or that an object marks.
-
-# Of files that were saved before the sensor had a field for it: a custom property of the object.
+# The custom property with the room, in files from before the sensor had a field for it.
 CUSTOM = "room"
 
 
 def room_of(obj: Any) -> str:
-    """The room noted on an object; empty where none is."""
+    """Return the room in an object's sensor settings; empty without one."""
     return str(obj.angen_sensor.room or obj.get(CUSTOM, ""))
 
 
 def noted_room(obj: Any) -> str:
-    """The room of a marked object: set on its mark, or noted on it; empty where neither is."""
+    """Return the room of a marked object, from its mark or its sensor; empty without one."""
     return str(obj.angen_place.room) or room_of(obj)
 
 
-def set_room(obj: Any, known: Iterable[str]) -> str:
-    """The room that the user gave a marked object, or a collection around it; empty: none."""
+def assigned_room(obj: Any, known: Iterable[str]) -> str:
+    """Return the room that the user gave a marked object, or a collection that contains it.
+
+    The result is empty without a room.
+    """
     return noted_room(obj) or room_of_collections(obj, known)
 
 
 def room_of_collections(obj: Any, known: Iterable[str]) -> str:
-    """The known room that a collection with the object in it is named after, or empty; the
-    innermost collection counts."""
+    """Return the known room after which a collection around the object is named; empty without one.
+
+    The innermost collection counts.
+    """
     rooms = {room.lower(): room for room in known if room}
     inside = list(obj.users_collection)
     while inside:
@@ -117,66 +135,69 @@ def room_of_collections(obj: Any, known: Iterable[str]) -> str:
 
 
 def known_rooms(_owner: Any, _context: Any, typed: str) -> list[str]:
-    """Suggestions for the field: the rooms that are used anywhere in the file."""
+    """Return suggestions for the field Room: the rooms in the file that contain the typed text."""
     rooms = {room for obj in bpy.data.objects for room in (room_of(obj), noted_room(obj))} - {""}
     return sorted((room for room in rooms if typed.lower() in room.lower()), key=str.lower)
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """An object that is a sensor, or stands for one in a collection instance, which then has the
-    `holders` that instance it, the outermost first. All are originals; not to be kept across
-    undo."""
+    """A sensor: an object, or an object in a collection instance with its `holders`.
+
+    Holders are listed from the outermost inwards. All objects are originals. Do not store a
+    `Sensor` across undo.
+    """
 
     name: str
     kind: Kind
     object: Any
     holders: Holders = ()
-    # Where a run senses with several settings of one sensor: the object that has these, which no
-    # scene shows; the sensor's own name, by which it draws random numbers; their number, from 1.
+    # For runs with several settings of one sensor: the hidden object with the settings, the name
+    # of the sensor whose random numbers are drawn, and the number of the settings, from 1.
     settings_of: Any = None
     stands_for: str = ""
     variant: int = 0
 
     @property
     def uid(self) -> Uid:
+        """The identifier of the sensor in this session."""
         return uid_of(self.object, self.holders)
 
     @property
     def name_now(self) -> str:
-        """Its present name; in an instance with the names of the instances that hold it."""
+        """The present name; in an instance it begins with the names of the holders."""
         return "/".join(part.name for part in (*self.holders, self.object))
 
     @property
     def handle(self) -> Any:
-        """The object that a user selects for it: itself, or the outermost instance."""
+        """The object that a user selects for the sensor: itself, or its outermost holder."""
         return self.holders[0] if self.holders else self.object
 
     def world_matrix(self, depsgraph: Any) -> Any:
-        """Its evaluated world matrix."""
+        """Return the evaluated world matrix."""
         return matrix_of(self.object, self.holders, depsgraph)
 
     @property
     def settings(self) -> Any:
+        """The settings in the original object."""
         return self.settings_in(self.object)
 
     def settings_in(self, obj: Any) -> Any:
-        """The sensor's settings in its evaluated object `obj`, so with keys and drivers applied."""
+        """Return the settings in `obj`, the sensor's evaluated object, as animation sets them."""
         return (obj if self.settings_of is None else self.settings_of).angen_sensor
 
     @property
     def room(self) -> str:
-        """The room that the user gave the sensor, or else an instance that holds it; empty if
-        neither has one."""
+        """The room that the user gave the sensor, or else a holder; empty without one."""
         return next(filter(None, map(room_of, (self.object, *reversed(self.holders)))), "")
 
     @property
     def parameters(self) -> Any:
-        """The property group with its kind's parameters."""
+        """The property group with the parameters of its kind."""
         return self.parameters_in(self.object)
 
     def parameters_in(self, obj: Any) -> Any:
-        """The same of its object as it is evaluated."""
+        """Return the property group in `obj`, the sensor's evaluated object."""
         return getattr(self.settings_in(obj), self.kind.attribute)
 
     @property
@@ -186,21 +207,25 @@ class Sensor:
 
     @property
     def selected(self) -> bool:
+        """Whether the sensor's object, or its outermost holder, is selected."""
         return bool(self.handle.select_get())
 
     @property
     def library(self) -> str:
+        """The path of the library that the object is linked from; empty for a local object."""
         return self.object.library.filepath if self.object.library else ""
 
 
 def all_sensors(view_layer: Any) -> list[Sensor]:
-    """The sensors of a view layer by name, with those in collection instances; those in excluded
-    collections are not in it."""
+    """Return the sensors of a view layer by name, also those in collection instances.
+
+    Sensors in excluded collections are not part of a view layer.
+    """
     found = []
     finder = SensorFinder()
     for obj in view_layer.objects:
         if obj is None:
-            # Just after a script removed objects there are gaps.
+            # A view layer has gaps just after a script removed objects.
             continue
         if is_sensor(obj):
             found.append(sensor_of(obj))
@@ -210,26 +235,26 @@ def all_sensors(view_layer: Any) -> list[Sensor]:
 
 
 def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
-    """An object that is a sensor, perhaps within a collection instance."""
+    """Return the sensor of an object, in a collection instance if it has holders."""
     sensor = Sensor("", KINDS[obj.angen_sensor.kind], obj, holders)
     return replace(sensor, name=sensor.name_now)
 
 
 def chosen(sensors: list[Sensor], choice: SensorChoice) -> list[Sensor]:
-    """The sensors that a choice takes. Raises InputError."""
+    """Return the sensors that a choice selects. Raise `InputError` for unknown names."""
     names = set(choice.of({sensor.name: sensor.kind.identifier for sensor in sensors}))
     return [sensor for sensor in sensors if sensor.name in names]
 
 
 def simulated(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """The sensors that a run simulates: switched on, or perhaps so at another frame."""
+    """Return the sensors that a run simulates: those that are switched on at any frame."""
     return [
         s for s in sensors if s.settings.enabled or is_animated(s.object, "angen_sensor.enabled")
     ]
 
 
 def check_names(sensors: list[Sensor]) -> None:
-    """Raises AngenError where two sensors share a name, as a linked and a local one can."""
+    """Raise `AngenError` if two sensors have the same name, as a linked and a local one can."""
     for name, count in Counter(sensor.name for sensor in sensors).items():
         if count > 1:
             origins = [s.library or "this file" for s in sensors if s.name == name]
@@ -240,7 +265,10 @@ def check_names(sensors: list[Sensor]) -> None:
 
 
 def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
-    """Raises AngenError where the sensor's settings make no sense; it tells `lengths` so."""
+    """Raise `AngenError` if the settings of a sensor are invalid.
+
+    The message has lengths in the unit `lengths`.
+    """
     rate = decimal(sensor.settings.update_rate)
     if not 0.0 < rate < float("inf"):
         raise AngenError(f"'{sensor.name}': update_rate is {rate:g} Hz: it must be above 0")
@@ -248,13 +276,28 @@ def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
 
 
 def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) -> Any:
-    """The parameters in `settings` (evaluated or not) of a sensor, checked. Raises AngenError."""
+    """Return the parameters of a sensor, checked.
+
+    Parameters
+    ----------
+    sensor
+        The sensor.
+    settings
+        Its settings, evaluated or not.
+    lengths
+        The unit of lengths in error messages.
+
+    Raises
+    ------
+    AngenError
+        If the parameters are invalid.
+    """
     group = getattr(settings, sensor.kind.attribute)
-    read, pointers = _reader(sensor.kind.identifier)
+    read, pointers = _parameter_reader(sensor.kind.identifier)
     values = read(group)
     for index, pointer in pointers:
         if values[index] is not None:
-            # Objects are named, not kept: they would not outlive undo.
+            # Store the name in place of the object, which is invalid after undo.
             named = pointed_at(values[index], pointer)
             values = (*values[:index], named, *values[index + 1 :])
     parameters, sound = _checked(sensor.kind.identifier, values)
@@ -265,9 +308,11 @@ def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) ->
 
 # One a kind, until Blender ends; without it 4 µs more an update.
 @cache
-def _reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int, str]]]:
-    """A function that reads all parameters of a kind in their order, and which of them are
-    pointers, to what."""
+def _parameter_reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int, str]]]:
+    """Return a function that reads all parameters of a kind, and which of them are pointers.
+
+    A pointer has its index among the parameters, and the type of datablock.
+    """
     known = specs(KINDS[kind].parameters)
     pointers = [(i, spec.pointer) for i, spec in enumerate(known.values()) if spec.pointer]
     if len(known) > 1:
@@ -277,12 +322,12 @@ def _reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int
 
 
 def pointed_at(value: Any, kind: str) -> str:
-    """The value of a pointer parameter: a text's content, else the name."""
+    """Return the value of a pointer parameter: the content of a text, otherwise the name."""
     return str(value.as_string() if kind == "Text" else value.name_full)
 
 
 def report_steps(sensor: Sensor) -> dict[str, float]:
-    """The smallest change of each field for which the event log gets a row."""
+    """Return the smallest change of each field for which the event log gets a row."""
     parameters = read_parameters(sensor, sensor.settings)
     return {f.name: getattr(parameters, f.step) for f in sensor.kind.events if f.step}
 
@@ -301,19 +346,19 @@ def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, bool]:
 
 
 def decimal(value: float) -> float:
-    """The number that the user typed: Blender stores 0.05 as 0.0500000007."""
+    """Return the number that the user typed: Blender stores 0.05 as 0.0500000007."""
     return float(f"{value:.7g}")
 
 
 def is_evaluated(sensor: Sensor, depsgraph: Any) -> bool:
-    """Whether Blender evaluates the sensor, and so places it."""
-    # In an instance Blender evaluates also what it does not show.
+    """Return whether Blender evaluates the sensor, and so its place."""
+    # In an instance, Blender also evaluates objects that it does not show.
     inner = (sensor.object, *sensor.holders[1:]) if sensor.holders else ()
     return not any(part.hide_viewport for part in inner) and is_placed(sensor.handle, depsgraph)
 
 
 def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
-    """Raises AngenError where Blender does not evaluate the sensor: it has no place then."""
+    """Raise `AngenError` if Blender does not evaluate the sensor: its place is unknown then."""
     if not is_evaluated(sensor, depsgraph):
         raise AngenError(
             f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "
@@ -322,12 +367,12 @@ def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
 
 
 def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
-    """The pose, in metres, of a sensor with this world matrix. Raises AngenError."""
+    """Return the pose of a sensor in metres, from its world matrix. Raise `AngenError`."""
     with explained(f"'{sensor.name}'", ValueError, raised=AngenError):
         return pose_from_matrix(matrix, unit_scale)
 
 
 def unit_scale(scene: Any) -> float:
-    """Metres in a Blender unit."""
+    """Return the metres in a Blender unit."""
     settings = scene.unit_settings
     return 1.0 if settings.system == "NONE" else decimal(settings.scale_length)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads properties of the surfaces that sensors' rays meet, such as their temperature."""
+"""Read properties of the surfaces that sensors' rays hit: temperature and reflectance."""
 
 from __future__ import annotations
 
@@ -36,43 +36,56 @@ class MetSurfaces(ABC):
         rays: Rays,
         frames: Index | None = None,
     ) -> Answers:
-        """Casts a sensor's rays at each of the kept frames `frames` (k,), or at the last one, and
-        returns what they find there. In Blender units, after the caster was brought up to date; the
-        other arguments as of `RayCaster.cast`."""
-        self._follow(depsgraph)
+        """Cast a sensor's rays at some frames, and return the property where they hit.
+
+        Call it after the caster was updated. Lengths are in Blender units.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        sensor, bundle, rays
+            As for `RayCaster.cast_at`.
+        frames
+            Indices (k,) of the frames of the caster; the last one if not given.
+        """
+        self._update(depsgraph)
         if frames is None:
             frames = np.array([len(self._rays.frames) - 1])
         found = self._rays.see_at(sensor, bundle, rays, frames)
-        return Answers([self._found(depsgraph, seen) for seen in found.table], found.rows)
+        return Answers([self._values_at(depsgraph, seen) for seen in found.table], found.rows)
 
     def ranges(self, sensor: Uid, bundle: int) -> Array:
-        """How far (n,) the rays get that `see` was asked about last."""
+        """Return the ranges (n,) of the rays of the latest call of `see`."""
         return self._rays.last_ranges(sensor, bundle)
 
     @abstractmethod
-    def _follow(self, depsgraph: Any) -> None:
-        """Reads what changed since the last look."""
+    def _update(self, depsgraph: Any) -> None:
+        """Read the changes since the last call."""
 
     @abstractmethod
-    def _found(self, depsgraph: Any, seen: RayHits) -> Any:
-        """The property where rays end."""
+    def _values_at(self, depsgraph: Any, seen: RayHits) -> Any:
+        """Return the property where rays hit."""
 
 
-# How warm the things are that rays meet.
+# Temperatures.
 #
-# A temperature is set on a material, an object or a collection: the first of these counts, and of
-# collections the nearest. What has none is as warm as the scene's ambient temperature.
+# A temperature is set on a material, an object or a collection. The first of these counts, and of
+# collections the nearest. A solid without one has the scene's ambient temperature.
 
 TEMPERATURE, EMISSIVITY = "angen_warmth.temperature", "angen_warmth.emissivity"
 DEFAULT_EMISSIVITY = 0.95
-# Kelvin and emissivity of what has no temperature of its own.
+# Temperature (K) and emissivity of a solid without a temperature.
 AMBIENT = (np.nan, DEFAULT_EMISSIVITY)
 
 
 @dataclass
 class _Patches:
-    """A solid whose faces are not all equally warm: kelvin and emissivity of each material slot,
-    and the slot of each face, as long as faces have these `corners` (k,)."""
+    """A solid whose faces have several temperatures.
+
+    `temperature` in K and `emissivity` are those of each material slot. `slots` has the slot of
+    each face, as long as the faces have these `corners` (k,).
+    """
 
     solid: Solid
     temperature: Array
@@ -95,7 +108,7 @@ class Warmth(MetSurfaces):
     def _solids(self) -> Solids:
         return self._rays.solids
 
-    def _found(self, depsgraph: Any, seen: RayHits) -> Emission:
+    def _values_at(self, depsgraph: Any, seen: RayHits) -> Emission:
         ambient = kelvin(depsgraph.scene_eval.angen_ambient_temperature)
         temperature, emissivity = self._temperature[seen.met], self._emissivity[seen.met]
         for number in np.unique(seen.met).tolist() if self._patches else ():
@@ -109,7 +122,7 @@ class Warmth(MetSurfaces):
 
     def _slots(self, depsgraph: Any, patches: _Patches, faces: Index) -> Index:
         geometry = patches.solid.geometry
-        # Faces may come and go with the surface, as under a modifier.
+        # A modifier may change the faces.
         corners = geometry.state.corners
         if patches.slots is None or not np.array_equal(patches.corners, corners):
             patches.slots, patches.corners = geometry.material_slots(depsgraph), corners
@@ -120,8 +133,8 @@ class Warmth(MetSurfaces):
         )
         return found
 
-    def _follow(self, depsgraph: Any) -> None:
-        """Reads all again where the scene was edited, else what is animated."""
+    def _update(self, depsgraph: Any) -> None:
+        """Read all temperatures if the scene was edited, otherwise those that are animated."""
         solids = self._solids
         if self._listing == solids.listing:
             if self._changing:
@@ -140,7 +153,7 @@ class Warmth(MetSurfaces):
     def _read(
         self, depsgraph: Any, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]
     ) -> bool:
-        """Takes down how warm a solid is; whether that is animated."""
+        """Store the temperature of a solid; return whether it is animated."""
         original = by_uid[solid.key[0]]
         whole = own_warmth(original.evaluated_get(depsgraph))
         if whole is None:
@@ -163,12 +176,12 @@ class Warmth(MetSurfaces):
 
 
 def kelvin(celsius: float) -> float:
-    """Single precision, as Blender stores it, is undone."""
+    """Return a temperature in K, without the rounding of single precision."""
     return float(f"{celsius:.7g}") + ZERO_CELSIUS
 
 
 def own_warmth(owner: Any) -> tuple[float, float] | None:
-    """Kelvin and emissivity that are set on an object, collection or material itself."""
+    """Return the temperature (K) and emissivity set on an object, collection or material itself."""
     settings = owner.angen_warmth
     if not settings.use_temperature:
         return None
@@ -176,8 +189,10 @@ def own_warmth(owner: Any) -> tuple[float, float] | None:
 
 
 def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, float] | None:
-    """Of the nearest collection with a temperature that an object is in, by the collections' names
-    where several are equally near."""
+    """Return the temperature (K) and emissivity of the nearest collection that has a temperature.
+
+    Of equally near collections, the first by name counts.
+    """
     level = sorted(obj.users_collection, key=lambda c: c.name_full)
     seen = set(level)
     while level:
@@ -191,7 +206,7 @@ def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, fl
 
 
 def collection_parents() -> dict[Any, list[Any]]:
-    """The collections that each collection is directly in."""
+    """Return the direct parents of each collection."""
     found: dict[Any, list[Any]] = {}
     tops = [scene.collection for scene in bpy.data.scenes]
     for collection in [*tops, *bpy.data.collections]:
@@ -201,7 +216,7 @@ def collection_parents() -> dict[Any, list[Any]]:
 
 
 def _by_uid() -> dict[int, Any]:
-    """The objects and materials of the file by their session uids."""
+    """Return the objects and materials of the file by session uid."""
     return {owner.session_uid: owner for owner in (*bpy.data.objects, *bpy.data.materials)}
 
 
@@ -210,21 +225,19 @@ def _is_animated(owner: Any) -> bool:
 
 
 def changes_by_itself(scene: Any) -> bool:
-    """Whether the temperature of anything is animated, or the scene is, which has the ambient."""
+    """Return whether a temperature, or the scene with the ambient temperature, is animated."""
     owners = *bpy.data.objects, *bpy.data.materials
     return scene.animation_data is not None or any(map(_is_animated, owners))
 
 
-# How much of the light that falls on them the things throw back that rays meet: the luminance of
-# the colours of their materials.
+# Reflectance: the luminance of the colours of materials.
 
 NO_MATERIAL = 0
 COLOURED = (bpy.types.Material, bpy.types.ShaderNodeTree)
 
 
 class Reflectance(MetSurfaces):
-    """The reflectance of the solids of a ray caster, (n,) from 0 to 1; 0 where a ray meets
-    nothing."""
+    """The reflectance (n,) of hit solids, from 0 to 1; 0 where a ray hits nothing."""
 
     def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
@@ -233,7 +246,7 @@ class Reflectance(MetSurfaces):
         self._changing = False
         self._solids: dict[int, Solid] = {}
 
-    def _follow(self, depsgraph: Any) -> None:
+    def _update(self, depsgraph: Any) -> None:
         solids = self._rays.solids
         if self._listing != solids.listing:
             self._listing, self._surfaces = solids.listing, Surfaces()
@@ -242,7 +255,7 @@ class Reflectance(MetSurfaces):
         if self._changing:
             self._surfaces = Surfaces()
 
-    def _found(self, depsgraph: Any, seen: RayHits) -> Array:
+    def _values_at(self, depsgraph: Any, seen: RayHits) -> Array:
         found = np.zeros(len(seen.met))
         for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
             which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry
@@ -259,5 +272,5 @@ class Reflectance(MetSurfaces):
 
 
 def colours_change() -> bool:
-    """Whether the colours of anything may be animated."""
+    """Return whether any colour may be animated."""
     return any(isinstance(owner, COLOURED) for owner in all_animated())

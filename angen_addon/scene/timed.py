@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can change with time without keys: modifiers, constraints, nodes, physics, drivers, films.
+"""Find what may change with time without keys: modifiers, nodes, physics, drivers, films.
 
-The tables list what cannot. Whatever is not listed may follow the frame, also types that a later
-Blender adds.
+The tables list what cannot change. Everything else may follow the frame, also types that later
+versions of Blender add.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 import bpy
 
-# Modifiers whose result depends on nothing but what their object, other objects and textures are.
+# Modifiers whose result depends only on the state of objects and textures.
 TIMELESS_MODIFIERS = {
     "ARMATURE", "ARRAY", "BEVEL", "BOOLEAN", "CAST", "CORRECTIVE_SMOOTH", "CURVE",
     "DATA_TRANSFER", "DECIMATE", "DISPLACE", "EDGE_SPLIT", "HOOK", "LAPLACIANDEFORM",
@@ -30,8 +30,8 @@ TIMELESS_CONSTRAINTS = {
     "LIMIT_SCALE", "LOCKED_TRACK", "MAINTAIN_VOLUME", "PIVOT", "SHRINKWRAP", "SPLINE_IK",
     "STRETCH_TO", "TRACK_TO", "TRANSFORM",
 }  # fmt: skip
-# In names of kinds of nodes: those whose result may depend on the frame. A marker can choose
-# another camera.
+# Parts of the names of node types whose result may depend on the frame. Markers can change the
+# active camera.
 TIMED_NODES = ("Time", "Simula", "Bake", "ActiveCamera", "Sequence", "Movie", "Sound", "Solver")
 # Modifiers that move vertices, and leave faces, materials and attributes as they are.
 DEFORMING_MODIFIERS = {
@@ -44,7 +44,7 @@ SIMULATED_MODIFIERS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SO
 INSTANCING_MODIFIERS = {"NODES", "PARTICLE_SYSTEM"}
 # Sources of images that differ from frame to frame.
 FILM_SOURCES = {"MOVIE", "SEQUENCE"}
-# What the expression of a driver may consist of to depend on its variables alone.
+# Syntax of driver expressions that depend on their variables alone.
 PURE = (
     ast.Expression, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Compare, ast.Constant,
     ast.Load, ast.boolop, ast.operator, ast.unaryop, ast.cmpop,
@@ -58,24 +58,25 @@ PURE_NAMES = {
 
 
 def timed_modifiers(obj: Any) -> Iterator[Any]:
-    """Modifiers of an object that may follow the frame, apart from geometry nodes."""
+    """Return an object's modifiers that may follow the frame, apart from geometry nodes."""
     return (one for one in obj.modifiers if one.type not in TIMELESS_MODIFIERS)
 
 
 def timed_constraints(obj: Any) -> Iterator[Any]:
-    """Constraints of an object and of its bones that may follow the frame."""
+    """Return the constraints of an object and its bones that may follow the frame."""
     bones = obj.pose.bones if obj.pose else ()
     every = (*obj.constraints, *(one for bone in bones for one in bone.constraints))
     return (one for one in every if one.type not in TIMELESS_CONSTRAINTS)
 
 
 def is_timed_node(node: Any) -> bool:
+    """Return whether the result of a node may depend on the frame."""
     named = any(word in node.bl_idname for word in TIMED_NODES)
     return named or "frame" in getattr(node, "attribute_name", "")
 
 
 def has_node(tree: Any, wanted: Callable[[Any], bool], seen: frozenset[str] = frozenset()) -> bool:
-    """Whether a node tree, or a group within it, has a node that is wanted."""
+    """Return whether a node tree, or a group in it, has a wanted node."""
     if tree is None or tree.name_full in seen:
         return False
     inside = seen | {tree.name_full}
@@ -86,7 +87,7 @@ def has_node(tree: Any, wanted: Callable[[Any], bool], seen: frozenset[str] = fr
 
 
 def may_follow_frame(obj: Any) -> bool:
-    """Whether modifiers or constraints that are switched on may change an object with time."""
+    """Return whether active modifiers or constraints may change an object with time."""
     return (
         any(one.show_viewport for one in timed_modifiers(obj))
         or any(not one.mute for one in timed_constraints(obj))
@@ -98,8 +99,10 @@ def may_follow_frame(obj: Any) -> bool:
 
 
 def is_simulated(modifier: Any) -> bool:
-    """Whether the result of a modifier at a frame depends on the frames before it: physics, and
-    simulation zones of geometry nodes, also in a group within."""
+    """Return whether the result of a modifier depends on earlier frames.
+
+    That is so for physics, and for simulation zones of geometry nodes, also in groups.
+    """
     return modifier.type in SIMULATED_MODIFIERS or has_node(
         getattr(modifier, "node_group", None),
         lambda node: node.bl_idname == "GeometryNodeSimulationOutput",
@@ -107,7 +110,10 @@ def is_simulated(modifier: Any) -> bool:
 
 
 def frames_to_step_from(scene: Any) -> list[int]:
-    """First frames of what in the scene depends, at a frame, on the frames before it."""
+    """Return the first frames of all simulations in the scene.
+
+    The state of a simulation at a frame depends on the frames before it.
+    """
     starts = []
     world = scene.rigidbody_world
     if world is not None and world.enabled and not world.point_cache.is_baked:
@@ -122,7 +128,7 @@ def frames_to_step_from(scene: Any) -> list[int]:
 
 
 def films(tree: Any) -> list[Any]:
-    """The nodes of a tree that show pictures that change from frame to frame."""
+    """Return the nodes of a tree that show movies or image sequences."""
     return [
         node
         for node in tree.nodes
@@ -131,7 +137,7 @@ def films(tree: Any) -> list[Any]:
 
 
 def has_stiff_films() -> bool:
-    """Whether nodes of the file show films that Cycles does not follow in a scene that it keeps."""
+    """Return whether nodes show films that do not refresh (Auto Refresh) in Cycles."""
     data = bpy.data
     owners = [*data.materials, *data.lights, *data.worlds]
     trees = [*data.node_groups, *(o.node_tree for o in owners if o.node_tree)]
@@ -139,16 +145,18 @@ def has_stiff_films() -> bool:
 
 
 def reasons(scene: Any, shading: bool) -> Iterator[str]:
-    """What in the file may follow the frame, keys and drivers apart, each in words. `shading`:
-    whether lamps, materials and worlds count."""
-    yield from _of_objects()
-    yield from _of_bodies(scene)
-    yield from _of_nodes(shading)
-    yield from _of_films(shading)
+    """Yield in words what may follow the frame, apart from keys and drivers.
+
+    With `shading`, lamps, materials and worlds count too.
+    """
+    yield from _timed_objects()
+    yield from _simulated_bodies(scene)
+    yield from _timed_nodes(shading)
+    yield from _changing_images(shading)
 
 
 def is_timeless_driver(driver: Any) -> bool:
-    """Whether the expression of a driver depends on its variables alone."""
+    """Return whether the expression of a driver depends on its variables alone."""
     known = PURE_NAMES | {variable.name for variable in driver.variables}
     try:
         tree = ast.parse(driver.expression.strip(), mode="eval")
@@ -163,8 +171,8 @@ def is_timeless_driver(driver: Any) -> bool:
     )
 
 
-def _of_objects() -> Iterator[str]:
-    """What objects have that may go by the frame. Physics of rigid bodies is told of elsewhere."""
+def _timed_objects() -> Iterator[str]:
+    """Yield what objects have that may follow the frame, apart from rigid bodies."""
     for obj in bpy.data.objects:
         for modifier in timed_modifiers(obj):
             yield f"'{obj.name}' has a modifier that may follow the frame ({modifier.name})"
@@ -179,16 +187,16 @@ def _of_objects() -> Iterator[str]:
             yield f"'{obj.name}' has drawings that change"
 
 
-def _of_bodies(scene: Any) -> Iterator[str]:
-    """Rigid bodies that the simulation moves."""
+def _simulated_bodies(scene: Any) -> Iterator[str]:
+    """Yield the rigid bodies that the simulation moves."""
     world = scene.rigidbody_world
     for obj in world.collection.objects if world and world.enabled and world.collection else ():
         if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
             yield f"'{obj.name}' is moved by the physics of rigid bodies"
 
 
-def _of_nodes(shading: bool) -> Iterator[str]:
-    """Node trees that look at the frame, and what they may look up by its name."""
+def _timed_nodes(shading: bool) -> Iterator[str]:
+    """Yield the nodes whose result may depend on the frame."""
     owners = [
         *bpy.data.textures,
         *((*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights) if shading else ()),
@@ -204,8 +212,8 @@ def _of_nodes(shading: bool) -> Iterator[str]:
                 yield f"nodes of '{tree.name}' may follow the frame ({node.name})"
 
 
-def _of_films(shading: bool) -> Iterator[str]:
-    """Pictures, clouds and patterns that change by themselves."""
+def _changing_images(shading: bool) -> Iterator[str]:
+    """Yield the images, volumes and textures that change by themselves."""
     if (
         shading
         or bpy.data.textures

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...angen_addon.progress import Shares, finished, saying, scaled
 from ...angen_addon.scene.home import EvaluatedHome
-from ...angen_addon.scene.sensors import is_placed, set_room
+from ...angen_addon.scene.sensors import assigned_room, is_placed
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
@@ -124,7 +124,7 @@ class HomeMarks:
             )
         number = self.numbers[obj.name]
         storey = self.grounds[number].storey
-        room = set_room(obj, storey.rooms) or storey.room_at(self.marked[obj.name].middle)
+        room = assigned_room(obj, storey.rooms) or storey.room_at(self.marked[obj.name].middle)
         return door_of(self.home, obj, storey.height, room, number)
 
     def _lamp(self, obj: Any) -> LampPlace:

@@ -35,7 +35,7 @@ from ...angen_addon.progress import Shares, finished, saying, scaled
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.home import EvaluatedHome
 from ...angen_addon.scene.rays.solids import Solid
-from ...angen_addon.scene.sensors import all_sensors, set_room
+from ...angen_addon.scene.sensors import all_sensors, assigned_room
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey
@@ -294,7 +294,7 @@ def place_of(
         away = target_at[:2] - at
         look = away / np.linalg.norm(away) if np.linalg.norm(away) > 1e-6 else look
     yaw = math.atan2(look[1], look[0])
-    noted = set_room(marked.obj, ground.storey.rooms)
+    noted = assigned_room(marked.obj, ground.storey.rooms)
     room = noted or ground.storey.room_at(at)
     guessed = not noted and ground.storey.is_guessed_at(at)
     standing = np.array([*at, floor])

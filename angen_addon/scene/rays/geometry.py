@@ -335,6 +335,7 @@ def evaluated_materials(evaluated: Any) -> Iterator[Any]:
 
 
 def uids_of(materials: Iterable[Any]) -> list[int]:
+    """Return the session uid of each material; 0 for None."""
     return [material.original.session_uid if material else 0 for material in materials]
 
 

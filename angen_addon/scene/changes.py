@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether anything that readings depend on has changed: digests of the facts of datablocks.
+"""Find out whether anything that readings depend on has changed, by digests of datablocks.
 
-A `Fingerprint` has the digests of all that a user can set. Comparing the one of a run with the one
-of now shows whether the recording is stale, and what has changed since. It leaves out the pixels of
-image files, simulations baked to disk, and whatever other add-ons' handlers and functions in
-drivers read.
+A `Fingerprint` has the digests of all settings of a scene. A comparison of the fingerprint of a run
+with the present one shows whether the recording is stale, and what has changed since. It leaves out
+the pixels of image files, simulations baked to disk, and data that other add-ons read in handlers
+and drivers.
 
-`LightChanges` has digests of what light depends on as keys and drivers set it at the present frame.
-Blender's list of updates names everything that may have changed, and every animated datablock at
-every frame. So it says where to look, and values decide. What cannot be compared (nodes that make
-geometry, images, volumes) counts as changed.
+`LightChanges` has digests of the values that light depends on, as keys and drivers set them at the
+present frame. Blender's list of updates names each datablock that may have changed, and at every
+frame each animated one. The list says which values to compare. Datablocks that cannot be compared
+(nodes that make geometry, images, volumes) count as changed.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ SCENE, SHOWN = "scene", "shown"
 # The objects renamed since a run: their names at the run, by their names now.
 Renamed = Mapping[str, str]
 NONE_RENAMED: Renamed = {}
-# Datablocks that no sensor notices, and actions, which are in the digests of what uses them.
+# Datablocks that no sensor notices, and actions, which are in the digests of their users.
 PASSED_OVER = (
     bpy.types.Action, bpy.types.Brush, bpy.types.Camera, bpy.types.FreestyleLineStyle,
     bpy.types.Mask, bpy.types.MovieClip, bpy.types.PaintCurve, bpy.types.Palette,
@@ -60,8 +60,8 @@ SHADING = (
     bpy.types.Image, bpy.types.Light, bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.World,
 )  # fmt: skip
 OF_SCENE = ("frame_start", "use_gravity", "gravity")
-# The extension's settings of a scene that change no reading: what it shows, and what it does with
-# results. All others count.
+# Scene settings of the extension that change no reading: they are for display, or for results. All
+# others count.
 OF_THE_VIEW = {
     "angen_coverage", "angen_day", "angen_live", "angen_overlay", "angen_recording",
     "angen_show_places", "angen_site", "angen_start", "angen_timeline",
@@ -76,7 +76,7 @@ HARMLESS_USERS = (
     bpy.types.WorkSpace,
 )  # fmt: skip
 
-# What every version of Blender has of objects, rigid bodies and lamps: see `portable`.
+# Properties of objects, rigid bodies and lamps in every version of Blender: see `portable`.
 OF_OBJECT = (
     "location", "rotation_mode", "rotation_euler", "rotation_quaternion", "rotation_axis_angle",
     "scale", "delta_location", "delta_rotation_euler", "delta_scale", "hide_viewport",
@@ -87,23 +87,23 @@ OF_LIGHT = ("type", "energy", "color", "shadow_soft_size", "shape", "size", "siz
             "angle")  # fmt: skip
 SHAPED = {"CURVE", "CURVES", "FONT", "META", "SURFACE"}
 
-# What beside its place, shape and visibility decides how an object meets light.
+# Properties that light depends on, apart from an object's place, shape and visibility.
 SEEN_OF_OBJECT = (
     "angen_ignored", "color", "display_type", "hide_render", "is_holdout", "is_shadow_catcher",
     "pass_index", "visible_camera", "visible_diffuse", "visible_glossy", "visible_shadow",
     "visible_transmission", "visible_volume_scatter",
 )  # fmt: skip
-# What light is linear in.
+# Properties of a lamp in which light is linear.
 POWER = frozenset(
     ("color", "energy", "exposure", "temperature", "temperature_color", "use_temperature")
 )
-# Node trees are named by themselves; how warm a material is, no light depends on.
+# Updates name node trees separately. No light depends on the warmth of a material.
 NO_LOOK = frozenset({"node_tree", "angen_warmth"})
-# Modifiers that touch nothing but vertices and faces, which are compared.
+# Modifiers that change nothing but vertices and faces, which are compared.
 SHAPING = DEFORMING_MODIFIERS | {"SUBSURF"}
-# Objects whose place alone matters to no light.
+# Types of objects without influence on light.
 LIGHTLESS = {"EMPTY", "CAMERA", "ARMATURE", "SPEAKER", "LATTICE"}
-# Datablocks that objects tell of, or that light does not depend on.
+# Datablocks whose changes are found through objects, or that light does not depend on.
 TOLD_ELSEWHERE = (
     bpy.types.Action, bpy.types.Armature, bpy.types.Camera, bpy.types.Collection, bpy.types.Key,
     bpy.types.Scene, bpy.types.Speaker,
@@ -119,8 +119,11 @@ READS_TEXTS = {
 
 @dataclass
 class Fingerprint:
-    """`digests` of the datablocks of a view layer by type and name; `light`: whether they include
-    those that only light sensors notice; `portable`: what the function of that name returns."""
+    """The digests of the datablocks of a view layer, by type and name.
+
+    `light` says whether datablocks that only light sensors notice are included. `portable` has the
+    digests of the function of that name.
+    """
 
     view_layer: str
     light: bool
@@ -128,7 +131,7 @@ class Fingerprint:
     portable: dict[str, str] = field(default_factory=dict)
 
     def differences(self, other: Fingerprint) -> dict[str, str]:
-        """The differing datablocks by key, as texts for the user."""
+        """Return the differing datablocks by key, as texts for the user."""
         found = {}
         for key in sorted(self.digests.keys() | other.digests.keys()):
             text = _difference(key, self.digests.get(key), other.digests.get(key))
@@ -137,14 +140,14 @@ class Fingerprint:
         return found
 
     def difference(self, key: str, digest: str | None) -> str:
-        """One datablock as a text for the user; empty where its digest is the same."""
+        """Return a datablock as a text for the user; empty if its digest is the same."""
         return _difference(key, self.digests.get(key), digest)
 
 
 def fingerprint_of(
     scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAMED
 ) -> Fingerprint:
-    """The fingerprint of an evaluated scene, with the names that objects had at the run."""
+    """Return the fingerprint of an evaluated scene, with the names that objects had at the run."""
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     made = Fingerprint(view_layer.name, light)
     originals = [evaluated.original for evaluated in depsgraph.ids]
@@ -165,8 +168,10 @@ def fingerprint_of(
 def own_settings(
     scene: Any, sensors: Iterable[Sensor], light: bool, renamed: Renamed = NONE_RENAMED
 ) -> str:
-    """A digest of the scene's own settings, and of the texts that its sensors read. It is cheap
-    enough for every frame."""
+    """Return a digest of the scene's settings, and of the texts that its sensors read.
+
+    It is fast enough to be computed at every frame.
+    """
     own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
     own += [part_facts(scene, scene.rigidbody_world), list(_texts_read(sensors))]
@@ -176,7 +181,10 @@ def own_settings(
 def what_is_shown(
     view_layer: Any, renamed: Renamed = NONE_RENAMED, without: Container[Any] = ()
 ) -> str:
-    """A digest of the names and visibility of objects and collections, `without` some objects."""
+    """Return a digest of the names and visibility of objects and collections.
+
+    Objects in `without` are left out.
+    """
     shown = [
         (_name_at_run(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
         for obj in view_layer.objects
@@ -187,7 +195,7 @@ def what_is_shown(
 
 
 def scene_facts(scene: Any) -> list[Any]:
-    """The scene's settings that readings depend on, without animated values."""
+    """Return the scene's settings that readings depend on, without animated values."""
     return [
         setting_facts(scene, part, names)
         for part, names in (
@@ -199,8 +207,10 @@ def scene_facts(scene: Any) -> list[Any]:
 
 
 def _names_of_own() -> list[str]:
-    """Names of the extension's scene settings that readings depend on: all but OF_THE_VIEW, so that
-    a new setting counts unless it is listed there."""
+    """Return the names of the extension's scene settings that readings depend on.
+
+    A new setting counts unless OF_THE_VIEW lists it.
+    """
     return sorted(
         prop.identifier
         for prop in bpy.types.Scene.bl_rna.properties
@@ -209,14 +219,15 @@ def _names_of_own() -> list[str]:
 
 
 def _is_disabled(obj: Any) -> bool:
-    """Whether the monitor icon hides it, without animation. Blender does not evaluate it then, and
-    reports no update when it is shown again."""
+    """Return whether the monitor icon hides an object, without animation.
+
+    Blender does not evaluate the object then, and reports no update when it is shown again.
+    """
     return obj.hide_viewport and bool(setting_facts(obj, obj, ["hide_viewport"])[0])
 
 
 def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
-    """Contents of the texts that sensors read, such as lens tables; Blender reports no edits of
-    them."""
+    """Yield the texts that sensors read, such as lens tables; Blender reports no edits of texts."""
     for sensor in sensors:
         names = READS_TEXTS.get(sensor.kind.identifier)
         if names is not None:
@@ -227,22 +238,26 @@ def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
 
 
 def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    """Return the key of a datablock in a fingerprint: its type, and its name at the run."""
     return f"{original.bl_rna.identifier} {_name_at_run(original, renamed)}"
 
 
 def _name_at_run(original: Any, renamed: Renamed) -> str:
-    """The name of a datablock at the run."""
+    """Return the name that a datablock had at the run."""
     name: str = original.name_full
     return renamed.get(name, name) if isinstance(original, bpy.types.Object) else name
 
 
 def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    """Return the digest of a datablock."""
     return digest(facts_of(original), renamed)
 
 
 def warmth_of(original: Any) -> dict[str, str]:
-    """By key, a digest of a material's warmth alone, which pyroelectric detectors notice; its look
-    they do not."""
+    """Return the digest of a material's warmth, by key; empty for other datablocks.
+
+    Pyroelectric detectors notice the warmth of a material, but not its look.
+    """
     if not isinstance(original, bpy.types.Material):
         return {}
     facts = [part_facts(original, original.angen_warmth), animation_facts(original)]
@@ -250,13 +265,14 @@ def warmth_of(original: Any) -> dict[str, str]:
 
 
 def is_looked_at(original: Any) -> bool:
+    """Return whether a sensor may notice a datablock."""
     if isinstance(original, PASSED_OVER) or original.is_embedded_data:
         return False
     return not _is_of_a_map(original)
 
 
 def _is_of_a_map(original: Any) -> bool:
-    """Whether it belongs to a coverage map or a proposal that no sensor can see."""
+    """Return whether a datablock belongs to a coverage map or a proposal, which no sensor sees."""
     if COVERAGE_MARK not in original:
         return False
     if isinstance(original, bpy.types.Object):
@@ -265,6 +281,7 @@ def _is_of_a_map(original: Any) -> bool:
 
 
 def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
+    """Return the digest of facts, with the names that renamed objects had at the run."""
     text = repr(facts)
     if renamed:
         # A datablock that refers to a renamed one, such as its child, has not changed.
@@ -290,6 +307,7 @@ def _driver_targets(originals: Iterable[Any]) -> Iterator[Any]:
 
 
 def harmless_cameras(originals: Iterable[Any]) -> Iterator[Any]:
+    """Yield the cameras that no object or datablock refers to."""
     cameras = {
         original
         for original in originals
@@ -313,7 +331,7 @@ def _difference(key: str, before: str | None, now: str | None) -> str:
 
 
 def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
-    """Digests by the keys of a fingerprint, to compare scenes between versions of Blender."""
+    """Return digests by the keys of a fingerprint, for comparisons between Blender's versions."""
     layer = scene.view_layers[depsgraph.view_layer.name]
     found = {
         SCENE: digest([scene_facts(scene), animation_facts(scene)]),
@@ -367,9 +385,12 @@ def _mesh(mesh: Any) -> Iterator[Any]:
 
 
 class LightState(NamedTuple):
-    """How often what light depends on was found changed: where two states are equal, so is the
-    light. `power`: of lamps; `motion`: place and shape of objects, and which picture of a film they
-    show; `values`: all else. `edits`: how often more than the frame may have changed."""
+    """Counts of the changes found in what light depends on; equal states have equal light.
+
+    `power` counts changes of lamps, `motion` those of the places and shapes of objects and of the
+    images of films, and `values` all others. `edits` counts the times when more than the frame may
+    have changed.
+    """
 
     power: int
     motion: int
@@ -378,7 +399,7 @@ class LightState(NamedTuple):
 
     @property
     def light(self) -> tuple[int, int, int]:
-        """What readings depend on: an edit that changes none of it changes no light."""
+        """The counts that readings depend on: an edit that changes no values changes no light."""
         return self[:3]
 
 
@@ -387,31 +408,34 @@ NEVER = LightState(-1, -1, -1, -1)
 
 
 class LightChanges:
-    """Remembers the state of a scene as digests. To be told of updates as they come."""
+    """Stores the state of a scene as digests. Call `note` after each evaluation."""
 
     def __init__(self) -> None:
         self._state = NEVER
         self.forget()
 
     def forget(self) -> None:
-        """The next look finds everything changed: after undo, or when a file was opened."""
+        """Have the next look find everything changed, as after undo or when a file was opened."""
         # Changes of values and of shapes.
         self._count = self._reshaped = 0
-        # The digests found last: by pointer those of values, by its negative those of shapes.
+        # The latest digests: of values by the pointer, and of shapes by the negative pointer.
         self._known: dict[int, str] = {}
-        # Of power, motion and values, as in `LightState`.
+        # The digests of power, motion and values, as in `LightState`.
         self._digests: tuple[str | None, ...] = (None, None, None)
         self._empties_matter = False
-        # Pictures that change by themselves: Blender's list of updates does not tell of them.
+        # Whether there are films, whose changes are not in Blender's list of updates.
         self._has_films = False
-        # What nodes look up in the view layer, the scene and the world.
+        # Attributes that nodes look up in the view layer, the scene and the world.
         self._names: set[str] = set()
-        # Whether anybody asks about the frames that come: each names all that frames can change.
+        # Whether any caller needs the state at the next frames.
         self.is_asked = True
 
     def note(self, depsgraph: Any, edited: bool = False, by_frame: bool = False) -> None:
-        """Compares what was evaluated anew; to be called in the handlers of each evaluation: later
-        the list is empty. `edited`: by more than a change of frame."""
+        """Compare the datablocks that were just evaluated again.
+
+        Call it in the handlers of each evaluation: later, Blender's list of updates is empty.
+        `edited` says that more than the frame may have changed.
+        """
         if not self._known or (by_frame and not edited and not self.is_asked):
             return
         for update in depsgraph.updates:
@@ -428,7 +452,10 @@ class LightChanges:
     def look(
         self, view_layer: Any, depsgraph: Any, edits: int = 0, asked: Any = None
     ) -> LightState:
-        """The state of the scene, and of what is `asked` of it; `edits` as in the state."""
+        """Return the state of the scene.
+
+        `asked` are further values to compare, and `edits` is the count for the state.
+        """
         if not self._known:
             self._know_all(depsgraph)
         scene = view_layer.id_data
@@ -448,7 +475,7 @@ class LightChanges:
         return self._state
 
     def _know_all(self, depsgraph: Any) -> None:
-        """The state against which updates are compared from now on."""
+        """Store the digests with which updates are compared from now on."""
         for obj in depsgraph.objects:
             self._differs(obj)
             if obj.type == "MESH" and (obj.original.modifiers or obj.original.data.shape_keys):
@@ -463,28 +490,28 @@ class LightChanges:
                     self._differs(tree)
 
     def _differs(self, evaluated: Any) -> bool:
-        """Whether a datablock has other values than when it was compared last."""
+        """Return whether the values of a datablock have changed since the last comparison."""
         return self._is_new(evaluated.original.as_pointer(), self._values_of(evaluated))
 
     def _is_reshaped(self, evaluated: Any) -> bool:
-        """Whether an object has another shape than when it was compared last."""
+        """Return whether the shape of an object has changed since the last comparison."""
         if evaluated.type in LIGHTLESS | {"LIGHT"}:
             return False
         return self._is_new(-evaluated.original.as_pointer(), shape_values(evaluated))
 
     def _is_new(self, key: int, found: Facts | None) -> bool:
-        """Whether facts are others than those known by a key, or cannot be told (None)."""
+        """Return whether facts differ from the stored ones; unknown facts (None) always differ."""
         now = "" if found is None else digest(found)
         same = bool(now) and self._known.get(key) == now
         self._known[key] = now
         return not same
 
     def _values_of(self, evaluated: Any) -> Facts | None:
-        """The values of a datablock that light may depend on; None where they cannot be told."""
+        """Return the values of a datablock that light may depend on; None if they are unknown."""
         if isinstance(evaluated, bpy.types.Object):
             return object_values(evaluated)
         if isinstance(evaluated, bpy.types.Mesh):
-            # Its object tells of the shape.
+            # The shape is compared through the object.
             return custom_facts(evaluated, present=True)
         if isinstance(evaluated, bpy.types.NodeTree):
             self._empties_matter |= looks_at_places(evaluated)
@@ -492,14 +519,14 @@ class LightChanges:
             self._names |= names_looked_up(evaluated)
             return present_facts(evaluated)
         if isinstance(evaluated, bpy.types.Light):
-            # Their power is compared at each look.
+            # The power is compared at each look.
             return present_facts(evaluated, POWER)
         if isinstance(evaluated, (bpy.types.Material, bpy.types.World)):
             return present_facts(evaluated, NO_LOOK)
         return None
 
     def _motion(self, view_layer: Any, depsgraph: Any) -> str:
-        """A digest of where everything is, of changes of shapes, and of the pictures of films."""
+        """Return a digest of all places, of changes of shapes, and of the images of films."""
         found, objects = hashlib.blake2b(digest_size=16), depsgraph.objects
         matrices = np.empty(len(objects) * 16, np.float32)
         objects.foreach_get("matrix_world", matrices)
@@ -519,7 +546,7 @@ class LightChanges:
 
 
 def object_values(evaluated: Any) -> Facts:
-    """What beside its place, shape and visibility decides how an object meets light."""
+    """Return the values of an object that light depends on, except place, shape and visibility."""
     materials = [slot.material for slot in evaluated.material_slots]
     found: Facts = [
         [plain(getattr(evaluated, name)) for name in SEEN_OF_OBJECT],
@@ -535,7 +562,7 @@ def object_values(evaluated: Any) -> Facts:
 
 
 def shape_values(evaluated: Any) -> Facts | None:
-    """The shape of an object; None where it cannot be told."""
+    """Return the shape of an object; None where it is unknown."""
     original, mesh = evaluated.original, evaluated.data
     deformed = original.type == "MESH" and all(m.type in SHAPING for m in original.modifiers)
     if not deformed or mesh.is_editmode:
@@ -546,13 +573,15 @@ def shape_values(evaluated: Any) -> Facts | None:
 
 
 def looks_at_places(tree: Any) -> bool:
-    """Whether its nodes look at places of objects, or attributes, which anything can drive."""
+    """Return whether nodes read places of objects, or attributes, which anything can drive."""
     return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
 
 
 def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """Power of the lamps among the shown objects, and of those that others too, such as instances,
-    have."""
+    """Return the power of the lamps that are among the shown objects alone, and of all others.
+
+    A lamp in an instance belongs to the others.
+    """
     users: dict[Any, int] = {}
     for obj in shown:
         if obj.type == "LIGHT":
@@ -568,13 +597,13 @@ def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
 
 
 def tint_of(data: Any) -> NDArray[np.float64]:
-    """(3,): what a lamp's energy is multiplied with, beside what its nodes do."""
+    """Return the factors (3,) by which a lamp's energy is multiplied, apart from its nodes."""
     tint = np.array(data.color, np.float64) * 2.0 ** getattr(data, "exposure", 0.0)
     return tint * np.array(data.temperature_color) if getattr(data, "use_temperature", 0) else tint
 
 
 def names_looked_up(tree: Any) -> set[str]:
-    """What its nodes look up in the view layer, the scene and the world."""
+    """Return the attributes that nodes look up in the view layer, the scene and the world."""
     return {
         node.attribute_name
         for node in tree.nodes
@@ -583,7 +612,7 @@ def names_looked_up(tree: Any) -> set[str]:
 
 
 def looked_up(name: str, view_layer: Any) -> Any:
-    """What a node finds by a name in the view layer, the scene or the world; None for nothing."""
+    """Return the value of an attribute of the view layer, the scene or the world, or None."""
     scene = view_layer.id_data
     for owner in filter(None, (view_layer, scene, scene.world)):
         for path in (f'["{bpy.utils.escape_identifier(name)}"]', name):

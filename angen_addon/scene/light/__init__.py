@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light at sensors, rendered by `probe` once `scene.changes` says that it can have changed."""
+"""Render the light at sensors: by `probe`, when `scene.changes` finds that it may have changed."""

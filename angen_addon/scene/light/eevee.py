@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What tiny cameras see by EEVEE: all views of all sensors in one render of many views."""
+"""Render light by EEVEE: the views of all sensors, as tiny cameras, in one render."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from . import engine
 from .faces import face, face_size, white
 from .views import NEAREST_CLIP, WALLS, WIDEST
 
-# The least that Blender renders.
+# The least size of a picture that Blender renders.
 PIXELS = 4
-# EEVEE's samples jitter the lamps; its pixels converge sooner than light paths do.
+# EEVEE's samples vary the place on the lamps, and converge sooner than light paths do.
 EEVEE_SAMPLES = 64
 LENS_MM = 500.0
 WIDE_LENS_MM = 10.0
-# A view of a sensor's own face, in sides of the face: how far off the camera stands.
+# The distance of the camera from the sensor's white face, in sides of the face.
 FACE_DISTANCE = 4.0
 # EEVEE's shadows are too coarse for the face that a bake uses.
 EEVEE_FACE = 10.0
 
 
 def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Linear radiance (4, 3) of the views along −Z, −X, +Z, +X of each request."""
+    """Return the linear radiance (4, 3) of the views along −Z, −X, +Z, +X of each request."""
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples // WALLS))
     cameras = []
@@ -50,8 +50,10 @@ def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[
 
 
 def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Irradiance W/m² (3,) on the −Z faces, by cameras that look at white faces: for EEVEE,
-    which cannot bake."""
+    """Return the irradiance (3,) in W/m² on the −Z face of each request.
+
+    Cameras look at white faces, since EEVEE cannot bake.
+    """
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples))
     cameras, probes = [], []
@@ -90,7 +92,7 @@ def _set_angle(data: Any, angle: float) -> None:
 
 
 def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
-    """Mean linear colour (n, 3) that each camera sees from its pose."""
+    """Return the mean linear colour (n, 3) that each camera sees from its pose."""
     scene = light_scene.scene
     render = scene.render
     render.resolution_x = render.resolution_y = PIXELS
@@ -111,13 +113,13 @@ def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
         bpy.ops.render.render(write_still=True, scene=scene.name)
         pictures = [engine.read_layers(Path(folder, f"view{name}.exr"))[""] for name in names]
     for obj in objects:
-        # The next render of views must find cameras of its own by their names.
+        # The cameras of the next render get the same names.
         bpy.data.objects.remove(obj)
     return engine.to_rec709(np.array([picture.mean(axis=(0, 1)) for picture in pictures]))
 
 
 def _name_views(scene: Any, objects: Sequence[Any]) -> list[str]:
-    """Makes each camera a view of its own; a view finds its camera by the end of its name."""
+    """Make each camera a view; Blender finds a view's camera by the end of its name."""
     render = scene.render
     scene.camera = objects[0]
     if len(objects) == 1:

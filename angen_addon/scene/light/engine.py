@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render settings of the sensors' own, whatever the user's are; whether EEVEE can run; and what
-renders wrote: plain OpenEXR files (scan lines of 32-bit floats, not compressed, in one part).
+"""Render settings of light scenes, whether EEVEE can run, and a reader for rendered OpenEXR files.
 
-Blender's loading of these files as images would leave traces in the user's file.
+The reader takes plain files: scan lines of 32-bit floats, not compressed, in one part. Blender
+would leave traces in the user's file if it loaded them as images.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 
 from ....sensor_logic.model import Array
 
-# Unbiased for what homes hold: after so many bounces between white walls 1e-3 of the light is left.
+# After this many bounces between white walls 1e-3 of the light is left: without bias in homes.
 BOUNCES = 128
 SEED = 0
-# Light paths of any number and order have the same random numbers where they are told to be part
-# of so many. Before Blender knew parts, they have where no more than 256 are traced at once.
+# Cycles draws the same random numbers for each part of a sequence of this length. Versions of
+# Blender without parts draw the same numbers for at most 256 paths at once.
 SEQUENCE = 1 << 20
 AT_ONCE, AT_ONCE_BEFORE = 2048, 256
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
-# Its compilation of shaders alone can take this long with a software renderer.
+# EEVEE may take this long to compile its shaders with a software renderer.
 PATIENCE_S = 120
 TRY_EEVEE = """
 import bpy
@@ -44,12 +44,13 @@ scene.camera = camera
 bpy.ops.render.render()
 print("EEVEE", "RUNS")
 """
-# Of OpenEXR files.
+# The first bytes of OpenEXR files.
 MAGIC = 0x01312F76
 # Flags of tiled, deep and multi-part files.
 OTHER_KINDS = 0x1A00
 FLOAT = 2
-# From the primaries' chromaticities (ITU-R BT.709, BT.2020; AMPAS S-2014-004, adapted to D65).
+# From the chromaticities of the primaries (ITU-R BT.709, BT.2020; AMPAS S-2014-004, adapted to
+# D65).
 TO_REC709: dict[str, Any] = {
     "Linear Rec.2020": [
         [1.660491, -0.587641, -0.072850],
@@ -65,7 +66,7 @@ TO_REC709: dict[str, Any] = {
 
 
 def set_up(scene: Any, engine: str) -> None:
-    """Settings of a new scene that the sensors need; the others are Blender's own."""
+    """Set the render settings that the sensors need in a new scene."""
     render, cycles = scene.render, scene.cycles
     render.engine = EEVEE if engine == "EEVEE" else "CYCLES"
     render.use_compositing = render.use_sequencer = False
@@ -85,13 +86,15 @@ def set_up(scene: Any, engine: str) -> None:
 
 
 def at_once(scene: Any) -> int:
-    """So many light paths a pixel are traced at once. The sums of parts are rounded: it must not
-    change from run to run."""
+    """Return the number of light paths a pixel that are traced together.
+
+    The sums of parts are rounded: the number must be the same in all runs.
+    """
     return AT_ONCE if hasattr(scene.cycles, "use_sample_subset") else AT_ONCE_BEFORE
 
 
 def trace(scene: Any, start: int, count: int) -> None:
-    """So many light paths a pixel are traced next, from that number on."""
+    """Set the number of light paths a pixel to trace next, and the first one's number."""
     cycles = scene.cycles
     cycles.sample_offset = start
     if hasattr(cycles, "use_sample_subset"):
@@ -102,14 +105,14 @@ def trace(scene: Any, start: int, count: int) -> None:
 
 
 def why_no_eevee() -> str:
-    """Why EEVEE cannot run here, in words; empty where it can.
+    """Return why EEVEE cannot run here, in words; empty if it can.
 
-    Without a GPU or a display Blender does not report, it ends: so another process tries.
+    Without a GPU or a display Blender reports no error but ends. So another process tries.
     """
     return "" if not bpy.app.background else _why_no_eevee_in_background()
 
 
-# Once, until Blender ends; without it a process that starts Blender each time: seconds to a minute.
+# Once, until Blender ends; without this cache each call starts Blender: seconds to a minute.
 @functools.cache
 def _why_no_eevee_in_background() -> str:
     script = TRY_EEVEE.format(engine=EEVEE)
@@ -128,8 +131,10 @@ def _why_no_eevee_in_background() -> str:
 
 
 def read_layers(path: Path) -> dict[str, NDArray[np.float64]]:
-    """Pixels (height, width, 3) by the name of the layer and pass, such as "ViewLayer.Combined";
-    those of a file without layers by "". Raises ValueError where it is not such a file."""
+    """Return the pixels (height, width, 3) by layer and pass, such as "ViewLayer.Combined".
+
+    A file without layers has the key "". Raise `ValueError` if the file is of another kind.
+    """
     data = path.read_bytes()
     magic, version = struct.unpack_from("<II", data)
     if magic != MAGIC or version & OTHER_KINDS:
@@ -156,7 +161,7 @@ def read_layers(path: Path) -> dict[str, NDArray[np.float64]]:
 
 
 def _header(data: bytes, at: int) -> tuple[dict[str, bytes], int]:
-    """Attributes by name, and where they end."""
+    """Return the attributes by name, and the position of their end."""
     found = {}
     while data[at] != 0:
         name, at = _text(data, at)
@@ -183,8 +188,14 @@ def _text(data: bytes, at: int) -> tuple[str, int]:
 
 
 def to_rec709(rgb: Array) -> Array:
-    """Return colours (…, 3) of a render of the present file in linear Rec. 709; before Blender 5.0
-    they are the same."""
+    """Return the colours (…, 3) of a render in linear Rec. 709.
+
+    Before Blender 5.0 they are unchanged.
+
+    References
+    ----------
+    ITU-R BT.709 and BT.2020; AMPAS S-2014-004 for ACEScg.
+    """
     space = getattr(getattr(bpy.data, "colorspace", None), "working_space", "")
     matrix = TO_REC709.get(space)
     return rgb if matrix is None else rgb @ np.array(matrix).T

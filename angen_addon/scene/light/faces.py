@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small white faces, whose brightness is the light on them; and illuminance by Cycles."""
+"""Small white faces whose brightness is the light on them, and illuminance by Cycles."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from ....sensor_logic.model import Array
 from .materials import Nodes
 from .views import CORNERS, Picture, Seen
 
-# Pixels of a request; of their radiance, the light on a white face.
+# Pixels of a request, and the factor from their radiance to the light on a white face.
 COUNT, FACTOR = 1, math.pi
-# The face is this large, and stands this far off its origin, in metres: off the wall that the
-# sensor sits on. Where coordinates are coarser, as many of their steps.
+# m: the side of a face, and its distance from its origin, which is on the wall of the sensor.
 FACE = 1e-3
+# A face has at least this many steps of single precision a side.
 STEPS = 16.0
-# Rays to a face start this far ahead of it, in its sides, before this part of it: where coordinates
-# are coarse, those before its edges would pass it. Faces so near each other could be taken for one
-# another.
+# Rays to a face start this far ahead of it, in sides of the face, and hit only this part of it.
+# Where coordinates are coarse, rays near the edges would miss it.
 AHEAD, PART = 0.5, 0.75
+# Faces that are nearer to each other than this, in sides, could be confused.
 APART = 4.0
 
 
 def lids(request: Any, walls: Any) -> tuple[int, ...]:
-    """A face sees as far as there is something."""
+    """Return that no view needs a lid: a face sees without a limit."""
     return ()
 
 
 def collide(scene: Any, walls: Any, one: Seen, other: Seen) -> bool:
-    """Whether the faces of two requests could be mixed up."""
+    """Return whether the faces of two requests are so near that they could be confused."""
     a, b = one.request.matrix, other.request.matrix
     near = APART * max(face_size(scene, a), face_size(scene, b))
     return bool(np.abs(a[:3, 3] - b[:3, 3]).max() < near) and not np.array_equal(a, b)
 
 
 def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
-    """Of each pixel, where the rays through its corners start (4, 3), and their directions."""
+    """Return the starts (4, 3) and directions (4, 3) of rays through the corners of each pixel."""
     size, back = face_size(scene, request.matrix), request.matrix[:3, 2]
     corners = face(request.matrix, size)
     starts = PART * corners + (1.0 - PART) * corners.mean(axis=0) - AHEAD * size * back
@@ -47,21 +47,21 @@ def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
-    """Adds what the pixels look at."""
+    """Add the white faces that the pixels look at."""
     poses = [seen.request.matrix for seen in together]
     corners = [face(pose, face_size(scene, pose)) for pose in poses]
     picture.add_squares(corners, {}, white(picture.own))
 
 
 def face_size(scene: Any, matrix: Array) -> float:
-    """Side of a face at a pose, and its distance off its origin, in Blender units."""
+    """Return the side of a face at a pose, and its distance from the origin, in Blender units."""
     metres = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
     farthest = float(np.abs(matrix[:3, 3]).max())
     return max(FACE / metres, STEPS * float(np.spacing(np.float32(farthest))))
 
 
 def face(matrix: Array, size: float) -> Array:
-    """Corners (4, 3) of a square that looks along the −Z of a pose, a bit ahead of it."""
+    """Return the corners (4, 3) of a square that faces −Z of a pose, ahead of its origin."""
     x, y, z = matrix[:3, 0], matrix[:3, 1], matrix[:3, 2]
     middle = matrix[:3, 3] - z * size
     h = size / 2
@@ -70,7 +70,7 @@ def face(matrix: Array, size: float) -> Array:
 
 
 def white(own: Any) -> Any:
-    """A material that reflects all light diffusely."""
+    """Return a material that reflects all light diffusely."""
     nodes = Nodes(own)
     diffuse = nodes.add("ShaderNodeBsdfDiffuse", color=(1.0, 1.0, 1.0, 1.0), roughness=0.0)
     nodes.add("ShaderNodeOutputMaterial", surface=diffuse.outputs[0])

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lamps and the world of a light scene, each in a Cycles light group of its own.
+"""Lamps and world of a light scene, each in a separate Cycles light group.
 
-A picture tells the light of each group apart, at a power that stays. Light is linear in power: in
-any state of the lamps it is a weighted sum, and a lamp that is switched or dimmed needs no new
-picture. What glows in no group (meshes, lamps in instances) is what the groups leave of the whole.
+A picture has the light of each group apart, at a fixed power. Light is linear in power. So for any
+state of the lamps the light is a weighted sum, and a lamp that is switched or dimmed needs no new
+picture. Light without a group (meshes, lamps in instances) is the whole minus all groups.
 
 Cycles sends shadow rays to lamps by their power. So lamps have equal powers here, and sun and sky
-less than their own: they would take most rays also in rooms that they do not reach.
+less than their real power: otherwise they would take most rays, also in rooms that they do not
+reach.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ from ..changes import POWER, tint_of
 from ..facts import present_facts
 from .materials import has_nodes
 
-# What a lamp has where nobody knows how bright the lamps become, W.
+# W: the power of a lamp if the power of all lamps is unknown.
 LAMP = 20.0
-# W/m² of a sun for each W of a lamp. The same of the world's strength, at most, and its share of
-# what it is at its brightest.
+# W/m² of a sun for each W of a lamp; the largest strength of the world for each W of a lamp; and
+# the largest strength of the world as a share of its brightest.
 SUN, WORLD, WORLD_SHARE = 0.01, 0.015, 0.1
 TINY = 1e-9
 WORLD_SOURCE = "World"
@@ -35,8 +36,11 @@ WORLD_SOURCE = "World"
 
 @dataclass
 class _Group:
-    """Lamps that share the user's `data`; in the light scene, `made`: a copy of these with another
-    `power`, made when what else they hold was `values`. `users`: names of the user's objects."""
+    """Lamps that share the user's `data`.
+
+    `made` is a copy of the data in the light scene, with another `power`. `values` are the facts of
+    the data when the copy was made. `users` are the names of the user's objects.
+    """
 
     name: str
     data: Any
@@ -48,7 +52,7 @@ class _Group:
 
 
 class LightGroups:
-    """The light groups of a light scene; `lamps`: its lamps' data, whose median power all get."""
+    """The light groups of a light scene; all lamps get the median power of `lamps`, their data."""
 
     def __init__(self, light_scene: Any, lamps: Iterable[Any]) -> None:
         self._light_scene = light_scene
@@ -59,8 +63,10 @@ class LightGroups:
         self._power = float(np.median(known)) if known else LAMP
 
     def add(self, lamp: Any, user: str) -> Any | None:
-        """Gives a lamp that was made for the light scene, for the user's object of a name, a power
-        and a group; None: it never shines."""
+        """Give a lamp of the light scene a power and a group; return None if it never shines.
+
+        `user` is the name of the user's object that the lamp represents.
+        """
         data = lamp.data
         group = self._groups.get(data.session_uid)
         if group is None:
@@ -78,9 +84,9 @@ class LightGroups:
         return lamp
 
     def add_world(self, world: Any, original: Any) -> None:
-        """Puts the world in a group; `world`: a copy made for the light scene.
+        """Put the world, a copy made for the light scene, into a group.
 
-        A background at the end of its nodes is made darker, and its strength is told apart.
+        A background at the end of its nodes is made darker, and its strength becomes a weight.
         """
         self._light_scene.view_layer.lightgroups.add(name="world")
         world.lightgroup = "world"
@@ -96,7 +102,7 @@ class LightGroups:
             tree.links.new(socket.links[0].from_socket, scale.inputs[0])
             self._strength = lambda: 1.0 / share
         else:
-            # Keys of what becomes linked count no more; the original's say how bright it is.
+            # Keys of a linked socket have no effect: read the strength from the original world.
             path, now = socket.path_from_id("default_value"), socket.default_value
             highest = _highest(original.node_tree, path, now)
             highest = math.inf if highest is None else highest
@@ -108,7 +114,7 @@ class LightGroups:
         tree.links.new(scale.outputs[0], socket)
 
     def follow(self) -> None:
-        """Takes over what of the lamps' data has changed beside their power."""
+        """Copy the data of lamps again where more than their power has changed."""
         for group in self._groups.values():
             if repr(present_facts(group.data, POWER)) != group.values:
                 before = group.made
@@ -119,6 +125,7 @@ class LightGroups:
 
     @property
     def names(self) -> list[str]:
+        """The names of the groups; the world comes last."""
         world = ["world"] if self._strength else []
         return [group.name for group in self._groups.values()] + world
 
@@ -130,19 +137,19 @@ class LightGroups:
 
     @property
     def state(self) -> Hashable:
-        """What beside the lamps' present power decides the light of the groups, as it is now."""
+        """The values that decide the light of the groups, apart from the lamps' present power."""
         lamps = tuple((group.values, group.power) for group in self._groups.values())
         return lamps, self._world_share
 
     def weights(self) -> Array:
-        """(groups, 3): how bright each is now in the user's scene, as a multiple of here."""
+        """Return the present brightness (groups, 3) in the user's scene, relative to this scene."""
         found = [g.data.energy * tint_of(g.data) / g.power for g in self._groups.values()]
         if self._strength:
             found.append(np.full(3, self._strength()))
         return np.array(found).reshape(-1, 3)
 
     def _make_data(self, group: _Group) -> None:
-        """A copy of the lamps' data and nodes as they are now, and stay."""
+        """Copy the lamps' data and nodes as they are now, without animation."""
         made = group.made = self._light_scene.own(group.data.copy())
         group.values = repr(present_facts(group.data, POWER))
         made.animation_data_clear()
@@ -156,8 +163,10 @@ class LightGroups:
 
 
 def _highest_power(data: Any) -> float | None:
-    """The highest power that a lamp's data have in the file: 0 only where they never shine, None
-    where nobody knows."""
+    """Return the highest power of a lamp's data in the file, or None if it is unknown.
+
+    It is 0 only if the lamp never shines.
+    """
     tinted = any(is_animated(data, path) for path in POWER if path != "energy")
     energy = None if tinted else _highest(data, "energy", data.energy)
     found = None if energy is None else energy * float(np.abs(tint_of(data)).max())
@@ -165,18 +174,18 @@ def _highest_power(data: Any) -> float | None:
 
 
 def _highest(owner: Any, path: str, now: float) -> float | None:
-    """The same of a value that is `now` so much."""
+    """Return the highest value of a property that is `now` at present; None if unknown."""
     if owner.animation_data is None:
         return abs(float(now))
     if not is_animated(owner, path) and not owner.animation_data.nla_tracks:
         return abs(float(now))
-    # What is driven, or 0 at all keys.
+    # A driven value, or one that is 0 at all keys, is unknown.
     keys = [abs(key.co.y) for curve in curves(owner, {path}) for key in curve.keyframe_points]
     return max(keys, default=0.0) or None
 
 
 def _background(world: Any) -> Any | None:
-    """The background node that is all of a world; None where there is more to it, or no nodes."""
+    """Return the background node that is all of a world; None for other worlds."""
     if not has_nodes(world):
         return None
     outputs = [n for n in world.node_tree.nodes if n.type == "OUTPUT_WORLD" and n.is_active_output]

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials' nodes: what they tell of a surface, new ones, and those of panes in light scenes.
+"""Read the nodes of materials, and make the materials of light scenes.
 
 A pane is thin glass, and must let lamps and the sun shine through. Cycles sends no shadow ray
-through refraction, so that a pane of glass hides every lamp behind it.
-A plane-parallel pane bends no light: what passes goes straight on. So each face of a thin, flat,
-smooth pane reflects by Fresnel's equations and lets the rest pass straight, in the glass's colour:
-a closed pane then lets (1 − R)/(1 + R) pass with all reflections between its faces, 92 % from the
-front at an index of refraction of 1.5. A single sheet of faces stands for both faces of a pane.
-Only the light scene has such materials; the user's stay as they are.
+through refraction, so that a pane of glass hides all lamps behind it.
+
+A plane-parallel pane does not bend light: what passes goes straight on. So each face of a thin,
+flat, smooth pane reflects by Fresnel's equations, and lets the rest pass straight, tinted by the
+glass. A closed pane then lets (1 − R)/(1 + R) pass with all reflections between its faces: 92 %
+from the front at an index of refraction of 1.5. A single sheet of faces stands for both faces of a
+pane. Only the light scene has such materials; those of the user are not changed.
 
 Reference: Born and Wolf, Principles of Optics, section 1.5 (Fresnel's formulae).
 """
@@ -27,26 +28,27 @@ from ..sensors import unit_scale
 GREY = np.full(3, 0.5)
 CLEAR = {"BSDF_TRANSPARENT", "BSDF_GLASS", "BSDF_REFRACTION"}
 DEEPEST = 8
-# Of window glass (n = 1.5) from the front.
+# Reflectance of window glass (n = 1.5) from the front.
 FRONT_FRESNEL = 0.04
 COLOURED = {"BSDF_DIFFUSE", "BSDF_TRANSLUCENT", "BSDF_GLOSSY", "BSDF_METALLIC"}
 # Rougher glass scatters, and Cycles then sends shadow rays through it.
 SMOOTH = 0.02
-# m: glazing with its cavities is no thicker.
+# m: the greatest thickness of glazing, with its cavities.
 THIN = 0.05
-# m: smaller things of glass, such as bottles, hide little.
+# m: smaller objects of glass, such as bottles, hide little.
 LARGE = 0.3
-# Of a pane's area, what faces its two sides: within acos(0.99), 8°.
+# The least share of a pane's area that is aligned with its sides, and the cosine of the largest
+# angle (8°) that counts as aligned.
 FLAT, ALIGNED = 0.9, 0.99
 
 
 def has_nodes(owner: Any) -> bool:
-    """Whether a lamp or a world has nodes and uses them: since Blender 5.0 all do."""
+    """Return whether a lamp or a world uses nodes: since Blender 5.0 all do."""
     return bool(owner.node_tree and (bpy.app.version >= (5, 0) or owner.use_nodes))
 
 
 class Nodes:
-    """A new material's nodes, to be linked together."""
+    """The nodes of a new material."""
 
     def __init__(self, own: Any) -> None:
         self.material = own(bpy.data.materials.new(".angen_light"))
@@ -56,6 +58,11 @@ class Nodes:
         self._tree.nodes.clear()
 
     def add(self, kind: str, operation: str = "", **inputs: Any) -> Any:
+        """Add a node, and set its inputs.
+
+        An input is given by its name, or by `_` and its index. Its value is a constant, or the
+        output socket of a node to link.
+        """
         node = self._tree.nodes.new(kind)
         if operation:
             node.operation = operation
@@ -68,20 +75,21 @@ class Nodes:
         return node
 
     def vector(self, name: str) -> Any:
+        """Return the output of a vector attribute."""
         node = self.add("ShaderNodeAttribute")
         node.attribute_name = name
         return node.outputs["Vector"]
 
 
 class Surfaces:
-    """The colours of materials by their session uids, as they are now."""
+    """The present reflectances of materials, by session uid."""
 
     def __init__(self) -> None:
         self._materials: dict[int, Any] = {}
         self._known: dict[int, Array] = {0: np.full(3, 0.8)}
 
     def reflectance(self, uid: int) -> Array:
-        """Return the reflectance (3,) of a material; of no material, 0, Cycles's grey."""
+        """Return the reflectance (3,) of a material; Cycles's default grey for uid 0."""
         if uid not in self._known:
             self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
             material = self._materials.get(uid)
@@ -100,7 +108,7 @@ def _reflectance(material: Any) -> Array:
 
 
 def _reflected(socket: Any, shown: Array, depth: int) -> Array:
-    """Return the share (3,) that the shader linked to a socket reflects; half where not known."""
+    """Return the share (3,) that the shader linked to a socket reflects; half if unknown."""
     if not socket.links or depth == 0:
         return np.zeros(3)
     node = socket.links[0].from_node
@@ -117,7 +125,7 @@ def _reflected(socket: Any, shown: Array, depth: int) -> Array:
 
 
 def _factor(socket: Any, depth: int) -> float:
-    """A mixing factor as a shadow ray finds it from the front."""
+    """Return a mixing factor as a shadow ray from the front gets it."""
     if not socket.is_linked or depth == 0:
         return float(socket.default_value)
     link = socket.links[0]
@@ -144,7 +152,7 @@ def _colour(node: Any, name: str, otherwise: Array) -> Array:
 
 
 def glows(material: Any) -> bool:
-    """Whether its nodes can send out light."""
+    """Return whether the nodes of a material can emit light."""
     for node in _nodes(material.node_tree, set()):
         if node.type == "EMISSION":
             return True
@@ -157,7 +165,7 @@ def glows(material: Any) -> bool:
 
 
 def is_clear(material: Any) -> bool:
-    """Whether its nodes can let light pass."""
+    """Return whether the nodes of a material can let light pass."""
     for node in _nodes(material.node_tree, set()):
         if node.type in CLEAR or node.type == "BSDF_TRANSLUCENT":
             return True
@@ -169,7 +177,7 @@ def is_clear(material: Any) -> bool:
 
 
 def _nodes(tree: Any, seen: set[int]) -> Any:
-    """All nodes of a tree and of its groups."""
+    """Yield all nodes of a tree and its groups."""
     if tree is None or tree.as_pointer() in seen:
         return
     seen.add(tree.as_pointer())
@@ -180,14 +188,14 @@ def _nodes(tree: Any, seen: set[int]) -> Any:
 
 
 class Glass(NamedTuple):
-    """What one face of smooth glass lets pass, red, green and blue, and its index of refraction."""
+    """Smooth glass: the tint (red, green, blue) of one face, and the index of refraction."""
 
     tint: tuple[float, float, float]
     ior: float
 
 
 class Panes:
-    """Objects that stand for panes in a light scene. `own`: takes charge of what is made."""
+    """Makes stand-ins for panes in a light scene; `own` registers the datablocks that are made."""
 
     def __init__(self, scene: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
         self._metres = unit_scale(scene)
@@ -198,7 +206,7 @@ class Panes:
     def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
         """Return the object, or a copy of it whose panes let light pass.
 
-        `is_copy`: `obj` was made for this scene, has no modifiers, and is changed itself.
+        With `is_copy`, `obj` was made for this scene, has no modifiers, and is changed itself.
         """
         panes = self._panes(obj, is_copy)
         if not panes:
@@ -210,10 +218,11 @@ class Panes:
         return copy
 
     def is_pane(self, obj: Any) -> bool:
+        """Return whether an object has panes."""
         return bool(self._panes(obj, False))
 
     def _panes(self, obj: Any, is_copy: bool) -> dict[int, tuple[Glass, bool]]:
-        """By material slots: the glass of what is a pane, and whether that is a single sheet."""
+        """Return the glass of each material slot with panes, and whether they are single sheets."""
         if not any(slot.material and glass_of(slot.material) for slot in obj.material_slots):
             return {}
         return panes_of(obj if is_copy else obj.evaluated_get(self._depsgraph), self._metres)
@@ -222,7 +231,7 @@ class Panes:
         key = glass, is_sheet
         if key not in self._made:
             nodes = Nodes(self._own)
-            # The node takes the inverse index on back faces, as if rays came from within.
+            # The node inverts the index on back faces, as for rays from within the glass.
             back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
             inverse = 1.0 / glass.ior - glass.ior
             index = nodes.add("ShaderNodeMath", "MULTIPLY_ADD", _0=back, _1=inverse, _2=glass.ior)
@@ -245,7 +254,7 @@ class Panes:
 
 
 def glass_of(material: Any) -> Glass | None:
-    """The smooth, clear glass that a material is; None where it is more, or changes in time."""
+    """Return the glass of a smooth and clear material; None for other or animated materials."""
     tree = material.node_tree
     if tree is None or material.animation_data or tree.animation_data:
         return None
@@ -267,8 +276,10 @@ def glass_of(material: Any) -> Glass | None:
 
 
 def panes_of(evaluated: Any, metres: float) -> dict[int, tuple[Glass, bool]]:
-    """The panes of an evaluated object by their material slots: the glass, and whether they are
-    single sheets. Slots with glass that is thick or curved are left out."""
+    """Return the panes of an evaluated object by material slot: glass, and whether single sheets.
+
+    Slots whose glass is thick or curved are left out.
+    """
     found: dict[int, tuple[Glass, bool]] = {}
     if evaluated.type != "MESH":
         return found
@@ -282,15 +293,18 @@ def panes_of(evaluated: Any, metres: float) -> dict[int, tuple[Glass, bool]]:
 
 
 def hides_lamps(material: Any) -> bool:
-    """Whether Cycles sends no shadow ray through its smooth glass, as far as its nodes tell."""
+    """Return whether Cycles sends no shadow rays through a material's smooth glass."""
     nodes = material.node_tree.nodes if material.node_tree else ()
     opens = any(node.type in {"BSDF_TRANSPARENT", "LIGHT_PATH"} for node in nodes)
     return not opens and any(_refracts(node) for node in nodes)
 
 
 def opaque_glass(view_layer: Any) -> dict[str, str]:
-    """Return the names of visible things whose glass hides lamps from light sensors, with that
-    glass: what is no thin, flat and plain pane, and is larger than a bottle."""
+    """Return visible objects whose glass hides lamps from light sensors, with the glass.
+
+    Keys and values are names. Panes that are thin, flat and plain, and objects no larger than a
+    bottle, are left out.
+    """
     found = {}
     metres = unit_scale(view_layer.id_data)
     for obj, holder in with_instanced(view_layer):
@@ -322,8 +336,10 @@ def _refracts(node: Any) -> bool:
 
 
 def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]]:
-    """Connected parts of the faces with a material slot: corners (n, 3, 3) in m of their triangles,
-    and the area vectors (n, 3) in m²."""
+    """Return the connected parts of the faces with a material slot.
+
+    A part has the corners (n, 3, 3) of its triangles in m, and their area vectors (n, 3) in m².
+    """
     mesh = evaluated.data
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
@@ -337,7 +353,7 @@ def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]
     triangles = corners.reshape(-1, 3)[of == slot]
     if not len(triangles):
         return []
-    # Files from elsewhere have each face apart: corners at one place are one.
+    # Imported files may have separate faces: corners at the same place count as one.
     _, same = np.unique(np.round(places, 5), axis=0, return_inverse=True)
     labels = _connected(same.ravel()[triangles], len(places))
     corners_at = places[triangles]
@@ -347,7 +363,7 @@ def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]
 
 
 def _connected(triangles: Any, count: int) -> Any:
-    """A label for each triangle (n, 3), the same within a connected part."""
+    """Return a label for each triangle (n, 3), equal within a connected part."""
     labels = np.arange(count)
     while True:
         lowest = labels[triangles].min(axis=1)
@@ -359,8 +375,10 @@ def _connected(triangles: Any, count: int) -> Any:
 
 
 def _is_sheet(corners: Array, areas: Array) -> bool | None:
-    """Whether a connected part of glass is a single flat sheet; False for a thin, flat, closed
-    pane, None for anything else."""
+    """Return whether a connected part of glass is a single flat sheet.
+
+    False for a thin, flat, closed pane; None for other shapes.
+    """
     sizes = np.linalg.norm(areas, axis=1)
     whole = sizes.sum()
     _, axes = np.linalg.eigh((areas / np.maximum(sizes, 1e-300)[:, None]).T @ areas)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures the light at sensors, at the scene's present frame: all sensors at once.
+"""Measure the light at all sensors at the scene's present frame.
 
-Never to be called in a frame handler, where a render crashes Blender, nor during a user's render.
+Never call it in a frame handler, where a render crashes Blender, nor during a user's render.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from . import eevee, engine
 from .cycles import CyclesLight, Light, Steps, finished
 from .scene import LightScene, quietly
 
-# A sensor farther from the origin than this many metres stands on a grid, in single precision,
-# too coarse for its face and its room's walls.
+# Metres. At a larger distance from the origin, single precision is too coarse for a sensor's face
+# and the walls of its room.
 FARTHEST = 100_000.0
 THROUGH_WALLS = "EEVEE lets the world's light through walls"
 BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
@@ -30,9 +30,12 @@ BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
 
 @dataclass(frozen=True)
 class LightRequest:
-    """What one sensor asks. `matrix` (4, 4): its pose in the world, orthonormal axes, Blender
-    units; lengths too in Blender units; the angle in radians. `samples`: light paths a reading.
-    `steady`: whether nothing in the file changes any of this from frame to frame."""
+    """The settings of one light sensor.
+
+    `matrix` (4, 4) is its pose in the world, with orthonormal axes. Lengths are in Blender units,
+    and the angle is in radians. `samples` are the light paths of a reading. `steady` says that
+    nothing in the file changes these settings from frame to frame.
+    """
 
     name: str
     matrix: Array
@@ -47,12 +50,12 @@ class LightRequest:
 
 
 def busy() -> bool:
-    """Whether the user renders or bakes: the sensors keep still then."""
+    """Return whether the user renders or bakes: then the light sensors must wait."""
     return any(bpy.app.is_job_running(job) for job in BUSY_JOBS)
 
 
 def measure(*asked: Any, **options: Any) -> Mapping[str, LightSample]:
-    """As `measuring`, at one go."""
+    """Return the result of `measuring`, without a pause."""
     return finished(measuring(*asked, **options))
 
 
@@ -64,11 +67,28 @@ def measuring(
     kept: CyclesLight | None = None,
     state: LightState | None = None,
 ) -> Steps[dict[str, LightSample]]:
-    """The light of each request, by name. What it reads does not depend on the other requests.
+    """Measure the light of each request; return the samples by name.
 
-    With `kept`, much of the work is kept there for the next time, and more with the scene's
-    `state`. Before each picture it yields, in words what takes long; until it goes on, nothing may
-    change the scene. Raises AngenError.
+    A sample does not depend on the other requests. Before each picture the generator yields a text
+    about what takes long. Until it continues, nothing may change the scene.
+
+    Parameters
+    ----------
+    scene, view_layer
+        The user's scene and view layer.
+    requests
+        The settings of the light sensors.
+    efficacy
+        Luminous efficacy in lm/W.
+    kept
+        Stores light scenes and references for the next call, if given.
+    state
+        The state of the scene, by which more can be used again.
+
+    Raises
+    ------
+    AngenError
+        If a request cannot be measured, or a render is running.
     """
     if busy():
         raise AngenError("a render is running: the light sensors wait for its end")
@@ -78,7 +98,7 @@ def measuring(
     samples: dict[str, LightSample] = {}
     groups: dict[tuple[str, str, int, bool], list[LightRequest]] = {}
     for request in asked:
-        # One that moves would take the others' pictures from them.
+        # A moving sensor would need new pictures for all sensors that share one with it.
         apart = kept is not None and kept.refers(request.samples) and not request.steady
         key = request.engine, request.method, request.samples, apart
         groups.setdefault(key, []).append(request)
@@ -104,7 +124,7 @@ def measuring(
 def _by_eevee(
     scene: Any, view_layer: Any, group: list[LightRequest]
 ) -> tuple[dict[str, Light], list[str]]:
-    """What requests of one method and number of samples find by EEVEE, by name, and notes."""
+    """Return the light of requests of one method and number of samples by name, and notes."""
     with LightScene(scene, view_layer) as light_scene:
         engine.set_up(light_scene.scene, "EEVEE")
         way = eevee.four_walls if group[0].method == "FOUR_WALL" else eevee.faces

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A temporary scene to render light in: what the viewport shows, with Blender's factory settings.
-Stand-ins (`Frozen`, `Instances`) take the place of what it cannot show as it is.
+"""A temporary scene to render light in, with the objects that the viewport shows.
 
-The user's own scene, objects and settings are never written to. The scene made here stands at the
-frame at which the user's stands; a render evaluates it anew there, so neither the frames before
-it nor unapplied changes of the view matter.
+It has Blender's factory settings. Stand-ins (`Frozen`, `Instances`) replace objects that it cannot
+show unchanged. The user's scene, objects and settings are never changed. The temporary scene is at
+the same frame as the user's scene, and a render evaluates it again at that frame. So neither
+earlier frames nor unapplied changes of the view have an influence.
 """
 
 from __future__ import annotations
@@ -30,29 +30,28 @@ from ..marks import LIGHT_MARK
 from ..timed import FILM_SOURCES, INSTANCING_MODIFIERS, is_simulated
 from .materials import Panes, glass_of, glows
 
-# What a light scene cannot show as it is: plain objects with its present shape stand for it.
+# Simulated objects: plain objects with their present shape replace them in a light scene.
 #
-# They are no copies: of a rigid body, or of what ties some together, Blender would take the copy
-# into the user's own simulation, and throw its cache away. Nor is the original put into a light
-# scene, where that simulation does not run: it would stand where nothing moved it, and what it
-# depends on would be evaluated beside the user's.
+# A copy of a rigid body or constraint would join the user's simulation, and void its cache. The
+# original itself would not be simulated in a light scene, and would be at a wrong place.
 
 SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
 
 class Simulated:
-    """Membership: objects that Blender's physics moves, ties or shapes, and what follows them."""
+    """The set of objects that Blender's physics moves, ties or shapes, and of their followers."""
 
     def __init__(self) -> None:
         self._known: dict[int, bool] = {}
 
     def look_again(self) -> None:
+        """Forget the known objects."""
         self._known.clear()
 
     def __contains__(self, obj: Any) -> bool:
         uid = obj.session_uid
         if uid not in self._known:
-            # What follows itself is not simulated for that.
+            # An object that follows itself is not simulated for that reason.
             self._known[uid] = False
             self._known[uid] = (
                 obj.rigid_body is not None
@@ -64,7 +63,7 @@ class Simulated:
 
 
 def _followed(obj: Any) -> Iterator[Any]:
-    """What its parent, constraints and modifiers let it depend on."""
+    """Yield the objects that an object's parent, constraints and modifiers make it depend on."""
     for owner in (*obj.constraints, *obj.modifiers):
         target = getattr(owner, "target", None) or getattr(owner, "object", None)
         if isinstance(target, bpy.types.Object):
@@ -74,8 +73,10 @@ def _followed(obj: Any) -> Iterator[Any]:
 
 
 class Frozen:
-    """New objects, `made`, that stand and look as `obj`, and what it makes instances of, do now,
-    and that renders show. `own`: takes charge of what is made."""
+    """New objects with the present pose and look of `obj` and its instances, for renders.
+
+    `made` lists the new objects, and `own` registers new datablocks.
+    """
 
     def __init__(self, obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
         self._obj = obj
@@ -89,9 +90,11 @@ class Frozen:
             self.made += _instances(obj, depsgraph, own)
 
     def follow(self, depsgraph: Any) -> bool:
-        """Brings them to the present moment; whether that could be done. What stands costs
-        nothing, and what moves its matrix. A new shape needs new objects: where the mesh of one is
-        exchanged, Cycles now and then goes on with the one before."""
+        """Give the new objects the present poses; return whether that was possible.
+
+        A resting object takes no time, and a moving one sets a matrix. A new shape needs new
+        objects: when a mesh is exchanged, Cycles sometimes keeps the earlier one.
+        """
         evaluated = self._obj.evaluated_get(depsgraph)
         if self._has_instances or _seen(evaluated) != self._seen:
             return False
@@ -101,7 +104,10 @@ class Frozen:
 
 
 def _seen(evaluated: Any) -> tuple[str, Any]:
-    """How it looks, and its whole shape: of one that is no mesh it is never the same."""
+    """Return the look of an object and its whole shape.
+
+    The shape of an object that is no mesh never equals another.
+    """
     looks = repr(object_values(evaluated))
     if evaluated.type == "MESH":
         return looks, repr(facts_of(evaluated.data))
@@ -129,7 +135,7 @@ def _placed(made: Any, matrix: Any) -> Any:
 
 
 def _instances(obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> list[Any]:
-    """What its nodes, particles or vertices carry."""
+    """Return the stand-ins of all instances that an object makes."""
     made = []
     shapes: dict[int, Any] = {}
     for instance in depsgraph.object_instances:
@@ -158,7 +164,7 @@ def _shape(evaluated: Any, depsgraph: Any, own: Callable[[Any], Any]) -> Any:
 
 
 def _like(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
-    """A new object with that data and all of an object that light can depend on."""
+    """Return a new object with `data`, and all properties of an object that light depends on."""
     made = own(bpy.data.objects.new(".angen_light", data))
     for name in SEEN_OF_OBJECT:
         setattr(made, name, getattr(evaluated, name))
@@ -176,7 +182,7 @@ def _like(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
 
 
 def own_properties(owner: Any) -> dict[str, Any]:
-    """Its custom properties, but groups of them: numbers, texts and rows of numbers."""
+    """Return the custom properties of a datablock that are numbers, texts or lists of numbers."""
     found = {}
     for key, value in sorted(owner.items()):
         if isinstance(value, (bool, int, float, str)):
@@ -192,17 +198,17 @@ def _give_materials(made: Any, evaluated: Any) -> None:
         ours.material = theirs.material.original if theirs.material else None
 
 
-# Shown only as lines: helpers such as cutters of booleans, which no user expects to cast shadows.
+# Display types of helpers such as cutters of booleans, which should not cast shadows.
 LINES = {"WIRE", "BOUNDS"}
-# Unless an image or a sky says where the light is, the world is smooth.
+# Resolutions of the world's importance map: without an image or a sky, the world is smooth.
 SMOOTH_MAP = 64
 DETAILED_MAP = 1024
 DETAILED = {"TEX_ENVIRONMENT", "TEX_SKY", "TEX_IMAGE", "GROUP"}
-# A frame of the scene takes as many of the user's. Blender's sound keeps the camera's place at
-# every frame from 0 on, and copies all of them at each new one: milliseconds late in a day.
+# Frames of the user's scene in a frame of the light scene. Blender's sound system copies the
+# camera's places at all earlier frames at each new frame: that takes milliseconds late in a day.
 LONG = 512
 MADE = ("scenes", "collections", "objects", "meshes", "materials", "cameras", "lights", "worlds")
-# Handlers of the user and of other add-ons take renders for the user's own.
+# Handlers of the user and of other add-ons, which would take our renders for the user's.
 HANDLERS = (
     "depsgraph_update_post",
     "depsgraph_update_pre",
@@ -221,16 +227,18 @@ HANDLERS = (
 )
 # Custom property of a scene: the first frames of its parts, from the first to the last.
 BEGINS = "angen_light_begins"
-# Twins are tiny and out of the way: the bounds of the scene hardly grow.
+# Twins are tiny and below the scene, whose bounds hardly grow.
 TWINS_PLACE, TWINS_SCALE = (0.0, 0.0, -10.0), 1e-6
-# What no ray at all sees, Cycles leaves out: those that fog scatters might meet such a speck.
+# Rays that do not see twins. Cycles leaves out objects that no ray sees, so rays scattered in fog
+# may still hit one.
 TWINS_RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
 class LightScene:
-    """A context: `scene` and `view_layer` to render, `notes` on what could not be carried over.
+    """A context with a temporary `scene` and `view_layer` to render.
 
-    Datablocks made by `own` are removed at the end, also after an error. To be used `quietly`.
+    `notes` tells what could not be carried over. Datablocks that `own` has registered are removed
+    at the end, also after an error. Use it inside `quietly`.
     """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated | None = None) -> None:
@@ -242,20 +250,22 @@ class LightScene:
         self.notes: list[str] = []
         self.scene: Any = None
         self.frozen: list[Frozen] = []
-        # Cycles counts their pictures by the scene's own frames.
+        # Cycles counts the images of films by the frames of the rendered scene.
         self._has_films = any(image.source in FILM_SOURCES for image in bpy.data.images)
 
     @property
     def view_layer(self) -> Any:
+        """The view layer to render."""
         return self.scene.view_layers[0]
 
     def own(self, datablock: Any) -> Any:
+        """Register a datablock that was made for the light scene, and return it."""
         datablock[LIGHT_MARK] = True
         self._made.append(datablock)
         return datablock
 
     def disown(self, *datablocks: Any) -> None:
-        """Removes what was made by `own` and is of no use any more."""
+        """Remove datablocks that `own` has registered."""
         for datablock in datablocks:
             self._made.remove(datablock)
         bpy.data.batch_remove(datablocks)
@@ -263,7 +273,7 @@ class LightScene:
     def __enter__(self) -> LightScene:
         with ExitStack() as undo:
             undo.callback(self.close)
-            # Not a copy: that would bring every setting of the user's along.
+            # A copy of the user's scene would have all of its settings.
             self.scene = self.own(bpy.data.scenes.new(".angen_light"))
             self._begin()
             self.follow()
@@ -276,32 +286,33 @@ class LightScene:
         self.close()
 
     def close(self) -> None:
+        """Remove all datablocks that were made for the light scene."""
         made, self._made = self._made, []
         if self.scene is not None and _alive(self.scene):
-            # What Cycles kept is freed now, and not when Blender ends: 4.2 crashes then.
+            # Free Cycles's data now: Blender 4.2 crashes if it frees them when it ends.
             self.scene.render.use_persistent_data = False
         self.scene = None
         # The "Render Result" that a render leaves, where there was none.
         left = [i for i in bpy.data.images if i.session_uid not in self._images]
         made += [image for image in left if image.type == "RENDER_RESULT"]
-        # A run may end because another file was opened: then they are gone already.
+        # If another file was opened, the datablocks are gone already.
         bpy.data.batch_remove([d for d in made if _alive(d)])
 
     def _begin(self) -> None:
-        """Sets up the new scene."""
+        """Set up the new scene."""
         self.scene.camera = self._user_scene.camera
         # Off in new scenes, unlike in new files.
         self.scene.eevee.use_shadows = True
 
     def follow_frozen(self) -> bool:
-        """Gives frozen copies their originals' present pose; False where one cannot follow."""
+        """Give frozen copies the poses of their originals; return whether all could follow."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
     def follow(self, reference: int | None = None) -> None:
-        """Sets the frame, and copies the user scene's settings that drivers and nodes read.
+        """Set the frame, and copy the user scene's settings that drivers and nodes read.
 
-        `reference`: the frame of one, instead of the present one; what is known only at the present
-        frame (frozen copies, animated custom properties) is hidden or left out.
+        `reference` is the frame of a reference, in place of the present frame. Frozen copies and
+        animated custom properties, which are known only at the present frame, are then left out.
         """
         user, scene = self._user_scene, self.scene
         self._take_over_time(user, reference)
@@ -328,14 +339,14 @@ class LightScene:
         scene = self.scene
         _take_over(user, scene, "frame_start", "frame_end")
         _take_over(user.render, scene.render, "fps", "fps_base", "frame_map_old", "frame_map_new")
-        # A whole frame too: setting its number alone leaves the sub-frame as it was.
+        # `frame_current` alone would leave the subframe unchanged.
         frame = user.frame_float if reference is None else float(reference)
         if scene.render.frame_map_old == scene.render.frame_map_new and not self._has_films:
             scene.render.frame_map_old, scene.render.frame_map_new = LONG, 1
-            # By a power of two: to the bit.
+            # LONG is a power of two: the division is exact.
             frame /= LONG
         if frame < 0.0:
-            # Unless the user's preferences allow them, those cannot be set otherwise.
+            # Only `frame_set` accepts negative frames whatever the user's preferences are.
             whole = math.floor(frame)
             with _handlers_quiet():
                 scene.frame_set(whole, subframe=frame - whole)
@@ -343,8 +354,8 @@ class LightScene:
             scene.frame_float = frame
 
     def _show(self) -> None:
-        """Puts in what the viewport shows, whatever is hidden in renders."""
-        # Linked while no scene holds the collection: else Blender tags the scene for each object.
+        """Add the objects that the viewport shows, even those that are hidden in renders."""
+        # Link objects before a scene has the collection: otherwise each one updates the scene.
         shown = self.own(bpy.data.collections.new(".angen_light"))
         housings = Housings()
         panes = Panes(self._user_scene, self._user_layer.depsgraph, self.own)
@@ -354,14 +365,14 @@ class LightScene:
                 for seen in self._stand_ins(obj):
                     shown.objects.link(instances.stand_in(seen, is_copy=seen != obj))
         shown.objects.link(twins(list(shown.objects), self.own))
-        # For renders alone: operators from Python first evaluate what the viewport would show.
+        # Hide them in viewports: operators called from Python evaluate the viewport first.
         shown.hide_viewport = True
         self.scene.collection.children.link(shown)
 
     def _stand_ins(self, obj: Any) -> Iterator[Any]:
-        """The objects that represent an object in the light scene."""
+        """Yield the objects that represent an object in the light scene."""
         if is_portal(obj) and self._user_scene.world is None:
-            # It would lead nowhere, and Blender 5.2 crash.
+            # Blender 5.2 crashes with a portal and no world.
             return
         made = [obj]
         if must_be_frozen(obj, self._simulated):
@@ -374,12 +385,14 @@ class LightScene:
                 yield lamp
 
     def _lamp(self, obj: Any, lamp: Any) -> Any | None:
-        """The lamp that represents `lamp` here, or None. `obj`: the user's object, which `lamp`
-        is or, made for this scene, stands for."""
+        """Return the lamp that represents `lamp` here, or None.
+
+        `lamp` is the user's object `obj`, or was made for this scene as its stand-in.
+        """
         return lamp
 
     def _world(self) -> None:
-        """Bounds the size of the world's importance map, which Cycles computes at each start."""
+        """Limit the size of the world's importance map, which Cycles computes at each start."""
         world = self.scene.world = self._user_scene.world
         if world is None or getattr(world.cycles, "sampling_method", "") != "AUTOMATIC":
             return
@@ -391,16 +404,16 @@ class LightScene:
 
 
 def _take_over(of: Any, to: Any, *names: str) -> None:
-    """Copies what differs: Blender evaluates anew whatever is set, even to the same value."""
+    """Copy settings that differ: Blender evaluates again after any setting, even the same."""
     for name in names:
         if getattr(to, name) != getattr(of, name):
             setattr(to, name, getattr(of, name))
 
 
 def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
-    """The objects that a light scene would hold, and its world, for comparison."""
+    """Return the objects that a light scene would have, and its world, for comparison."""
     housings = Housings()
-    # One a material, within this call: without it each slot of each object takes 20 µs.
+    # One a material, within this call; without this cache each slot of each object takes 20 µs.
     glass = cache(glass_of)
     shown = tuple(
         (obj.session_uid, must_be_frozen(obj, simulated), *_glass(obj, glass))
@@ -411,7 +424,7 @@ def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
 
 
 def _glass(obj: Any, glass: Callable[[Any], Hashable]) -> Iterator[Hashable]:
-    """What a stand-in's material is made from."""
+    """Yield the glass in an object's material slots."""
     for slot in obj.material_slots:
         made_of = slot.material and glass(slot.material)
         if made_of:
@@ -419,25 +432,29 @@ def _glass(obj: Any, glass: Callable[[Any], Hashable]) -> Iterator[Hashable]:
 
 
 def is_left_out(obj: Any, housings: Housings) -> bool:
+    """Return whether light scenes leave an object out."""
     if obj.angen_ignored or obj in housings:
         return True
     return bool(obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES)
 
 
 def must_be_frozen(obj: Any, simulated: Simulated) -> bool:
+    """Return whether a stand-in with the present shape must replace an object."""
     return obj.hide_render or obj in simulated
 
 
 def is_portal(obj: Any) -> bool:
-    """Whether it is a Cycles light portal: a dark area lamp that guides rays to the world."""
+    """Return whether an object is a Cycles light portal.
+
+    A light portal is a dark area lamp that guides rays to the world.
+    """
     return bool(obj.type == "LIGHT" and obj.data.type == "AREA" and obj.data.cycles.is_portal)
 
 
 class Housings:
-    """Membership: objects that are a light sensor, or hang on one, and would shade it.
+    """The set of light sensors and of objects that hang on one, which would shade it.
 
-    They are left out for all light sensors, so that none reads another light because of how the
-    others are measured. Lamps stay.
+    They are left out for all light sensors, so that none changes the light of another. Lamps stay.
     """
 
     def __init__(self) -> None:
@@ -458,7 +475,7 @@ class Housings:
 
 @contextmanager
 def quietly() -> Iterator[None]:
-    """Silences the handlers of others and standard output while the sensors' scenes render."""
+    """Silence standard output and the handlers of others while a light scene renders."""
     with _handlers_quiet(), standard_output_silenced():
         yield
 
@@ -477,8 +494,7 @@ def _handlers_quiet() -> Iterator[None]:
 
 
 def remove_left() -> None:
-    """Removes light scenes that came back with a file or an undo step that was saved while a run
-    used them."""
+    """Remove light scenes that were saved in a file or an undo step during a run."""
     if any(LIGHT_MARK in scene for scene in bpy.data.scenes):
         left = [d for group in MADE for d in getattr(bpy.data, group) if LIGHT_MARK in d]
         bpy.data.batch_remove(left)
@@ -492,9 +508,11 @@ def _alive(datablock: Any) -> bool:
 
 
 class Instances:
-    """Stand-ins for panes that let light pass, and for instances of collections with panes or
-    housings of light sensors in them, which would shade these. `own`: takes charge of what is
-    made."""
+    """Makes stand-ins for panes, and for instances of collections with panes or housings.
+
+    A pane lets light pass, and a housing would shade its light sensor. `own` registers new
+    datablocks.
+    """
 
     def __init__(self, own: Callable[[Any], Any], housings: Container[Any], panes: Panes) -> None:
         self._own = own
@@ -504,8 +522,10 @@ class Instances:
         self._made: dict[Any, Any] = {}
 
     def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
-        """The object, or a copy of it that instances the same without housings, or whose panes let
-        light pass; `is_copy`: it is one that may be changed."""
+        """Return the object, or a copy without housings and with panes that let light pass.
+
+        With `is_copy`, the object itself may be changed.
+        """
         if not is_holder(obj):
             return self._panes.stand_in(obj, is_copy)
         if not self._is_changed(obj.instance_collection):
@@ -516,7 +536,7 @@ class Instances:
 
     def _is_changed(self, collection: Any) -> bool:
         if collection not in self._differs:
-            # A damaged file may have it within itself.
+            # In a damaged file a collection may contain itself.
             self._differs[collection] = False
             self._differs[collection] = any(
                 obj in self._housings
@@ -537,13 +557,12 @@ class Instances:
 
 
 def twins(objects: Iterable[Any], own: Callable[[Any], Any]) -> Any:
-    """Return an object that shows those of `objects` a second time that may be. `own`: takes
-    charge of what is made.
+    """Return an object that shows some of `objects` a second time.
 
-    This spares Cycles from building its tree of triangles anew at each picture. In a background
-    render Cycles puts all meshes that are shown once into one tree, which is built again whatever
-    moved. A mesh that is shown twice has a tree of its own, which is kept. So each is shown a
-    second time, where hardly a ray sees it.
+    It saves Cycles from building its tree of triangles again at each picture. In a background
+    render, Cycles puts all meshes that are shown once into one tree, which it builds again if
+    anything moves. A mesh that is shown twice has a separate tree, which Cycles keeps. So each is
+    shown a second time, where hardly a ray sees it. `own` registers new datablocks.
     """
     again = own(bpy.data.collections.new(".angen_light"))
     for obj in objects:
@@ -564,7 +583,7 @@ def _may_be_twice(obj: Any) -> bool:
     if any(modifier.type in INSTANCING_MODIFIERS for modifier in obj.modifiers):
         return False
     materials = [slot.material for slot in obj.material_slots if slot.material]
-    # What glows or fills a space is looked for wherever it is.
+    # Cycles sends rays to glowing objects and volumes wherever they are.
     return not any(glows(material) or _fills(material) for material in materials)
 
 
@@ -576,17 +595,19 @@ def _fills(material: Any) -> bool:
 
 
 def tell_begins(scene: Any, frames: Sequence[int]) -> None:
-    """Note at which frames references of light stand: the first of all, and of a day, whose sun
-    goes on, the first of each part. So they are the same for whoever asks."""
+    """Store the frames of the scene's references: the first, and of a day the first of each part.
+
+    With stored frames, all callers use the same references.
+    """
     scene[BEGINS] = list(frames)
 
 
 def take_begins(scene: Any) -> None:
+    """Remove the stored frames of references."""
     scene.pop(BEGINS, None)
 
 
 def begins_of(scene: Any, frame: float) -> tuple[int, int]:
-    """The frames at which references stand for a frame of a scene: the first of all, and that of
-    its part."""
+    """Return the frames of two references for a frame: the first of all, and that of its part."""
     begins = scene.get(BEGINS, [scene.frame_start])
     return int(begins[0]), int(begins[max(bisect_right(begins, frame) - 1, 0)])

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures whose pixels look from sensors, by Cycles; and the four views of each sensor that looks
-at four walls, as rays and in such a picture."""
+"""Pictures whose pixels look from sensors, by Cycles; and the four views of a light sensor."""
 
 from __future__ import annotations
 
@@ -19,23 +18,23 @@ from ..animation import stays
 from .materials import Nodes, is_clear
 from .scene import Housings, Simulated, is_left_out
 
-# Pictures whose pixels look from anywhere to anywhere: one Cycles render for all sensors.
+# Pictures whose pixels look from any place in any direction: one Cycles render for all sensors.
 #
 # The camera looks at a sheet of squares, one a pixel, far from the scene. Each square is a ray
-# portal: what enters it goes on from a sensor's place, as from a camera of its own there. A
-# pixel's place decides its random numbers, and each sensor's pixels come from its own name: so
-# what it reads is the same to the bit whatever other sensors there are.
+# portal: a ray that enters it goes on from a sensor, as from a camera there. The place of a pixel
+# decides its random numbers, and the name of a sensor decides its pixels. So a reading has the
+# same bits whatever other sensors exist.
 
-# Each view has so many pixels, whose random numbers have nothing in common.
+# Pixels of each view, with independent random numbers.
 TWICE = 2
-# So many first pixels there are for names. Cycles visits the empty ones too; fewer would collide
-# more often.
+# The number of first pixels for names. Cycles renders empty pixels too, but with fewer pixels more
+# names would collide.
 PLACES = 72
-# Where the sheet lies, under everything: nothing else is between the clip planes of its camera.
+# The place of the sheet, far below the scene: nothing else is between the camera's clip planes.
 SHEET = (0.0, 0.0, -1e5)
-# Its camera is that much above it: as near as single precision allows there, for the sake of fog.
+# The height of its camera above it: as little as single precision allows, because of fog.
 ABOVE = 1.0 / 32.0
-# Where pictures are that are not rendered now.
+# The places of the picture that is rendered, and of others.
 SHOWN, AWAY = (0.0, 0.0, 0.0), (0.0, 0.0, -2e5)
 CORNERS = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 UNSEEN_BY = ("diffuse", "glossy", "transmission", "shadow", "volume_scatter")
@@ -45,14 +44,14 @@ Part = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Seen:
-    """A request; of four walls, those (0 … 3) whose views need a lid at their far clip plane."""
+    """A request, and the views (0 … 3) that need a lid at their far clip plane."""
 
     request: Any
     lids: tuple[int, ...]
 
 
 def pixel_of(name: str, count: int) -> int:
-    """The first of `count` neighbouring pixels that belong to a name."""
+    """Return the first of `count` neighbouring pixels that belong to a name."""
     digest = hashlib.blake2b(name.encode(), digest_size=8).digest()
     return int.from_bytes(digest, "little") % PLACES * count
 
@@ -60,8 +59,22 @@ def pixel_of(name: str, count: int) -> int:
 def share_out(
     wanted: list[Seen], views: int, collide: Callable[[Seen, Seen], bool]
 ) -> list[dict[int, Seen]]:
-    """What is wanted of so many views each, by its first pixel; in as many pictures as it takes, so
-    that no two in one collide."""
+    """Distribute requests over as few pictures as needed, so that no two in a picture collide.
+
+    Parameters
+    ----------
+    wanted
+        The requests.
+    views
+        Views of a request.
+    collide
+        Whether two requests must not be in the same picture.
+
+    Returns
+    -------
+    list
+        For each picture, the requests by their first pixels.
+    """
     found = []
     while wanted:
         together: dict[int, Seen] = {}
@@ -78,18 +91,18 @@ def share_out(
 
 
 class Picture:
-    """A square of pixels, `side` a side, in a light scene: those of some requests, `count` of each,
-    by the first of them. They are all views of a request, and then all again.
+    """A square of pixels, `side` a side, in a light scene, with the views of some requests.
 
-    `method`: the module that says what they look at. What is made for them is seen only while the
-    picture is `shown`.
+    Each request has `count` pixels from its `first` one on: all of its views, and then all again.
+    `method` is the module that says what the pixels look at. The datablocks made for the picture
+    are visible only while it is shown.
     """
 
     def __init__(self, light_scene: Any, method: Any, together: dict[int, Seen]) -> None:
         self.count: int = TWICE * method.COUNT
         self.side = math.isqrt(PLACES * self.count)
         self.first = np.array(list(together))
-        # (requests, count): which pixels, row by row, are theirs.
+        # (requests, count): the pixels of each request, counted row by row.
         self.pixels = self.first[:, None] + np.arange(self.count)
         self.notes: list[str] = []
         self.made: list[Any] = []
@@ -107,7 +120,7 @@ class Picture:
         vectors = {"angen_place": starts, "angen_way": ways}
         self.add_squares(corners, vectors, _portal(self.own))
         method.furnish(self, light_scene.scene, list(together.values()))
-        # Shown by this, which is moved away: that costs Cycles less than what comes and goes.
+        # An instance that is moved away to hide the picture: hiding it takes Cycles longer.
         self._holder = self.own(bpy.data.objects.new(".angen_light", None))
         self._holder.instance_type = "COLLECTION"
         self._holder.instance_collection = self.collection
@@ -115,30 +128,31 @@ class Picture:
         self._shown = True
 
     def own(self, datablock: Any) -> Any:
-        """Takes charge of what is made for the picture."""
+        """Register a datablock that was made for the picture, and return it."""
         self.made.append(self._light_scene.own(datablock))
         return datablock
 
     def show(self, shown: bool) -> None:
+        """Show or hide the picture."""
         if shown != self._shown:
             self._holder.location = SHOWN if shown else AWAY
             self._shown = shown
 
     def parts(self, at_most: int) -> list[Part]:
-        """Parts of the picture with so many used pixels at most, or one request each."""
+        """Return parts of the picture with at most `at_most` used pixels, or one request each."""
         if self.first.size * self.count <= at_most:
             return [(0, 0, self.side, self.side)]
         return [self.part_of(request) for request in range(self.first.size)]
 
     def part_of(self, request: int) -> Part:
-        """The part with one request, by its number."""
+        """Return the part with one request, given by its index."""
         row, column = divmod(int(self.first[request]), self.side)
         return row, column, row + 1, column + self.count
 
     def add_squares(
         self, corners: list[Array], vectors: dict[str, list[Array]], material: Any
     ) -> None:
-        """Adds squares with vectors at their corners, which only camera rays see."""
+        """Add squares with vectors at their corners, which only camera rays see."""
         mesh = self.own(bpy.data.meshes.new(".angen_light"))
         faces = np.arange(4 * len(corners)).reshape(-1, 4).tolist()
         mesh.from_pydata(np.concatenate(corners).tolist(), [], faces)
@@ -153,7 +167,7 @@ class Picture:
 
 
 def camera(own: Any) -> Any:
-    """Sees the sheet and nothing else, upright: its first row of pixels is the picture's."""
+    """Return a camera that sees the sheet alone, upright: the first row of pixels is at the top."""
     data = own(bpy.data.cameras.new(".angen_light"))
     data.type = "ORTHO"
     data.clip_start, data.clip_end = ABOVE / 2, ABOVE * 1.5
@@ -175,25 +189,24 @@ def _portal(own: Any) -> Any:
 
 
 WALLS = 4
-# Pixels of a request, and what their radiance is multiplied with.
+# Pixels of a request, and the factor of their radiance.
 COUNT, FACTOR = WALLS, 1.0
 NEAREST_CLIP = 1e-6
 WIDEST = math.radians(170.0)
-# In so narrow a view, what is on its axis and its edges is taken to be all over it.
+# In a view as narrow as this, its axis and edges stand for all of it.
 NARROW = math.radians(3.0)
-# What a view does not see any more is seen from here on: nothing but the world.
+# Blender units: rays behind a lid go on from this distance, where only the world is.
 BEYOND = 1e8
 # The lid at the end of a view is this much larger than the view.
 OVERLAP = 1.01
-# A lid knows rays of its own view by their length, within this share.
+# A lid recognises the rays of its view by their length, within this share.
 SAME_LENGTH = 1e-3
-# So many things that may go away, or let light pass, are looked through; and from this far behind
-# each, in Blender units.
+# The most surfaces that are no walls along a ray, and the step behind each, in Blender units.
 THROUGH, STEP = 16, 1e-4
 
 
 def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
-    """The views (0 … 3) that may reach their far clip plane, and need a lid there."""
+    """Return the views (0 … 3) that may reach their far clip plane, and need a lid there."""
     if request.field_of_view > NARROW:
         return tuple(range(WALLS))
     length = request.clip_end - max(request.clip_start, NEAREST_CLIP)
@@ -202,13 +215,16 @@ def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
 
 
 def collide(scene: Any, walls: StillWalls, one: Seen, other: Seen) -> bool:
-    """Whether a view of one request may meet the lid of one of the other, no wall before it: where
-    paths go through one more surface, Cycles draws other random numbers."""
+    """Return whether a view of one request may hit the lid of a view of the other.
+
+    A still wall before the lid prevents that. Where a path goes through another surface, Cycles
+    draws other random numbers.
+    """
     return _meets_lid(one, other, walls) or _meets_lid(other, one, walls)
 
 
 def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
-    """Of each pixel, where the rays through its corners start (4, 3), and their directions."""
+    """Return the starts (4, 3) and directions (4, 3) of rays through the corners of each pixel."""
     start, found = max(request.clip_start, NEAREST_CLIP), []
     for view in _views(request):
         ways = _rays(request, view)
@@ -217,7 +233,7 @@ def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
-    """Adds a square at the far clip plane of each open view, from which only the world is seen."""
+    """Add a lid at the far clip plane of each open view, through which only the world is seen."""
     corners, reaches = [], []
     for seen in together:
         request = seen.request
@@ -232,10 +248,20 @@ def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
 
 
 def view_rays(request: Any) -> tuple[Array, Array, Array]:
-    """Origins (4, 5, 3), unit directions (4, 5, 3) and reach (4, 5), in Blender units, of what a
-    light sensor asks (a LightRequest): the axis and the corners of each view along −Z, −X, +Z, +X.
+    """Return the rays along the axis and the corners of each view of a light sensor.
 
-    They start on the plane at clip_start and reach that at clip_end.
+    The views are along −Z, −X, +Z and +X. Rays start on the plane at `clip_start`, and reach the
+    plane at `clip_end`.
+
+    Parameters
+    ----------
+    request
+        The `LightRequest` of the sensor.
+
+    Returns
+    -------
+    tuple
+        Origins (4, 5, 3), unit directions (4, 5, 3) and lengths (4, 5), in Blender units.
     """
     ways = np.array([[view[:, 2], *_rays(request, view)] for view in _views(request)])
     size = np.linalg.norm(ways, axis=-1)
@@ -245,7 +271,7 @@ def view_rays(request: Any) -> tuple[Array, Array, Array]:
 
 
 def _views(request: Any) -> list[Array]:
-    """Axes (3, 3) of the four views, columns right, up, ahead; each a quarter turn on."""
+    """Return the axes (3, 3) of the four views: columns right, up and ahead."""
     x, y, z = (request.matrix[:3, i] for i in range(3))
     return [np.stack(axes, axis=1) for axes in ((x, y, -z), (-z, y, -x), (-x, y, z), (z, y, x))]
 
@@ -255,21 +281,20 @@ def _slope(request: Any) -> float:
 
 
 def _rays(request: Any, view: Array, enlarged: float = 1.0) -> Array:
-    """Vectors (4, 3) from the sensor to the corners of its view a metre ahead."""
+    """Return vectors (4, 3) from the sensor to the corners of a view, one unit ahead."""
     half = _slope(request) * enlarged
     return np.array([view @ (half * a, half * b, 1.0) for a, b in 2 * CORNERS - 1])
 
 
 def _is_closed(request: Any, view: Array, length: float, walls: StillWalls) -> bool:
-    """Whether still walls close a narrow view within a length, as far as its axis and its edges
-    tell."""
+    """Return whether still walls close a narrow view within a length, by its axis and corners."""
     ways = np.vstack([view[:, 2], _rays(request, view)])
     starts = request.matrix[:3, 3] + max(request.clip_start, NEAREST_CLIP) * ways
     return walls.are_between(starts, ways, length)
 
 
 def _meets_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
-    """Whether a view of `beam` may meet the lid of one of `other`."""
+    """Return whether a view of `beam` may hit the lid of a view of `other`."""
     if not other.lids:
         return False
     one, two = beam.request, other.request
@@ -288,7 +313,10 @@ def _meets_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
 
 
 def _lid(own: Any) -> Any:
-    """Lets rays pass that do not come from its own view: theirs have another length."""
+    """Return a material that sends rays of its view beyond the scene, and lets others pass.
+
+    Rays of other views have another length.
+    """
     nodes = Nodes(own)
     reach = nodes.vector("angen_reach")
     length = nodes.add("ShaderNodeVectorMath", "LENGTH", _0=reach).outputs["Value"]
@@ -305,8 +333,10 @@ def _lid(own: Any) -> Any:
 
 
 class StillWalls:
-    """Tells whether a camera could look along a way in the scene at any frame. What stands still
-    and is opaque is in the way at all of them. Asks the scene as it is evaluated now."""
+    """Finds opaque walls that never move, through which no camera looks at any frame.
+
+    The walls are taken from the scene as it is evaluated now.
+    """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated) -> None:
         self._scene = scene
@@ -316,8 +346,17 @@ class StillWalls:
         self._closes: dict[int, bool] = {}
 
     def are_between(self, origins: Array, ways: Array, length: float) -> bool:
-        """Whether on all ways (n, 3) from origins (n, 3) something is met within `length` times
-        the way. In doubt it is not."""
+        """Return whether a wall is certainly hit on all ways.
+
+        Parameters
+        ----------
+        origins
+            Starts (n, 3), in Blender units.
+        ways
+            Directions (n, 3), not of unit length.
+        length
+            Largest distance, in lengths of the directions.
+        """
         reaches = length * np.linalg.norm(ways, axis=1)
         return length > 0.0 and all(map(self._is_between, origins, ways, reaches))
 

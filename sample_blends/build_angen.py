@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the sample home, angen.blend, from nothing, and record what its sensors say.
+"""Make the sample home, angen.blend, from an empty file, and record its sensors' readings.
 
 python sample_blends/build_angen.py [--out FILE] [--digest]
 blender -b -P sample_blends/build_angen.py -- [--out FILE] [--digest]
@@ -13,7 +13,7 @@ from datetime import date
 from math import radians
 from pathlib import Path
 
-# Blender notes the home folder of whoever builds the file in the file's file browser.
+# Blender stores the user's home folder in the file's file browser.
 os.environ["HOME"] = os.sep
 
 import bpy
@@ -44,7 +44,7 @@ from angen_sensors.sensor_logic.error import InputError  # noqa: E402
 from angen_addon.commands.console import leave_hard  # noqa: E402
 from angen_addon.process.standalone import load_extension  # noqa: E402
 
-# The collections in the order the outliner should show them.
+# The collections in the order of the outliner.
 COLLECTIONS = (
     "Home/Walls", "Home/Floors", "Home/Ceiling", "Home/Windows", "Home/Doors",
     "Home/Furniture/Living room", "Home/Furniture/Kitchen", "Home/Furniture/Bedroom",
@@ -55,7 +55,7 @@ COLLECTIONS = (
     "Sensors/Pressure sensors",
 )  # fmt: skip
 
-# What the animation shows of the routine: so many frames of a day from so many seconds on.
+# The routine's part in the animation: so many frames of a day, from a second of the day on.
 EVENING, COMES_HOME, FRAMES = date(2026, 3, 2), 21.5 * 3600.0, 4120
 
 
@@ -82,12 +82,17 @@ def build() -> bpy.types.Scene:
 
 
 def add_story(scene: bpy.types.Scene) -> None:
-    """The resident, and the first minutes of an evening of her routine as the home's own animation.
-    Raises InputError."""
+    """Add the resident, and the first minutes of an evening of her routine as keyframes.
+
+    Raises
+    ------
+    InputError
+        The routine cannot be acted in the home.
+    """
     devices.add_person()
     devices.add_masses()
     marks.add_marks()
-    # Örebro, by its winter clock: the sun of a day follows date and hour.
+    # Örebro in winter time: the sun of a day follows date and hour.
     site = scene.angen_site
     site.latitude, site.longitude, site.utc_offset = radians(59.27), radians(15.21), 1.0
     household = Household(scene, [], Plan.read(HERE / "story.toml"), EVENING, seed=0)
@@ -98,7 +103,7 @@ def add_story(scene: bpy.types.Scene) -> None:
 
 
 def arrange_views() -> None:
-    """Every 3D view of the file looks through the camera, in the home's colours, bones hidden."""
+    """Set every 3D view of the file to the camera and the home's colours, with bones hidden."""
     for screen in bpy.data.screens:
         for area in screen.areas:
             if area.type != "VIEW_3D":
@@ -114,7 +119,7 @@ def arrange_views() -> None:
 
 
 def arrange_timelines() -> None:
-    """Every editor of keys of the file shows all frames."""
+    """Set every editor of keys of the file to show all frames."""
     window = bpy.context.window_manager.windows[0]
     for screen in bpy.data.screens:
         for area in screen.areas:
@@ -127,7 +132,7 @@ def arrange_timelines() -> None:
 
 
 def record_and_save(out: Path) -> None:
-    """What its sensors say is in the file, so that whoever opens it sees that at once."""
+    """Save the file with a recording, so that it shows readings when it is opened."""
     arrange_views()
     arrange_timelines()
     bpy.ops.angen.simulate()
@@ -135,7 +140,7 @@ def record_and_save(out: Path) -> None:
 
 
 def triangles(scene: bpy.types.Scene) -> int:
-    """Triangles of all objects, each counted as often as it is seen."""
+    """Return the number of triangles of all objects, with each instance counted."""
     return sum(
         sum(len(p.vertices) - 2 for p in obj.data.polygons)
         for obj in scene.objects
@@ -144,7 +149,7 @@ def triangles(scene: bpy.types.Scene) -> int:
 
 
 def digest(scene: bpy.types.Scene) -> str:
-    """A hash of names, matrices and vertices: the same for the same scene."""
+    """Return a hash of names, matrices and vertices: the same for the same scene."""
     h = hashlib.sha256()
     for obj in sorted(scene.objects, key=lambda o: o.name):
         h.update(obj.name.encode())
@@ -157,7 +162,7 @@ def digest(scene: bpy.types.Scene) -> str:
 
 
 def main() -> int:
-    """The command line; returns the exit status."""
+    """Run the command line; return the exit status."""
     argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
     parser = argparse.ArgumentParser(prog="build_angen.py")
     parser.add_argument("--out", type=Path, default=HERE / "angen.blend")
@@ -174,7 +179,7 @@ def main() -> int:
 
 
 def make(out: Path, with_digest: bool) -> int:
-    """Build, record and save the home; 1 where the story is wrong."""
+    """Build, record and save the home; return 1 if the story is wrong."""
     scene = build()
     try:
         add_story(scene)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the sample atelier.blend from nothing: an open studio with a bath, in which an older couple
-lives with a cat. It stands turned out of the axes; two of its doors slide.
+"""Make the sample atelier.blend from an empty file: a studio with a couple and a cat.
 
 python sample_blends/build_atelier.py [--out FILE]
 blender -b -P sample_blends/build_atelier.py -- [--out FILE]
+
+The studio is open, has a bath, and stands turned out of the axes; two of its doors slide.
 """
 
 import os
@@ -11,7 +12,7 @@ import sys
 from math import radians
 from pathlib import Path
 
-# Blender notes the home folder of whoever builds the file in the file's file browser.
+# Blender stores the user's home folder in the file's file browser.
 os.environ["HOME"] = os.sep
 
 import bpy
@@ -24,14 +25,14 @@ from sample_file import make  # noqa: E402
 
 from angen_addon.commands.console import leave_hard  # noqa: E402
 
-# Who lives there: the sort, where they stand (m), the yaw (degrees) that they look along, and
-# whether with a walking frame.
+# The residents: body, place (m), the yaw (degrees) that they face, and whether they use a walking
+# frame.
 RESIDENTS = {
     "Karin": ("OLDER_ADULT", (4.0, 5.3), 90.0, False),
     "Olle": ("OLDER_ADULT", (6.4, 2.4), 180.0, True),
     "Missan": ("CAT", (1.0, 0.5), 40.0, False),
 }
-# The rooms of what residents use: nothing but the bath has walls of its own.
+# The rooms of the places that residents use: only the bath has its own walls.
 ROOMS = {
     "sleeping": "Bed of Karin, Bed of Olle, Bookshelf, Chest drawer, Lamp sleeping",
     "kitchen": "Cat bowl, Chair east, Chair south, Chair west, Fridge, Fridge door, Kettle, "
@@ -40,7 +41,7 @@ ROOMS = {
     "Sofa north, Sofa south, Television, Window place",
     "entrance": "Coat hooks, Desk, Desk chair, Lamp entrance, Shoe bench, Wardrobe",
 }
-# How the home stands (degrees, m).
+# Turn (degrees) and position (m) of the home.
 YAW, AT = 27.0, (12.0, -5.0, 0.0)
 
 
@@ -73,7 +74,7 @@ def build() -> bpy.types.Scene:
 
 
 def add_residents() -> None:
-    """The couple and the cat."""
+    """Add the couple and the cat."""
     cursor = bpy.context.scene.cursor
     for name, (sort, (x, y), yaw, frame) in RESIDENTS.items():
         cursor.matrix = Matrix.Translation((x, y, 0.0)) @ Matrix.Rotation(radians(yaw), 4, "Z")

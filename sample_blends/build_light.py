@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the sample of the light sensor, light.blend, from nothing: six sensors whose light is known
-in closed form. Four stand in black boxes under one lamp each, one lies in a white ball, and one
-on a mast under sun and sky.
+"""Make the sample of the light sensor, light.blend: six sensors with closed forms.
 
 python sample_blends/build_light.py [--out FILE] [--picture FILE]
 blender -b -P sample_blends/build_light.py -- [--out FILE] [--picture FILE]
+
+Four stand in black boxes under one lamp each, one lies in a white ball, and one on a mast under sun
+and sky.
 """
 
 import os
@@ -12,7 +13,7 @@ import sys
 from math import cos, pi, radians, sin
 from pathlib import Path
 
-# Blender notes the home folder of whoever builds the file in the file's file browser.
+# Blender stores the user's home folder in the file's file browser.
 os.environ["HOME"] = os.sep
 
 import bpy
@@ -27,10 +28,10 @@ from sample_file import make  # noqa: E402
 from angen_addon.commands.console import leave_hard  # noqa: E402
 
 FPS, LAST_FRAME, RATE = 24, 97, 4.0
-# So many that the light that goes round in the ball is within 2 %; a lamp alone needs a few.
+# So many that the interreflected light in the ball is within 2 %; a lamp alone needs a few.
 SAMPLES = 8192
 SPACING, HALF, HIGH, WALL = 1.6, 0.7, 1.6, 0.04
-# How far over its sensor each lamp is.
+# Height of each lamp above its sensor.
 ABOVE = 1.25
 POINT_W, SPOT_W, SPOT_ANGLE, AREA_W, AREA_SIZE = 12.0, 30.0, radians(70), 4.0, 0.5
 GLOW, GLOW_SIZE = 3.0, 0.4
@@ -41,7 +42,7 @@ PICTURE_FRAME = 49
 
 
 def material(name: str, kind: str, value: float, strength: float = 0.0):
-    """A diffuse material of one reflectance, or a glowing one of one radiance [W/(m² sr)]."""
+    """Return a diffuse material of one reflectance, or a glowing one of a radiance [W/(m² sr)]."""
     made = bpy.data.materials.new(name)
     made.diffuse_color = (value, value, value, 1.0)
     if not made.node_tree:
@@ -58,7 +59,7 @@ def material(name: str, kind: str, value: float, strength: float = 0.0):
 
 
 def shaped(name: str, verts: list, faces: list, of, at: tuple[float, ...]):
-    """A mesh object of one material."""
+    """Add a mesh object of one material."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(verts, [], faces)
     mesh.materials.append(of)
@@ -66,12 +67,12 @@ def shaped(name: str, verts: list, faces: list, of, at: tuple[float, ...]):
 
 
 def add_sensor(name: str, at: tuple[float, ...]) -> None:
-    """A light sensor whose face looks up; readings in lux."""
+    """Add a light sensor whose face looks up; readings in lux."""
     shape = MeshBuilder("sensor body")
     shape.cylinder((0, 0, 0), 0.05, 0.02, 32)
     shape.cylinder((0, 0, -0.002), 0.02, 0.002, 24, "sensor lens")
     sensor = place(f"Light sensor {name}", shape, "Sensors", at)
-    # A sensor looks along its own −Z.
+    # A sensor senses along its own −Z.
     sensor.rotation_euler = (pi, 0.0, 0.0)
     sensor.angen_sensor.kind = "LIGHT"
     sensor.angen_sensor.update_rate = RATE
@@ -80,7 +81,7 @@ def add_sensor(name: str, at: tuple[float, ...]) -> None:
 
 
 def add_lamp(name: str, kind: str, at: tuple[float, ...], **settings):
-    """A lamp that shines down."""
+    """Add a lamp that shines down."""
     data = bpy.data.lights.new(f"Lamp {name}", kind)
     for key, value in settings.items():
         setattr(data, key, value)
@@ -88,7 +89,7 @@ def add_lamp(name: str, kind: str, at: tuple[float, ...], **settings):
 
 
 def add_box(name: str, x: float, black) -> None:
-    """A closed black box; the camera looks through its front and its lid."""
+    """Add a closed black box; the camera looks through its front and its lid."""
     h, t = HALF, WALL
     walls = {
         "": (((-h - t, -h - t, -t), (h + t, h + t, 0)), ((-h - t, h, 0), (h + t, h + t, HIGH)),
@@ -109,7 +110,7 @@ def add_box(name: str, x: float, black) -> None:
 
 
 def add_ball(x: float) -> None:
-    """A white hollow ball with a lamp in its middle; the sensor lies at its bottom."""
+    """Add a white hollow ball with a lamp in its centre; the sensor lies at its bottom."""
     rows = [pi * i / BALL_RINGS for i in range(1, BALL_RINGS)]
     n = 2 * BALL_RINGS
     points = [(0.0, 0.0, BALL_RADIUS)]
@@ -133,7 +134,7 @@ def add_ball(x: float) -> None:
 
 
 def add_exhibits() -> None:
-    """From left to right, as their labels say."""
+    """Add the six sensors from left to right, as their labels say."""
     black = material("Black", "NodeBsdfDiffuse", 0.0)
     names = ("point", "spot", "area", "glowing plate", "white ball", "sun and sky")
     places = {name: (i - (len(names) - 1) / 2) * SPACING for i, name in enumerate(names)}
@@ -171,7 +172,7 @@ def add_exhibits() -> None:
 
 
 def add_surroundings() -> None:
-    """Ground, sky and camera."""
+    """Add ground, sky and camera."""
     floor = MeshBuilder("concrete")
     floor.box((-7, -3, -0.2), (7, 4, -WALL - 0.001), 0.0)
     place("Ground", floor, "Exhibits")
@@ -206,7 +207,7 @@ def build() -> bpy.types.Scene:
 
 
 def set_up(scene: bpy.types.Scene) -> None:
-    """The picture of all six in the middle of the story."""
+    """Set up the picture of all six, in the middle of the story."""
     scene.cycles.samples, scene.cycles.use_denoising = 48, True
     scene.render.resolution_percentage = 60
     scene.frame_set(PICTURE_FRAME)

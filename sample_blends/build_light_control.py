@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the sample of a light control, light_control.blend, from nothing: a person walks into a dark
-room, a motion detector switches the lamp on by a driver on its `active`, and a light sensor sees
-it. Whoever stands still for longer than the detector's hold time stands in the dark.
+"""Make the sample of a light control, light_control.blend, from an empty file.
 
 python sample_blends/build_light_control.py [--out FILE] [--picture FILE]
 blender -b -P sample_blends/build_light_control.py -- [--out FILE] [--picture FILE]
+
+A person walks into a dark room. A motion detector switches the lamp on, by a driver on its
+`active`, and a light sensor measures it. If the person stands still for longer than the detector's
+hold time, the lamp goes off.
 """
 
 import os
@@ -12,7 +14,7 @@ import sys
 from math import ceil
 from pathlib import Path
 
-# Blender notes the home folder of whoever builds the file in the file's file browser.
+# Blender stores the user's home folder in the file's file browser.
 os.environ["HOME"] = os.sep
 
 import bpy
@@ -37,11 +39,11 @@ from sample_file import make  # noqa: E402
 
 from angen_addon.commands.console import leave_hard  # noqa: E402
 
-# The room's inside, m: x and y from 0; the door is in the wall x = 0, a corridor behind it.
+# The inside of the room (m), from x = y = 0; its door is in the wall x = 0, behind it a corridor.
 WIDE, DEEP, HIGH, WALL = 5.0, 4.0, 2.5, 0.12
 DOOR_LOW, DOOR_HIGH, DOOR_TOP = 1.55, 2.45, 2.1
 CORRIDOR = 2.6
-# Where the person waits and goes, and for how long (s); m/s.
+# The places where the person waits and goes, the seconds of each stop, and the speed (m/s).
 OUTSIDE, INSIDE = (-1.9, 2.0), (2.9, 2.0)
 WAIT_OUTSIDE, STAND_INSIDE, AFTERWARDS = 2.0, 8.0, 6.0
 SPEED = 1.1
@@ -53,7 +55,7 @@ PICTURE_FRAME = 200
 
 
 def add_room() -> None:
-    """Floor and walls; no ceiling, so that the camera looks in."""
+    """Add floor and walls; no ceiling, so that the camera looks in."""
     b = MeshBuilder("paint warm")
     low = FLOOR_Z - 0.1
     b.box((-CORRIDOR, -WALL, low), (WIDE + WALL, DEEP + WALL, FLOOR_Z), 0.0, "oak floor")
@@ -73,7 +75,7 @@ def add_room() -> None:
 
 
 def add_sensor(kind: str, name: str, at: tuple[float, float, float], to: tuple[float, ...]):
-    """A sensor that looks from a place to another, in its housing."""
+    """Add a sensor in its housing at a place, directed to another place."""
     sensor = bpy.data.objects.new(name, None)
     sensor.empty_display_size = 0.05
     sensor.location = at
@@ -89,7 +91,7 @@ def add_sensor(kind: str, name: str, at: tuple[float, float, float], to: tuple[f
 
 
 def add_sensors():
-    """The detector in the corner, level; the light sensor in the middle of the far wall."""
+    """Add the detector in the corner, level, and the light sensor in the centre of the far wall."""
     z = FLOOR_Z + 2.2
     pir = add_sensor("PIR", PIR, (WIDE - 0.1, 0.1, z), (0.0, DEEP, z))
     pir.angen_sensor.pir.sweep = "ALL"
@@ -102,7 +104,7 @@ def add_sensors():
 
 
 def add_lamp(pir: bpy.types.Object) -> None:
-    """A pendant whose power is that of the bulb while the detector's output is on."""
+    """Add a pendant that has the power of its bulb while the detector's output is on."""
     data = bpy.data.lights.new(LAMP, "POINT")
     data.shadow_soft_size = 0.05
     data.color = (1.0, 0.83, 0.66)
@@ -111,7 +113,7 @@ def add_lamp(pir: bpy.types.Object) -> None:
     cord.tube([(0, 0, 0.06), (0, 0, FLOOR_Z + HIGH - LAMP_AT[2])], 0.006, 8)
     place("Lamp cord", cord, "Room", LAMP_AT)
     driver = data.driver_add("energy").driver
-    # Blender works out so simple an expression without Python: nothing needs to be allowed.
+    # Blender evaluates so simple an expression without Python: no script needs permission.
     driver.type, driver.expression = "SCRIPTED", f"{LAMP_W:g} * on"
     variable = driver.variables.new()
     variable.name = "on"
@@ -120,7 +122,7 @@ def add_lamp(pir: bpy.types.Object) -> None:
 
 
 def add_story(scene: bpy.types.Scene) -> None:
-    """The person, who walks through the room."""
+    """Add the person, who walks through the room."""
     line = walk_through()
     scene.render.fps, scene.frame_end = FPS, ceil(line.duration * FPS)
     keys = KeyedStretch({"person": add_person()}, Places({}, {}, {}), FPS)
@@ -128,7 +130,7 @@ def add_story(scene: bpy.types.Scene) -> None:
 
 
 def walk_through() -> Timeline:
-    """In, to the middle, and out again."""
+    """Return the timeline of a walk in, to the centre, and out again."""
     line = Timeline()
     clips = line.clips
     stand = Stance.at(*OUTSIDE, 0.0)
@@ -152,7 +154,7 @@ def walk_through() -> Timeline:
 
 
 def add_surroundings() -> None:
-    """Night, and a camera that looks in from above."""
+    """Add night, and a camera that looks in from above."""
     world = bpy.data.worlds.new("Night")
     world.use_nodes = True
     background = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
@@ -185,13 +187,13 @@ def build() -> bpy.types.Scene:
 
 
 def set_up(scene: bpy.types.Scene) -> None:
-    """The picture of the person in the lit room."""
-    # What the drivers make of the detector needs the frames before.
+    """Set up the picture of the person in the lit room."""
+    # The driver's value needs the readings of the frames before.
     bpy.ops.angen.simulate(frame_end=PICTURE_FRAME)
     scene.frame_set(PICTURE_FRAME)
     scene.cycles.samples, scene.cycles.use_denoising = 32, True
     scene.render.resolution_percentage = 75
-    # Else the picture tells who made it, where and when.
+    # Otherwise the picture would contain its author, place and date.
     for name in (n for n in dir(scene.render) if n.startswith("use_stamp_")):
         setattr(scene.render, name, False)
     scene.render.image_settings.file_format = "JPEG"

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the sample of the pressure sensor, pressure.blend, from nothing: a table on four pads with
-a weight that moves over it, a stack of boxes, and a box that is dropped.
+"""Make the sample of the pressure sensor, pressure.blend, from an empty file.
 
 python sample_blends/build_pressure.py [--out FILE] [--picture FILE]
 blender -b -P sample_blends/build_pressure.py -- [--out FILE] [--picture FILE]
 
-Lengths are in metres and multiples of 1/128 m, which the meshes hold exactly.
+It has a table on four pads with a weight that moves over it, a stack of boxes, and a box that is
+dropped. Lengths are in metres and multiples of 1/128 m, which the meshes hold exactly.
 """
 
 import os
 import sys
 from pathlib import Path
 
-# Blender notes the home folder of whoever builds the file in the file's file browser.
+# Blender stores the user's home folder in the file's file browser.
 os.environ["HOME"] = os.sep
 
 import bpy
@@ -29,12 +29,12 @@ from angen_addon.commands.console import leave_hard  # noqa: E402
 FPS, LAST_FRAME = 24, 240
 G = 1.0 / 128.0
 PAD_HEIGHT = G
-# The table: half width and depth of its top, where its legs' axes are, and kilograms.
+# The table: half width and depth of its top, the axes of its legs, and kilograms.
 TOP, TOP_THICK = (64 * G, 48 * G), 4 * G
 LEG_AT, LEG_WIDE, LEG_HIGH = (56 * G, 40 * G), 6 * G, 56 * G
 TABLE_KG, WEIGHT_KG = 12.0, 8.0
 LEGS = {"front left": (-1, -1), "front right": (1, -1), "back left": (-1, 1), "back right": (1, 1)}
-# Where the weight is when: over each leg in turn, on the diagonal over the middle of the table.
+# The weight's places by frame: over each leg in turn, on the diagonal over the table's centre.
 PATH = ((1, "front left"), (13, "front left"), (85, "front right"), (157, "back left"),
         (229, "back right"), (240, "back right"))  # fmt: skip
 STACK_AT, STACK_KG = (-132 * G, 0.0), (4.0, 2.0, 1.0)
@@ -44,14 +44,14 @@ PICTURE_FRAME = 28
 
 
 def box(lo: tuple[float, ...], hi: tuple[float, ...], material: str, bevel: float = 0.004):
-    """A box as a builder, from its low to its high corner."""
+    """Return a box as a builder, from its low to its high corner."""
     built = MeshBuilder(material)
     built.box(lo, hi, bevel)
     return built
 
 
 def about(half: tuple[float, ...], material: str, bevel: float = 0.004):
-    """A box about the origin."""
+    """Return a box about the origin."""
     return box(tuple(-h for h in half), half, material, bevel)
 
 
@@ -64,12 +64,12 @@ def rigid(obj: bpy.types.Object, kind: str, mass: float = 1.0, shape: str = "BOX
 
 
 def still(body) -> None:
-    """Let the engine leave it alone until something hits it; else it creeps, millimetres in all."""
+    """Let the physics engine deactivate a body until something hits it; else it creeps (mm)."""
     body.use_deactivation = body.use_start_deactivated = True
 
 
 def add_pad(name: str, at: tuple[float, float], half: float):
-    """A pad on the floor, which senses at every frame; its rigid body."""
+    """Add a pad on the floor, which senses at every frame, with its rigid body."""
     shape = about((half, half, PAD_HEIGHT / 2), "sensor dark", 0.002)
     pad = place(name, shape, "Sensors", (*at, PAD_HEIGHT / 2))
     pad.angen_sensor.kind = "PRESSURE"
@@ -78,10 +78,10 @@ def add_pad(name: str, at: tuple[float, float], half: float):
 
 
 def add_table() -> None:
-    """The table in the middle, its parts one rigid body, and a pad under each leg."""
+    """Add the table in the centre, its parts one rigid body, and a pad under each leg."""
     for name, (sx, sy) in LEGS.items():
         add_pad(f"Pad {name}", (sx * LEG_AT[0], sy * LEG_AT[1]), 8 * G)
-    # The origin is the centre of mass; the apron is for the eye.
+    # The origin is the centre of mass; the apron is decoration.
     height = PAD_HEIGHT + LEG_HIGH
     apron = MeshBuilder("oak")
     x, y, low = LEG_AT[0], LEG_AT[1], -8 * G
@@ -102,7 +102,7 @@ def add_table() -> None:
 
 
 def add_weight(height: float) -> None:
-    """An animated weight: it has a mass, and no physics that could make it rattle."""
+    """Add an animated weight: it has a mass, and no physics that could make it rattle."""
     shape = MeshBuilder("brass")
     shape.lathe([(0, 0), (0.054, 0), (0.06, 0.006), (0.06, 0.125), (0.05, 0.137), (0.02, 0.143),
                  (0.018, 0.165), (0.033, 0.178), (0.033, 0.196), (0.022, 0.204), (0, 0.204)],
@@ -116,14 +116,14 @@ def add_weight(height: float) -> None:
 
 
 def set_linear(obj: bpy.types.Object) -> None:
-    """Straight lines between an object's keyframes."""
+    """Set straight lines between an object's keyframes."""
     for curve in obj.animation_data.action.fcurves:
         for point in curve.keyframe_points:
             point.interpolation = "LINEAR"
 
 
 def add_stack() -> None:
-    """Three boxes on a pad, each lighter and smaller than the one below."""
+    """Add three boxes on a pad, each lighter and smaller than the one below."""
     add_pad("Pad stack", STACK_AT, 20 * G)
     z = PAD_HEIGHT
     materials = ("oak", "fabric rust", "fabric mustard")
@@ -135,7 +135,7 @@ def add_stack() -> None:
 
 
 def add_drop() -> None:
-    """A box that is held over a pad, let go after a second, and bounces."""
+    """Add a box that is held over a pad, let go after a second, and bounces."""
     add_pad("Pad drop", DROP_AT, 20 * G).restitution = BOUNCE
     half = 13 * G
     at = (*DROP_AT, PAD_HEIGHT + half + DROP_HEIGHT)
@@ -148,8 +148,8 @@ def add_drop() -> None:
 
 
 def add_surroundings() -> None:
-    """Floor, wall, labels, light and camera."""
-    # The engine's boxes are about their object's origin.
+    """Add floor, wall, labels, light and camera."""
+    # The physics engine's boxes are about their object's origin.
     floor = about((4.0, 3.0, 8 * G), "concrete", 0.0)
     rigid(place("Floor", floor, "Surroundings", (0.0, 0.0, -8 * G)), "PASSIVE")
     place("Wall", box((-4, 1.5, 0), (4, 1.625, 3), "paint warm", 0), "Surroundings")
@@ -203,7 +203,7 @@ def build() -> bpy.types.Scene:
 
 
 def set_up(scene: bpy.types.Scene) -> None:
-    """The picture of the box in mid-air and the weight on its way."""
+    """Set up the picture of the box in mid-air and the weight on its way."""
     scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 32, True
     scene.render.resolution_x, scene.render.resolution_y = 960, 540
     for frame in range(1, PICTURE_FRAME + 1):

@@ -16,8 +16,11 @@ Scene = bpy.types.Scene
 def make(
     blend: Path, build: Callable[[], Scene], set_up: Callable[[Scene], None] | None = None
 ) -> int:
-    """Builds a file and saves it; returns the exit status. With `set_up`, which makes the scene
-    ready to be rendered, its 3D views look through the camera, and `--picture` renders it."""
+    """Build a file and save it; return the exit status.
+
+    With `set_up`, which prepares the scene for a render, the file's 3D views look through the
+    camera, and `--picture` renders it.
+    """
     argv = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
     parser = argparse.ArgumentParser(prog=f"build_{blend.stem}.py")
     parser.add_argument("--out", type=Path, default=blend)
@@ -46,7 +49,7 @@ def make(
 
 
 def arrange_views() -> None:
-    """Every 3D view of the file looks through the camera, in the materials' colours."""
+    """Set every 3D view of the file to the camera and the materials' colours."""
     for screen in bpy.data.screens:
         for area in screen.areas:
             if area.type == "VIEW_3D":

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Adds the engines that the benchmarks compare with to an environment of make_venv.sh, once:
 #   scripts/add_engines.sh DIR
-# One that cannot be had here is named, and the benchmarks do without it and say so too.
+# An engine that cannot be installed here is named; the benchmarks leave it out, and say so too.
 set -eu
 requirements=$(dirname "$0")/requirements-bench.txt
 venv=$1
 stamp=$(cksum <"$requirements")
 [ "$(cat "$venv/engines" 2>/dev/null)" != "$stamp" ] || exit 0
 
-# Blender's module needs the numpy that it came with.
+# Keep numpy: Blender's module needs the version that it was installed with.
 "$venv/bin/python" -c 'import numpy; print("numpy==" + numpy.__version__)' >"$venv/numpy.txt"
 complete=true
 for engine in embreex matplotlib mujoco pyradiance; do

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds an asset library with a sensor in its housing for each preset, for Blender's Asset
-Browser: build_assets.py FOLDER [KIND …], of all kinds or of some, such as PIR."""
+"""Build an asset library for Blender's Asset Browser, with a sensor for each preset.
+
+build_assets.py FOLDER [KIND …]
+
+Each sensor has its housing. Without a KIND, such as PIR, the library has all kinds.
+"""
 
 import sys
 import uuid
@@ -23,8 +27,7 @@ FILE, CATALOG_FILE = "angen_sensors.blend", "blender_assets.cats.txt"
 
 
 def build(folder: Path, only: Sequence[str] = ()) -> int:
-    """Write the library, of all kinds or `only` of some, into a folder; return how many assets it
-    has."""
+    """Write the library, of all kinds or only of some, to a folder; return the count of assets."""
     import_module("angen_addon.process.standalone").load_extension().register()
     kinds = import_module(f"{PACKAGE}.sensor_logic.kinds")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -47,7 +50,7 @@ def build(folder: Path, only: Sequence[str] = ()) -> int:
 
 
 def asset(kind: Any, preset: Any, catalog: str) -> Any:
-    """The sensor of a preset, named as the part, marked as an asset."""
+    """Return the sensor of a preset, named as the part and marked as an asset."""
     presets = import_module(f"{PACKAGE}.angen_addon.authoring.presets")
     sensor = presets.new_sensor(bpy.context, kind.identifier, preset, preset.label)
     sensor.asset_mark()
@@ -62,7 +65,7 @@ def asset(kind: Any, preset: Any, catalog: str) -> Any:
 
 
 def stage() -> None:
-    """A camera and light for the previews."""
+    """Add a camera and light for the previews."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.samples, scene.cycles.use_denoising = 16, False
@@ -83,12 +86,12 @@ def stage() -> None:
 
 
 def picture(sensor: Any, path: Path) -> None:
-    """Renders the sensor from its sensing side as its preview."""
+    """Render the sensor from its sensing side as its preview."""
     scene = bpy.context.scene
     for other in scene.objects:
         other.hide_render = other.type == "MESH" and other != sensor
     mesh = sensor.data
-    # Only vertices of faces: the edges that show the viewing direction are longer than the housing.
+    # Only vertices of faces: the edges that show the viewing direction reach beyond the housing.
     shown = {vertex for face in mesh.polygons for vertex in face.vertices}
     points = [mesh.vertices[vertex].co for vertex in shown]
     low, high = (Vector(map(of, zip(*points, strict=True))) for of in (min, max))

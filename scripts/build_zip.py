@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds the extension's zip: build_zip.py FOLDER. Needs Python 3.11 or later and nothing else.
+"""Build the extension's zip: build_zip.py FOLDER. Needs Python 3.11 or later and nothing else.
 
 Blender's own tool builds and validates the zip if it is installed: in a Blender as a Python module,
 of this interpreter or of an environment of the project, or in a Blender program (the one that
-BLENDER names, or the one on PATH). Else this script packs the same files and checks the manifest.
+BLENDER names, or the one on PATH). Otherwise this script packs the same files, and checks the
+manifest.
 """
 
 import fnmatch
@@ -32,13 +33,12 @@ NEEDED = {
     "type": r"add-on",
     "blender_version_min": r"4\.\d+\.\d+",
 }
-# The earliest time that a zip can store, so that the same files give the same bytes.
+# The earliest time that a zip can store: the same files give the same bytes.
 TIME = (1980, 1, 1, 0, 0, 0)
 
 
 def extension_tool() -> list[str] | None:
-    """The command line, up to its verb, of Blender's extension tool; None if it is not
-    installed."""
+    """Return the command line, up to its verb, of Blender's extension tool; None without it."""
     module = importlib.util.find_spec("bpy")
     folders = list(module.submodule_search_locations or ()) if module else []
     folders += glob.glob(f"{ROOT}/.venv*/lib/python3.*/site-packages/bpy")
@@ -51,8 +51,13 @@ def extension_tool() -> list[str] | None:
 
 
 def build(folder: Path, tool: list[str] | None) -> Path:
-    """Writes the zip into a folder, with the tool or without; validates it and returns its path.
-    Raises ValueError."""
+    """Write the zip into a folder, with the tool or without; validate it and return its path.
+
+    Raises
+    ------
+    ValueError
+        The manifest or the zip is not valid.
+    """
     manifest = tomllib.loads((ROOT / MANIFEST).read_text(encoding="utf-8"))
     check(manifest)
     target = folder.resolve() / f"{manifest['id']}-{manifest['version']}.zip"
@@ -73,7 +78,7 @@ def build(folder: Path, tool: list[str] | None) -> Path:
 
 
 def check(manifest: dict[str, Any]) -> None:
-    """Raises ValueError where Blender would reject the manifest."""
+    """Raise `ValueError` if Blender would reject the manifest."""
     for key, pattern in NEEDED.items():
         if not re.fullmatch(pattern, str(manifest.get(key, ""))):
             raise ValueError(f"{MANIFEST}: {key} is {manifest.get(key)!r}")
@@ -85,20 +90,22 @@ def check(manifest: dict[str, Any]) -> None:
 
 
 def shipped(manifest: dict[str, Any]) -> list[str]:
-    """The files of the zip, by the manifest's patterns, which work as in .gitignore."""
+    """Return the files of the zip, by the manifest's patterns, which work as in .gitignore."""
     patterns = manifest["build"]["paths_exclude_pattern"]
     found = []
     for folder, folders, names in os.walk(ROOT):
         at = Path(folder).relative_to(ROOT)
         folders[:] = sorted(
-            f for f in folders if not _left_out(f"{(at / f).as_posix()}/", patterns)
+            f for f in folders if not _is_excluded(f"{(at / f).as_posix()}/", patterns)
         )
-        found += [path for name in names if not _left_out(path := (at / name).as_posix(), patterns)]
+        found += [
+            path for name in names if not _is_excluded(path := (at / name).as_posix(), patterns)
+        ]
     return sorted(found)
 
 
-def _left_out(path: str, patterns: list[str]) -> bool:
-    """Whether a file, or a folder (ending with /), matches one of the patterns."""
+def _is_excluded(path: str, patterns: list[str]) -> bool:
+    """Return whether a file, or a folder (ending with /), matches one of the patterns."""
     for pattern in patterns:
         if pattern.endswith("/") != path.endswith("/") and pattern.endswith("/"):
             continue
@@ -119,7 +126,7 @@ def pack(target: Path, names: list[str]) -> None:
 
 
 def check_zip(target: Path) -> None:
-    """Raises ValueError where the zip could not be installed."""
+    """Raise `ValueError` if the zip cannot be installed."""
     with zipfile.ZipFile(target) as packed:
         broken = packed.testzip()
         lacks = {MANIFEST, "__init__.py", "LICENSE"} - set(packed.namelist())

@@ -1,11 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Installs the Python package beside an environment that has Blender's module, and uses it:
+# Install the Python package on top of an environment that has Blender's module, and use it:
 #   scripts/check_package.sh PYTHON FOLDER
 set -eu
 python=$1 folder=$2
 root=$(cd "$(dirname "$0")/.." && pwd)
-# pip builds in the folder that it installs from.
+# pip builds in the folder that it installs from, so it gets a copy.
 mkdir -p "$folder/source"
 tar -C "$root" -cf - __init__.py blender_manifest.toml pyproject.toml setup.py README.md LICENSE \
     parts.py angen_addon operators panels residents sensor_logic studies | tar -C "$folder/source" -xf -

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks that a tag can be released, and writes its notes: check_release.py vX.Y.Z NOTES.md
+"""Check that a tag can be released, and write its notes.
+
+check_release.py vX.Y.Z NOTES.md
 
 The version of the tag must be that of blender_manifest.toml, pyproject.toml and CITATION.cff, and
 CHANGELOG.md must have a section `## X.Y.Z, YYYY-MM-DD`, which becomes the notes.
@@ -14,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def problems(tag: str, root: Path = ROOT) -> list[str]:
-    """What speaks against a release, a line each."""
+    """Return the reasons against a release, one a line."""
     version = tag.removeprefix("v")
     if not re.fullmatch(r"v\d+\.\d+\.\d+", tag):
         return [f"the tag {tag} is not of the form v1.2.3"]
@@ -35,7 +37,7 @@ def problems(tag: str, root: Path = ROOT) -> list[str]:
 
 
 def notes(version: str, root: Path = ROOT) -> str:
-    """The section of the changelog on a version that has a date; empty without one."""
+    """Return the text of the changelog's section on a version; "" without a dated section."""
     text = (root / "CHANGELOG.md").read_text(encoding="utf-8")
     heading = rf"^## {re.escape(version)}, \d{{4}}-\d\d-\d\d\n(.*?)(?=^## |\Z)"
     found = re.search(heading, text, re.MULTILINE | re.DOTALL)
@@ -45,7 +47,7 @@ def notes(version: str, root: Path = ROOT) -> str:
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    told = problems(sys.argv[1])
-    if told:
-        sys.exit("\n".join(f"check_release: {line}" for line in told))
+    found = problems(sys.argv[1])
+    if found:
+        sys.exit("\n".join(f"check_release: {line}" for line in found))
     Path(sys.argv[2]).write_text(notes(sys.argv[1][1:]) + "\n", encoding="utf-8")

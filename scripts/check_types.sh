@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Checks the types:   scripts/check_types.sh PYTHON
-# The modules import each other as parts of one package, as they do inside Blender; mypy gets to see
-# that package, whatever the checkout's folder is called.
+# Check the types:   scripts/check_types.sh PYTHON
+# The modules import each other as parts of one package, as in Blender. mypy sees that package under
+# the name angen_sensors, whatever the checkout's folder is called.
 set -eu
 mkdir -p .types
 ln -sfn .. .types/angen_sensors

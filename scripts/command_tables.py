@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the tables of options in docs/command_line.md from the parsers of the verbs:
+"""Write the tables of options in docs/command_line.md from the parsers of the verbs.
 
 python scripts/command_tables.py      (needs Blender's module)
 """
@@ -19,13 +19,13 @@ MARK = "<!-- Below: written by scripts/command_tables.py -->\n"
 
 
 def page() -> str:
-    """The page with its tables anew."""
+    """Return docs/command_line.md with its tables renewed."""
     written = PAGE.read_text(encoding="utf-8")
     return written[: written.index(MARK) + len(MARK)] + "".join(map(_section, _parsers()))
 
 
 def _parsers() -> list[argparse.ArgumentParser]:
-    """The parsers of all verbs, those on a blend file first."""
+    """Return the parsers of all verbs, first those that take a blend file."""
     load_extension()
     commands = import_module(f"{PACKAGE}.angen_addon.commands.parser")
     parts = import_module(f"{PACKAGE}.parts")
@@ -38,18 +38,20 @@ def _parsers() -> list[argparse.ArgumentParser]:
 
 
 def _verbs(parser: argparse.ArgumentParser) -> list[argparse.ArgumentParser]:
-    """The parsers of its verbs, if it has some."""
+    """Return the parsers of a parser's verbs, if it has any."""
     choices = [a.choices for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     return [parser for verbs in choices for parser in verbs.values()]
 
 
 def _section(parser: argparse.ArgumentParser) -> str:
+    """Return the heading of a verb and the table of its options."""
     rows = [_row(a) for a in parser._actions if a.dest not in {"help", "enable_autoexec"}]
     table = "| option | meaning |\n|---|---|\n" + "".join(rows) if rows else ""
     return f"\n## {parser.prog}\n\n{table}"
 
 
 def _row(action: argparse.Action) -> str:
+    """Return the row of an option."""
     value = action.metavar or ("" if action.nargs == 0 else action.dest.upper())
     names = ", ".join(action.option_strings)
     shown = f"{names} {value}".strip()

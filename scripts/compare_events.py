@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares two event logs: exactly, except for forces (within 1 mN) and light (ignored).
+"""Compare two event logs: exactly, except for forces (within 1 mN) and light (ignored).
 
 Blender's versions round the vertices of deformed meshes differently, and each version of Cycles
 traces other paths.
@@ -18,7 +18,7 @@ FORCE_TOLERANCE = 1e-3
 
 
 def compare(one: Path, two: Path) -> list[str]:
-    """The differences, a line each."""
+    """Return the differences, one a line."""
     logs = [[e for e in read_events(path) if e.kind != "LIGHT"] for path in (one, two)]
     return differences(logs[0], logs[1], FORCE_TOLERANCE, 0.0)
 

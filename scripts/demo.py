@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulates the sample home and shows its sensors' readings: `make demo`.
+"""Simulate the sample home and show its sensors' readings: `make demo`.
 
-It runs in Blender's Python module, or in the Blender program that BLENDER names (or, without the
-module, the one on PATH).
+It runs in Blender's Python module. Without the module, or if BLENDER names a Blender program, it
+runs in that program, or in the one on PATH.
 """
 
 import contextlib
@@ -31,7 +31,7 @@ RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 
 @contextlib.contextmanager
 def angen_command() -> Iterator[list[str]]:
-    """The command line, up to its verb, that runs this checkout's extension on the sample home."""
+    """Yield the command line, up to its verb, of this checkout's extension on the sample home."""
     blender = os.environ.get("BLENDER")
     if not blender and importlib.util.find_spec("bpy"):
         yield [sys.executable, "-m", "angen_addon"]
@@ -49,7 +49,7 @@ def angen_command() -> Iterator[list[str]]:
 
 
 def run(command: list[str], verb: str, *arguments: str) -> str:
-    """Runs a verb on the sample home with its progress on this terminal; returns its output."""
+    """Run a verb on the sample home with its progress on this terminal; return its output."""
     home = [] if "--command" in command else [str(HOME)]
     whole = [*command, verb, *home, *arguments]
     done = subprocess.run(whole, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
@@ -59,13 +59,13 @@ def run(command: list[str], verb: str, *arguments: str) -> str:
 
 
 def lines(path: Path) -> list[str]:
-    """A CSV file's lines, for csv.reader."""
+    """Return the lines of a CSV file for csv.reader."""
     with path.open(encoding="utf-8", newline="") as file:
         return list(file)
 
 
 def report(sensor: Mapping[str, Any], changes: list[float], samples: list[str]) -> Report:
-    """The report of a sensor, as `list --json` describes it, from its changes and samples."""
+    """Return the report of a sensor, as `list --json` has it, from its changes and samples."""
     return Report(
         changes, active_share(samples, sensor["kind"]), greatest(samples, sensor["units"])
     )

@@ -19,8 +19,11 @@ NAME_COLUMNS = 3
 
 @dataclass(frozen=True)
 class Report:
-    """The summary of one sensor: the times of its changes (s), the share of time in which it was
-    active (0..1), and the greatest value with its unit, if its kind reports a number."""
+    """The summary of one sensor.
+
+    The times of its changes (s), the share of time in which it was active (0..1), and the greatest
+    value with its unit, if its kind reports a number.
+    """
 
     changes: list[float]
     active: float
@@ -28,7 +31,7 @@ class Report:
 
 
 def change_times(event_log: Iterable[str]) -> dict[str, list[float]]:
-    """Each sensor's times of change (s) in an event log; its first update is no change."""
+    """Return each sensor's times of change (s) in an event log, without its first update."""
     times: dict[str, list[float]] = {}
     first: dict[str, str] = {}
     for row in csv.DictReader(event_log):
@@ -39,15 +42,17 @@ def change_times(event_log: Iterable[str]) -> dict[str, list[float]]:
 
 
 def active_share(samples: Iterable[str], kind: str) -> float:
-    """The share (0..1) of a sensor's samples in which it was active; 0 without samples."""
+    """Return the share (0..1) of a sensor's samples in which it was active; 0 without samples."""
     field = next(f.name for f in KINDS[kind].events if f.type is bool)
     states = [line[field] for line in csv.DictReader(samples)]
     return states.count("1") / max(len(states), 1)
 
 
 def greatest(samples: Iterable[str], units: Mapping[str, str]) -> str:
-    """The greatest valid value of the first measured field with a unit in a sensor's samples;
-    `units`: the units of its fields."""
+    """Return the greatest valid value of the first field that has a unit.
+
+    `units` are the units of the sensor's fields.
+    """
     lines = [line for line in csv.DictReader(samples) if line.get("valid", "1") == "1"]
     for field, unit in units.items():
         values = [float(line[field]) for line in lines if unit and line.get(field)]
@@ -57,12 +62,12 @@ def greatest(samples: Iterable[str], units: Mapping[str, str]) -> str:
 
 
 def last_time(samples: Iterable[str]) -> float:
-    """The time (s) of a sensor's last sample; 0 without samples."""
+    """Return the time (s) of a sensor's last sample; 0 without samples."""
     return max((float(line["time_s"]) for line in csv.DictReader(samples)), default=0.0)
 
 
 def row(sensor: Mapping[str, Any], report: Report) -> tuple[str, ...]:
-    """A line of the table for a sensor as `list --json` describes it."""
+    """Return a line of the table for a sensor as `list --json` describes it."""
     kind = sensor["kind"].lower().replace("_", " ")
     start = (sensor["room"] or "-", sensor["name"], kind)
     changes = [f"{time:.1f}" for time in report.changes] or ["-"]
@@ -71,6 +76,6 @@ def row(sensor: Mapping[str, Any], report: Report) -> tuple[str, ...]:
 
 
 def table(rows: Sequence[tuple[str, ...]]) -> str:
-    """Rows under the header in columns: names to the left, figures to the right."""
+    """Return rows under the header in columns: names to the left, figures to the right."""
     text = aligned([HEADER, *rows], NAME_COLUMNS)
     return "\n".join([text[0], "-" * len(text[0]), *text[1:]])

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the site of the docs does with its pages (mkdocs.yml): links to files that are in the
-repository and not in the site become their names, and the package's docstrings are found."""
+"""Hooks of the site of the docs (mkdocs.yml).
+
+Links to files of the repository that are not in the site become text, and mkdocstrings finds the
+package.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
-# The package as scripts import it, and no more of the checkout: mkdocstrings reads all of it.
+# The package as scripts import it, without the rest of the checkout: mkdocstrings reads it all.
 PACKAGE = ROOT / "build" / "package" / "angen_sensors"
 PARTS = ("__init__.py", "angen_addon", "residents", "sensor_logic")
 
@@ -17,7 +20,7 @@ OUTSIDE = re.compile(r"(?<!!)\[([^\]]+)\]\((?:\.\./[^)]+|examples/[^)]+\.py|stud
 
 
 def on_startup(**_: Any) -> None:
-    """Lays out the package."""
+    """Link the package's parts into one folder."""
     PACKAGE.mkdir(parents=True, exist_ok=True)
     for part in PARTS:
         link = PACKAGE / part
@@ -26,5 +29,5 @@ def on_startup(**_: Any) -> None:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """The page with its links to files of the repository as text."""
+    """Return the page with its links to files of the repository as text."""
     return OUTSIDE.sub(r"\1", markdown)

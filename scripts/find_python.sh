@@ -1,9 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Prints the path of a Python of one of the versions named, one that can make virtual environments:
+# Print the path of a Python of one of the given versions that can make virtual environments:
 #   scripts/find_python.sh 3.13 3.11
-# It looks on PATH and then among pyenv's, or takes the command that PYTHON in the environment names.
-# Exit status 1: there is none; 2: there is one, but it cannot make them (what to install is printed).
+# It looks on PATH, then among pyenv's versions. If the variable PYTHON names a command, it tries
+# only that. Exit status 1: none was found; 2: one was found, but it cannot make virtual environments
+# (the script prints what to install).
 set -eu
 
 if [ -n "${PYTHON:-}" ]; then
@@ -19,7 +20,7 @@ fi
 
 incomplete=
 for python in $candidates; do
-    # A pyenv shim of a version that is not switched on is a command that fails: try, do not look.
+    # A pyenv shim of a version that is not active exists and fails, so run the command.
     version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null) || continue
     case " $* " in *" $version "*) ;; *) continue ;; esac
     if "$python" -c 'import ensurepip, venv' 2>/dev/null; then

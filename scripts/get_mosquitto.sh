@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Puts Debian's mosquitto, a broker that others wrote, into a folder; needs no root:
+# Put Debian's mosquitto, an MQTT broker, into a folder, without root:
 #   scripts/get_mosquitto.sh build/mosquitto
-# The folder has bin/mosquitto, bin/mosquitto_sub, bin/mosquitto_pub and bin/mosquitto_passwd then.
-# Programs that are installed are taken as they are. Exit status 1: they cannot be had here.
+# Afterwards the folder has bin/mosquitto, bin/mosquitto_sub, bin/mosquitto_pub and
+# bin/mosquitto_passwd. Installed programs are linked. Exit status 1: no way to get them here.
 set -eu
 folder=$1
 programs="mosquitto mosquitto_sub mosquitto_pub mosquitto_passwd"
@@ -20,7 +20,7 @@ if ! command -v apt-get >/dev/null || ! command -v dpkg-deb >/dev/null; then
     echo "mosquitto is not installed, and this is no Debian or Ubuntu to fetch it from" >&2
     exit 1
 fi
-# Besides the programs, the libraries that a bare system lacks.
+# The programs, and the libraries that a minimal system lacks.
 (cd "$folder/packages" && apt-get -qq download mosquitto mosquitto-clients libmosquitto1 libcjson1 \
     libdlt2 libwrap0 libcap2) || {
     echo "mosquitto cannot be fetched here: apt install mosquitto mosquitto-clients" >&2

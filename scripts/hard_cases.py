@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes docs/hard_cases.md: every hard case with its test, its tolerance and the measured error.
+"""Write docs/hard_cases.md: every hard case with its test, its tolerance and the measured error.
 
-    python scripts/hard_cases.py          runs the tests and writes docs/data/hard_cases.json too
-    python scripts/hard_cases.py --page   the page alone, from the data
+python scripts/hard_cases.py          runs the tests and writes docs/data/hard_cases.json too
+python scripts/hard_cases.py --page   the page alone, from the data
 
-The tests of tests/blender/test_hard_cases.py note their cases; those of other tests are listed
+The tests of tests/blender/test_hard_cases.py note their cases. Those of other tests are listed
 below, with the figures that they note by the fixture `figure`. Some figures of the pressure sensor
 come from its benchmark (docs/data/pressure.json).
 """
@@ -26,7 +26,7 @@ PRESSURE = ROOT / "docs" / "data" / "pressure.json"
 OWN = "tests/blender/test_hard_cases.py"
 BLENDER, PURE = "tests/blender/", "tests/pure/"
 FAILS = "**fails**"
-# Family, case, tolerance, test, and the scene of the pressure benchmark whose figure it is.
+# Family, case, tolerance, test, and the scene of the pressure benchmark that has the figure.
 OTHERS = (
     ("Place and size", "a room in centimetres, with and without units: a range", "5e-06 m",
      BLENDER + "test_room.py::test_every_range_in_a_room_in_centimetres", ""),
@@ -129,7 +129,7 @@ def main() -> None:
 
 
 def measured() -> dict[str, Any]:
-    """Runs the tests; returns the rows of the page, including those of failing tests."""
+    """Run the tests; return the rows of the page, including those of failing tests."""
     nodes = [OWN, *dict.fromkeys(test for *_, test, _ in OTHERS)]
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder, "report.xml")
@@ -163,7 +163,7 @@ def measured() -> dict[str, Any]:
 
 
 def _worst(noted: list[str]) -> str:
-    """The greatest number with its unit that a test noted, or else its last text."""
+    """Return the greatest number with its unit that a test noted, or else its last text."""
     numbers = [value.partition("\t") for value in noted if "\t" in value]
     if not numbers:
         return noted[-1]
@@ -172,12 +172,14 @@ def _worst(noted: list[str]) -> str:
 
 
 def _blender() -> str:
+    """Return the version of Blender."""
     import bpy
 
     return f"Blender {bpy.app.version_string}"
 
 
 def page(data: dict[str, Any]) -> str:
+    """Return the text of docs/hard_cases.md."""
     figures = _pressure()
     of_test = {(test, name): scene for _, name, _, test, scene in OTHERS}
     text = HEAD.format(blender=data["blender"])
@@ -195,7 +197,7 @@ def page(data: dict[str, Any]) -> str:
 
 
 def _pressure() -> dict[str, str]:
-    """The relative errors of the pressure benchmark's scenes."""
+    """Return the relative errors of the pressure benchmark's scenes."""
     rows = json.loads(PRESSURE.read_text(encoding="utf-8"))["accuracy"]
     return {row["scene"]: f"{row['error']:.1e} of the force" for row in rows}
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws the house of the code in CONTRIBUTING.md from its imports, as a Mermaid flowchart:
+"""Draw the folders of the code in CONTRIBUTING.md from their imports, as a Mermaid flowchart.
 
 python scripts/house_picture.py
 
-A box has the folders that import each other; an arrow goes to what is imported, if no longer way
-does.
+A box has folders that import each other. An arrow goes to an imported box, unless a longer path of
+arrows leads there.
 """
 
 import ast
@@ -20,7 +20,7 @@ Arrows = dict[str, set[str]]
 
 
 def folder_of(module: str) -> str:
-    """The folder that stands for a module in the picture."""
+    """Return the folder that stands for a module in the picture."""
     house, _, rest = module.partition(".")
     part = rest.partition(".")[0]
     if house == "residents":
@@ -29,7 +29,7 @@ def folder_of(module: str) -> str:
 
 
 def arrows() -> Arrows:
-    """From each folder to those that its modules import as they are loaded."""
+    """Return, for each folder, the folders that its modules import when they are loaded."""
     found: Arrows = defaultdict(set)
     for path in (path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")):
         parts = path.relative_to(ROOT).with_suffix("").parts
@@ -43,6 +43,7 @@ def arrows() -> Arrows:
 
 
 def reached(graph: Arrows, name: str) -> set[str]:
+    """Return the folders that a folder imports, directly or not."""
     found: set[str] = set()
     ways = [name]
     while ways:
@@ -53,7 +54,7 @@ def reached(graph: Arrows, name: str) -> set[str]:
 
 
 def boxes(graph: Arrows) -> dict[str, frozenset[str]]:
-    """The folders that each imports, directly or not, and that import it; with itself."""
+    """Return, for each folder, the folders that import it and that it imports, and itself."""
     reach = {name: reached(graph, name) for name in graph}
     return {
         name: frozenset({name, *(o for o in reach[name] if name in reach[o])}) for name in graph
@@ -61,7 +62,7 @@ def boxes(graph: Arrows) -> dict[str, frozenset[str]]:
 
 
 def chart() -> str:
-    """The flowchart, in Mermaid's language."""
+    """Return the flowchart in Mermaid's language."""
     graph = arrows()
     box = boxes(graph)
     ids = {names: f"n{i}" for i, names in enumerate(sorted(set(box.values()), key=sorted))}
@@ -80,7 +81,7 @@ def chart() -> str:
 
 
 def page() -> str:
-    """CONTRIBUTING.md with the picture anew."""
+    """Return CONTRIBUTING.md with the picture renewed."""
     written = PAGE.read_text(encoding="utf-8")
     return re.sub(r"```mermaid\n.*?```", lambda _: chart(), written, flags=re.DOTALL)
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the JSON schema of layouts, made from the kinds' parameters, for checks and completion in
-editors."""
+"""Write the JSON schema of layouts, for checks and completion in editors.
+
+It is made from the parameters of the kinds.
+"""
 
 from __future__ import annotations
 
@@ -89,12 +91,12 @@ SHAPES: dict[str, dict[str, Any]] = {
 
 
 def schema_text() -> str:
-    """The text of the schema file."""
+    """Return the text of the schema file."""
     return json.dumps(schema(), indent=1, ensure_ascii=False) + "\n"
 
 
 def schema() -> dict[str, Any]:
-    """The schema (draft 7, which editors know best)."""
+    """Return the schema (draft 7, which most editors know)."""
     sensor = {
         "type": "object",
         "properties": SHAPES,
@@ -130,12 +132,12 @@ def schema() -> dict[str, Any]:
 
 
 def _of_kind(kind: Kind) -> dict[str, Any]:
-    """The presets and parameters that a sensor of this kind can have."""
+    """Return the schema of the presets and parameters of a kind."""
     known = defaults(kind.parameters)
     properties = {
         name: _parameter(known[name], spec) for name, spec in specs(kind.parameters).items()
     }
-    # An enum must have an item; the schema `false` rejects every value.
+    # An enum needs an item; the schema `false` rejects every value.
     presets = bool(kind.presets) and {"enum": [preset.identifier for preset in kind.presets]}
     return {
         "if": {"properties": {"kind": {"const": kind.identifier}}, "required": ["kind"]},
@@ -149,6 +151,7 @@ def _of_kind(kind: Kind) -> dict[str, Any]:
 
 
 def _parameter(default: Any, spec: Spec) -> dict[str, Any]:
+    """Return the schema of a parameter."""
     unit = f" ({spec.unit})" if spec.unit not in ("", READING) else ""
     facts = {"title": f"{spec.label}{unit}", "description": spec.tip, "default": default}
     if spec.pointer:

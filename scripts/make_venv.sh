@@ -1,10 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Makes a virtual environment, unless it is there and complete:
+# Make a virtual environment, unless it exists and is complete:
 #   scripts/make_venv.sh DIR test     Blender as a Python module, and what the tests need
 #   scripts/make_venv.sh DIR lint     the linters (no Blender)
 #   scripts/make_venv.sh DIR docs     the site of the docs (no Blender)
-#   scripts/make_venv.sh DIR readers  programs of others that read our files (no Blender)
+#   scripts/make_venv.sh DIR readers  other programs that read our files (no Blender)
 # PYTHON=COMMAND chooses the interpreter, BPY=4.2 the version of Blender. Where no Python fits any
 # Blender module but a Blender program is on PATH, "test" makes an environment without the module.
 set -eu
@@ -32,14 +32,14 @@ Any one of these helps:
 
 case $purpose,${BPY:-} in
     lint,* | docs,*) versions="3.13 3.12 3.11 3.14" ;;
-    # pyadlml reads CASAS with pandas before 2.2 alone.
+    # pyadlml reads CASAS only with pandas before 2.2.
     readers,*) versions="3.11 3.12" ;;
     test,4.* | test,5.0*) versions=3.11 ;;
     test,?*) versions=3.13 ;;
     test,) versions="3.13 3.11" ;;
 esac
 
-# What the environment is made of, kept in it: a change here makes it anew.
+# The recipe is stored in the environment: if it changes, the environment is made again.
 stamp="$purpose ${BPY:-} $(cat "$requirements" "$0" | cksum)"
 if ready "$stamp" && fits; then
     exit 0
@@ -67,7 +67,7 @@ else
     no_python
 fi
 
-# Blender's module with the numpy that it can use, to the exact version for what CI tests.
+# Blender's module with a numpy that it can use; exact versions for those that CI tests.
 case $purpose,$bpy in
     test,4.2) packages="bpy==4.2.23 numpy==1.24.4" ;;
     test,4.5) packages="bpy==4.5.15 numpy==1.26.4" ;;
@@ -77,8 +77,8 @@ case $purpose,$bpy in
     *) packages= ;;
 esac
 
-# Two stamps, each written last, so half an environment never counts: "installed", and "ready" once
-# Blender's module starts, which may first need libraries of the system.
+# Two stamps, each written last, so that half an environment never counts as complete: "installed",
+# and "ready" once Blender's module starts, which may first need system libraries.
 installed="$stamp, Python $(version "$python")"
 if [ "$(cat "$venv/installed" 2>/dev/null)" != "$installed" ] || ! runs "$venv"; then
     say "Making $venv for $python${bpy:+ with Blender $bpy as a module (350 MB to fetch, once)} ..."

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes docs/parameters.md from the parameter dataclasses, so that the two cannot differ."""
+"""Write docs/parameters.md from the parameter dataclasses, so that both always agree."""
 
 import math
 import sys
@@ -26,11 +26,12 @@ whatever the scene's unit scale. Panels show and read lengths in the scene's own
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the text of docs/parameters.md."""
     return HEAD + "".join(_section(kind) for kind in KINDS.values())
 
 
 def _section(kind: Kind) -> str:
+    """Return the section of a kind."""
     title = f"\n## {kind.label}: `{kind.attribute}`\n\n"
     title += f"Default `update_rate` {kind.update_rate:g} Hz.\n\n"
     rows = [
@@ -49,7 +50,7 @@ def _section(kind: Kind) -> str:
 
 
 def _published(kind: Kind) -> str:
-    """The fields of its samples with their units."""
+    """Return the fields of a kind's samples with their units."""
     units = {"": "", "rad": " (rad)", OF_THRESHOLD: " (1: the threshold)"}
     return ", ".join(
         f"`{field.name}`{units.get(field.unit, f' ({field.unit})')}" for field in kind.samples
@@ -57,6 +58,7 @@ def _published(kind: Kind) -> str:
 
 
 def _value(value: object, spec: Spec) -> str:
+    """Return a default value with its unit."""
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, (int, float)):
@@ -65,6 +67,7 @@ def _value(value: object, spec: Spec) -> str:
 
 
 def _limits(default: object, spec: Spec) -> str:
+    """Return the limits of a parameter, or its choices."""
     if spec.choices:
         return ", ".join(f"`{choice.identifier}`" for choice in spec.choices)
     if isinstance(default, bool) or not isinstance(default, (int, float)):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares every number that the window shows of a recorded home with the exported CSV files.
+"""Compare every number that the window shows of a recorded home with the exported CSV files.
 
-    blender -b home.blend --python scripts/shown_numbers.py -- EVENTS.csv SAMPLES [REPORT.csv]
+blender -b home.blend --python scripts/shown_numbers.py -- EVENTS.csv SAMPLES [REPORT.csv]
 
-Export Events and Export Samples write these files from the recording in the home; missing ones are
+Export Events and Export Samples write these files from the recording in the home; missing files are
 exported first. At many frames this script draws the panels, the table, the labels and Explain by
 their own functions into a layout that records the texts. It compares each number and each state
 with the CSV row of that frame, to half of the last digit shown. A value that the CSV has and the
@@ -31,7 +31,7 @@ import bpy
 
 ADDON = "bl_ext.user_default.angen_sensors"
 EVERY = 400
-# The number of events of each sensor that are visited, and that are explained.
+# How many events of each sensor are visited, and how many are explained.
 EVENTS_VISITED, EVENTS_EXPLAINED = 8, 2
 NUMBER = re.compile(
     r"(?P<number>-?\d+(?:\.\d+)?) ?(?P<unit>% of threshold|%|lx|N\b|°|MΩ|kΩ|Ω|cm\b|m\b|V\b|s ago)"
@@ -50,7 +50,7 @@ STATES = {
     "PRESSURE": ("pressed", "Pressed", "Free"),
     "LIGHT": ("lit", "Lit", "Dark"),
 }
-# The facts of Explain that are readings; those of a detector are ranges of rays, which no log has.
+# The facts of Explain that are readings; those of a detector are ranges, which no log has.
 EXPLAINED = {
     "OPTICAL_SWITCH": ("Now", "Before"),
     "PRESSURE": ("Force", "Before"),
@@ -59,7 +59,7 @@ EXPLAINED = {
 
 
 class Row(NamedTuple):
-    """One comparison: the text that is `shown`, and the value in the `csv`."""
+    """A comparison of the text that is `shown` with the value in the `csv`."""
 
     frame: float
     sensor: str
@@ -94,6 +94,7 @@ class RecordingLayout:
 
 
 def part(name: str) -> Any:
+    """Return a module of the extension."""
     return import_module(f"{ADDON}.{name}")
 
 
@@ -113,33 +114,40 @@ class ExportedLog:
                 self.samples[sensor] = list(csv.DictReader(file))
 
     def at(self, sensor: str, frame: float) -> dict[str, str]:
+        """Return the sample of a sensor at a frame."""
         return [row for row in self.samples[sensor] if float(row["frame"]) <= frame + 1e-4][-1]
 
     def event_frames(self, sensor: str, kind: str) -> list[float]:
-        """The frames at which a state changed, or, without any, a measured value."""
+        """Return the frames at which a state changed, or, without a state, a measured value."""
         numbers = {"force_n", "luminance_percent", "illuminance_lux"}
         first = float(self.samples[sensor][0]["frame"])
         later = [row for row in self.events[sensor] if float(row["frame"]) > first]
         states = {float(row["frame"]) for row in later if row["field"] not in numbers}
         return sorted(states or {float(row["frame"]) for row in later})
 
-    def last_told(self, sensor: str, frame: float) -> float:
+    def last_event(self, sensor: str, frame: float) -> float:
+        """Return the frame of a sensor's last event up to a frame."""
         return max(
             float(row["frame"]) for row in self.events[sensor] if float(row["frame"]) <= frame
         )
 
 
 class Comparison:
+    """The comparisons made so far, and the log to compare with."""
+
     def __init__(self, log: ExportedLog) -> None:
         self.log = log
         self.rows: list[Row] = []
 
     def note(self, frame: float, sensor: Any, place: str, shown: str, csv: str, same: bool) -> None:
+        """Add a comparison."""
         self.rows.append(Row(frame, sensor.name, place, shown, csv, same))
 
     def text(self, frame: float, sensor: Any, place: str, text: str, at: dict[str, str]) -> None:
-        """Compares the state and numbers in a text; a text without any must have none in the
-        CSV."""
+        """Compare the state and numbers in a text.
+
+        For a text without any, the CSV must have no value.
+        """
         kind = sensor.kind.identifier
         field, active, idle = STATES[kind]
         word = text.split(",")[0]
@@ -153,24 +161,27 @@ class Comparison:
             self.note(frame, sensor, place, text, "a reading", at.get("valid") == "0")
 
     def measured(self, frame: float, sensor: Any, place: str, match: Any, at: Any) -> None:
+        """Compare a number with a unit with its column."""
         unit, number = match["unit"], match["number"]
         if unit == "s ago":
             render = bpy.context.scene.render
             value = (frame - float(at["frame"])) * render.fps_base / render.fps
         else:
             column = COLUMNS[sensor.kind.identifier].get(unit.strip("kM") if "Ω" in unit else unit)
-            told = at.get(column or "", "")
-            if not told:
+            cell = at.get(column or "", "")
+            if not cell:
                 self.note(frame, sensor, place, match[0], "nothing", False)
                 return
-            value = float(told) / FACTORS.get(unit, 1.0)
+            value = float(cell) / FACTORS.get(unit, 1.0)
         self.number(frame, sensor, place, match[0], number, value)
 
     def number(
         self, frame: float, sensor: Any, place: str, shown: str, number: str, value: float
     ) -> None:
-        """Compares a number with a value, to half of its last digit; without the sign where only
-        the strength is shown."""
+        """Compare a number with a value, to half of its last digit.
+
+        Where the window shows only the strength, the sign is ignored.
+        """
         digits = len(number.partition(".")[2])
         value = abs(value) if "threshold" in shown else value
         # Resistances have three digits, with or without a decimal point.
@@ -179,11 +190,12 @@ class Comparison:
         self.note(frame, sensor, place, shown, f"{value:.6g}", abs(float(number) - value) <= room)
 
     def equal(self, frame: float, sensor: Any, place: str, shown: Any, csv: Any) -> None:
+        """Compare two values for equality."""
         self.note(frame, sensor, place, str(shown), str(csv), shown == csv)
 
 
 def compare_frame(found: Comparison, sensors: list[Any], frame: int) -> None:
-    """Compares all texts at a frame, sensor by sensor."""
+    """Compare all texts at a frame, sensor by sensor."""
     context = bpy.context
     context.scene.frame_set(frame)
     for sensor in sensors:
@@ -197,6 +209,7 @@ def compare_frame(found: Comparison, sensors: list[Any], frame: int) -> None:
 
 
 def table_texts(sensor: Any) -> Iterator[tuple[str, str]]:
+    """Yield the reading of a sensor's row in a narrow and a wide table."""
     context = bpy.context
     for place, width in (("table", 250), ("wide table", 400)):
         texts: list[str] = []
@@ -207,31 +220,33 @@ def table_texts(sensor: Any) -> Iterator[tuple[str, str]]:
         )
         cls = part("panels.table").ANGEN_UL_sensors
         cls.draw_item(None, around, RecordingLayout(texts), None, sensor.object, 0, None, "")
-        # Name, in a wide one room, reading; and the button of the active row.
+        # Name, room (in a wide table) and reading; the active row also has a button.
         yield place, [text for text in texts if text][-1]
 
 
 def label_texts(sensor: Any, seen: Any) -> Iterator[tuple[str, str]]:
+    """Yield the texts of a sensor's label in the viewport."""
     texts = part("angen_addon.view.overlay.labels")._texts
     for place, full in (("label", False), ("full label", True)):
         yield place, texts(bpy.context, sensor.name, seen, full)[1]
 
 
 def panel_texts(module: str, panel: str) -> list[str]:
+    """Return the texts that a panel draws."""
     texts: list[str] = []
     getattr(part(module), panel).draw(SimpleNamespace(layout=RecordingLayout(texts)), bpy.context)
     return [text for text in texts if text]
 
 
 def compare_panel(found: Comparison, sensor: Any, frame: int, at: dict[str, str]) -> None:
-    """Compares the panel Active Sensor: the reading, its frame, and all values of a pad."""
+    """Compare the panel Active Sensor: the reading, its frame, and all values of a pad."""
     texts = panel_texts("panels.active_sensor", "ANGEN_PT_active_sensor")
     reading = texts.index(sensor.name) + 1
-    # What the menu of presets is called stands between.
+    # The label of the menu of presets comes in between.
     where = next(n for n in range(reading, len(texts)) if texts[n].startswith("Recorded at"))
     found.text(frame, sensor, "panel", texts[where - 1], at)
     found.equal(frame, sensor, "panel", float(texts[where].split()[-1]), float(at["frame"]))
-    # Of two equal names the first counts: titles of sections follow.
+    # Of two equal labels the first counts: the later ones are titles of sections.
     after = dict(reversed(list(zip(texts[where + 1 :], texts[where + 2 :], strict=False))))
     if sensor.kind.identifier != "PRESSURE":
         return
@@ -252,7 +267,7 @@ def compare_panel(found: Comparison, sensor: Any, frame: int, at: dict[str, str]
 
 
 def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
-    """Compares the panel Events: how many have passed, and which one can be explained."""
+    """Compare the panel Events: how many have passed, and which one can be explained."""
     texts = panel_texts("panels.events", "ANGEN_PT_events")
     count = re.match(r"(\d+) of (\d+) events passed", texts[0])
     first = float(found.log.samples[sensor.name][0]["frame"])
@@ -260,30 +275,30 @@ def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
     frames = [at for at in frames if at > first]
     shown = (int(count[1]), int(count[2])) if count else ()
     found.equal(frame, sensor, "events", shown, (sum(f <= frame for f in frames), len(frames)))
-    told = next((text for text in texts if text.startswith("Frame ")), "")
-    last = found.log.last_told(sensor.name, frame)
+    line = next((text for text in texts if text.startswith("Frame ")), "")
+    last = found.log.last_event(sensor.name, frame)
     found.equal(
-        frame, sensor, "event", float(told[len("Frame ") :].partition(":")[0] or "nan"), last
+        frame, sensor, "event", float(line[len("Frame ") :].partition(":")[0] or "nan"), last
     )
 
 
 def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
-    """Compares Explain's text for the event at a frame: readings, and the updates that it names."""
+    """Compare Explain's text for the event at a frame: readings and named updates."""
     context, memory = bpy.context, part("angen_addon.explain.explain").MEMORY
     context.scene.frame_set(math.floor(frame + 1e-4), subframe=max(0.0, frame % 1.0))
     context.view_layer.objects.active = sensor.object
     bpy.ops.angen.explain("EXEC_DEFAULT")
     recording = part("angen_addon.runtime.state").CACHE.recording(context.scene)
     track = recording.track_of(sensor.uid)
-    told = memory.recall(recording, sensor.uid, track.at(frame + 1e-4))
+    explanation = memory.recall(recording, sensor.uid, track.at(frame + 1e-4))
     at = found.log.at(sensor.name, frame)
-    if told is None:
+    if explanation is None:
         found.equal(frame, sensor, "Explain", "nothing", "an explanation")
         return
     field, active, idle = STATES[sensor.kind.identifier]
-    word = re.split(r"\W", told.headline)[0]
+    word = re.split(r"\W", explanation.headline)[0]
     found.equal(frame, sensor, "Explain", word, active if at[field] == "1" else idle)
-    for name, text in told.facts:
+    for name, text in explanation.facts:
         moment = re.search(r"frame ([\d.]+) \((-?[\d.]+) s\)", text)
         row = found.log.at(sensor.name, float(moment[1])) if moment else at
         if moment is not None:
@@ -297,11 +312,12 @@ def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:
 
 
 def visited(log: ExportedLog, sensors: Iterable[Any], scene: Any) -> list[int]:
+    """Return the frames to compare: every `EVERY` frames, and around some events."""
     frames = set(range(scene.frame_start, scene.frame_end + 1, EVERY)) | {scene.frame_end}
     for sensor in sensors:
         events = log.event_frames(sensor.name, sensor.kind.identifier)
         for frame in events[:: max(1, len(events) // EVENTS_VISITED)]:
-            # The frame before has the state before.
+            # The frame before the event has the state before it.
             frames |= {math.ceil(frame), max(math.ceil(frame) - 1, scene.frame_start)}
     return sorted(frames)
 
@@ -328,19 +344,19 @@ def main(events: Path, samples: Path, report: Path | None = None) -> int:
     return 1 if wrong else 0
 
 
-def once_told(arguments: list[Path], told: Path) -> float | None:
-    """In a window: compares once the file `told` exists, and writes the status into it."""
-    if not told.exists() or told.stat().st_size:
+def compare_on_signal(arguments: list[Path], signal: Path) -> float | None:
+    """Compare once the file `signal` exists, and write the status into it: a timer in a window."""
+    if not signal.exists() or signal.stat().st_size:
         return 1.0
-    told.write_text(str(main(*arguments)), encoding="utf-8")
+    signal.write_text(str(main(*arguments)), encoding="utf-8")
     return None
 
 
 def run() -> None:
     given = [Path(text).absolute() for text in sys.argv[sys.argv.index("--") + 1 :]]
-    told = os.environ.get("SHOWN_WHEN")
-    if told:
-        bpy.app.timers.register(partial(once_told, given, Path(told)))
+    signal = os.environ.get("SHOWN_WHEN")
+    if signal:
+        bpy.app.timers.register(partial(compare_on_signal, given, Path(signal)))
     else:
         sys.exit(main(*given))
 

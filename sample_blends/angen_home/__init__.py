@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample home, built from nothing; a resident of the product lives in it."""
+"""The Ängen home, built from an empty file, with one of the extension's residents."""
 
 from angen_addon.process.standalone import load_extension
 

@@ -9,7 +9,7 @@ import numpy as np
 from . import plan
 from .meshes import MeshBuilder, place
 
-# The part of a wall that looks into a room takes the room's paint.
+# The face of a wall inside a room takes the paint of the room.
 WALL_MATERIALS = {
     "workroom": "paint white",
     "kitchen": "paint white",
@@ -20,7 +20,7 @@ WALL_MATERIALS = {
     "living room": "paint warm",
     "balcony": "facade",
 }
-# One wall in another colour: room, axis of its normal, direction of the normal.
+# A wall in another colour: room, axis of its normal, direction of the normal.
 ACCENTS = {
     ("bedroom", 0, -1): "paint blue",  # behind the bed's head
     ("living room", 1, -1): "paint sage",  # behind the sofa
@@ -37,11 +37,11 @@ FLOOR_MATERIALS = {
     "balcony": "deck",
 }
 FLOOR_FINISH = 0.012  # thickness of the finish on the slab
-CEILING_Z = plan.WALL_TOP - 0.005  # just below the walls' tops, which show the plan from above
+CEILING_Z = plan.WALL_TOP - 0.005  # below the tops of walls, which show the plan from above
 
 
 def room_at(x: float, y: float) -> str | None:
-    """The room over whose floor a point lies."""
+    """Return the room on whose floor a point lies."""
     for name, rectangles in plan.ROOMS.items():
         for x0, y0, x1, y1 in rectangles:
             if x0 <= x <= x1 and y0 <= y <= y1:
@@ -54,7 +54,7 @@ def _indoors(x: float, y: float) -> bool:
 
 
 def wall_material(at: np.ndarray, axis: int, side: int) -> str:
-    """The material of a piece of wall with its middle `at`, looking along ±`axis`."""
+    """Return the material of a piece of wall with centre `at` that faces along ±`axis`."""
     if axis == 2:
         return "wall cut" if side > 0 and at[2] > 2.9 else "paint white"
     out = at.copy()
@@ -66,7 +66,7 @@ def wall_material(at: np.ndarray, axis: int, side: int) -> str:
 
 
 def add_walls(name: str, boxes: tuple[plan.Box, ...]) -> None:
-    """One object of the union of some walls: outside faces only, merged where they can be.
+    """Add the union of some walls as one object: outside faces only, merged where possible.
 
     All walls share one grid of cells, so that faces between two groups vanish too.
     """
@@ -92,7 +92,7 @@ def add_walls(name: str, boxes: tuple[plan.Box, ...]) -> None:
 
 
 def _cells(boxes: tuple[plan.Box, ...], lines: list[np.ndarray]) -> np.ndarray:
-    """Which cells of the grid lie in any of the boxes."""
+    """Return which cells of the grid lie in any of the boxes."""
     middles = [(line[1:] + line[:-1]) / 2 for line in lines]
     filled = np.zeros([len(m) for m in middles], bool)
     for box in boxes:
@@ -139,7 +139,7 @@ def _add_faces(
 
 
 def add_floors() -> None:
-    """The slab and each room's finish, whose upper face lies at FLOOR_Z."""
+    """Add the slab and each room's finish, whose upper face lies at FLOOR_Z."""
     slab = MeshBuilder("concrete")
     for x0, y0, x1, y1 in plan.FLOOR_SLABS:
         slab.box((x0, y0, -0.25), (x1, y1, plan.FLOOR_Z - FLOOR_FINISH), 0.0)
@@ -152,17 +152,17 @@ def add_floors() -> None:
 
 
 def add_ceiling() -> None:
-    """A sheet over all rooms, looking down; see the material for the view from above."""
+    """Add a sheet over all rooms that faces down; see the material for the view from above."""
     sheet = MeshBuilder("ceiling")
     z = CEILING_Z
     for x0, y0, x1, y1 in plan.FLOOR_SLABS:
         sheet.polygon([(x0, y1, z), (x1, y1, z), (x1, y0, z), (x0, y0, z)])
     obj = place("Ceiling", sheet, "Home/Ceiling")
-    obj.display_type = "WIRE"  # so that the solid view shows the rooms; renders and rays see it
+    obj.display_type = "WIRE"  # the solid view shows the rooms, renders and rays see the ceiling
 
 
 def add_skirting() -> None:
-    """Skirting boards along the walls of the dry rooms, with gaps at doorways."""
+    """Add skirting boards along the walls of the dry rooms, with gaps at doorways."""
     depth, top = 0.012, plan.FLOOR_Z + 0.07
     for room in ("workroom", "kitchen", "bedroom", "hall", "living room"):
         board = MeshBuilder("white paint")
@@ -179,7 +179,7 @@ def add_skirting() -> None:
 
 
 def _wall_runs(axis: int, fixed: float, a: float, b: float) -> list[tuple[float, float]]:
-    """The stretches between a and b of a line just inside a wall where there is a wall."""
+    """Return the stretches between a and b, on a line just inside a wall, that have a wall."""
     walls = [w for w in (*plan.OUTER_WALLS, *plan.INNER_WALLS) if w.z0 == 0]
     marks = {a, b}
     for w in walls:
@@ -199,7 +199,7 @@ def _wall_runs(axis: int, fixed: float, a: float, b: float) -> list[tuple[float,
 
 
 def add_outside() -> None:
-    """The landing before the entrance, and the ground."""
+    """Add the landing before the entrance, and the ground."""
     x0, y0, x1, y1 = plan.LANDING
     landing = MeshBuilder("concrete")
     landing.box((x0, y0, -0.25), (x1, y1, plan.FLOOR_Z), 0.0)
@@ -232,7 +232,7 @@ def add_outside() -> None:
 
 
 def add_building() -> None:
-    """Everything in this module."""
+    """Add all objects of this module."""
     add_walls("Outer walls", plan.OUTER_WALLS)
     add_walls("Inner walls", plan.INNER_WALLS)
     add_walls("Balcony walls", plan.BALCONY_WALLS)

@@ -11,7 +11,7 @@ PATH = "Home/Furniture/Bedroom"
 
 
 def add_bed() -> None:
-    """A wide bed with its head at the east wall: frame, mattress, duvet, two pillows."""
+    """Add a wide bed with its head at the east wall: frame, mattress, duvet, two pillows."""
     box = plan.FURNITURE["Bed"]
     x0, y0, x1, y1 = box.x0, box.y0, box.x1, box.y1
     b = MeshBuilder("oak")
@@ -58,7 +58,7 @@ def add_bed() -> None:
 
 
 def add_desk() -> None:
-    """The desk at the window with laptop, lamp and chair; a vase on the sill."""
+    """Add the desk at the window with laptop, lamp and chair; a vase on the sill."""
     box = plan.FURNITURE["Bedroom desk"]
     b = MeshBuilder("pine y")
     b.box((box.x0, box.y0, box.z1 - 0.03), (box.x1, box.y1, box.z1), 0.005)
@@ -90,7 +90,7 @@ def add_desk() -> None:
 
 
 def add_shelves() -> None:
-    """Two shelves side by side with books, boxes and a plant."""
+    """Add two shelves side by side with books, boxes and a plant."""
     for i, seed in ((1, 31), (2, 52)):
         box = plan.FURNITURE[f"Bedroom shelf {i}"]
         width, depth, height = box.x1 - box.x0, box.y1 - box.y0, box.z1 - FLOOR
@@ -110,7 +110,7 @@ def add_shelves() -> None:
 
 
 def add_armchair() -> None:
-    """A soft chair in the corner, turned into the room."""
+    """Add a soft chair in the corner, turned into the room."""
     box = plan.FURNITURE["Armchair"]
     b = MeshBuilder("fabric green")
     b.cushion((-0.26, -0.2, 0.26), (0.26, 0.32, 0.42), 0.06, 0.015)
@@ -123,7 +123,7 @@ def add_armchair() -> None:
 
 
 def add_bedroom() -> None:
-    """Everything in this module."""
+    """Add all objects of this module."""
     add_bed()
     add_desk()
     add_shelves()

@@ -11,7 +11,7 @@ FLOOR = plan.FLOOR_Z
 
 
 def chair(seat: str = "fabric grey") -> MeshBuilder:
-    """A dining chair, 0.42 wide, 0.56 deep (y −0.28…0.28), its back at y = −0.28, on z = 0."""
+    """Return a dining chair, 0.42 wide, 0.56 deep (y −0.28…0.28), back at y = −0.28, on z = 0."""
     b = MeshBuilder("oak z")
     for x in (-0.18, 0.18):
         b.tube([(x, 0.245, 0.0), (x * 0.97, 0.235, 0.43)], 0.016, 8)
@@ -23,7 +23,7 @@ def chair(seat: str = "fabric grey") -> MeshBuilder:
     for y in (0.235, -0.22):
         b.rod((-0.175, y, 0.4), (0.175, y, 0.4), 0.013, 6)
     b.cushion((-0.205, -0.22, 0.415), (0.205, 0.275, 0.465), 0.022, 0.008, seat, 3)
-    # A bent back rest.
+    # A curved back rest.
     for side, offset in ((1, 0.0), (-1, -0.02)):
         b.surface(
             lambda u, v, side=side, offset=offset: (
@@ -37,7 +37,7 @@ def chair(seat: str = "fabric grey") -> MeshBuilder:
 
 
 def table(width: float, depth: float, height: float, wood: str = "oak") -> MeshBuilder:
-    """A table about the origin on z = 0."""
+    """Return a table about the origin on z = 0."""
     b = MeshBuilder(wood)
     x, y = width / 2, depth / 2
     b.box((-x, -y, height - 0.03), (x, y, height), 0.006)
@@ -66,7 +66,7 @@ def leaf_blade(
     width: float,
     material: str = "leaf",
 ) -> None:
-    """One arching leaf from `base`; `rise` 0…1 from lying to standing; `reach` m at most."""
+    """Add an arching leaf from `base`; `rise` 0…1 from lying to standing; `reach` m at most."""
 
     def point(u: float, v: float) -> tuple[float, float, float]:
         w = width * max(0.0, sin(pi * (0.06 + 0.94 * v))) ** 0.8 * (u - 0.5)
@@ -83,7 +83,7 @@ def plant(
     seed: int, height: float, leaves: int, pot_radius: float, pot_height: float,
     pot: str = "terracotta", width: float = 0.1, material: str = "leaf", reach: float = 1.0,
 ) -> MeshBuilder:  # fmt: skip
-    """A pot plant about the origin on z = 0, the same for the same seed."""
+    """Return a pot plant about the origin on z = 0, the same for the same seed."""
     rnd = Random(seed)
     b = MeshBuilder(pot)
     r, h = pot_radius, pot_height
@@ -104,7 +104,7 @@ def plant(
 
 
 def picture(width: float, height: float, print_name: str, rim: str = "black metal") -> MeshBuilder:
-    """A framed print in the x–z plane about the origin, looking towards −y from a wall at y = 0."""
+    """Return a framed print in the x–z plane about the origin, facing −y, its wall at y = 0."""
     b = MeshBuilder(rim)
     x, z, t = width / 2, height / 2, 0.02
     b.box((-x, -0.025, -z), (-x + t, 0, z), 0.003)
@@ -118,7 +118,7 @@ def picture(width: float, height: float, print_name: str, rim: str = "black meta
 
 
 def curtain(width: float, height: float, folds: int, depth: float, cloth: str) -> MeshBuilder:
-    """A hanging curtain in the x–z plane: x 0…width, z 0…height."""
+    """Return a hanging curtain in the x–z plane: x 0…width, z 0…height."""
     b = MeshBuilder(cloth)
 
     def point(u: float, v: float) -> tuple[float, float, float]:
@@ -137,7 +137,7 @@ def books(
     b: MeshBuilder, x0: float, x1: float, z: float, depth: float, front: float, seed: int,
     limit: float = 0.3,
 ) -> None:  # fmt: skip
-    """A row of books from x0 to x1 on a board at z; spines at y = front, towards −y."""
+    """Add a row of books from x0 to x1 on a board at z, with spines at y = front that face −y."""
     rnd = Random(seed)
     x = x0
     while x < x1 - 0.05:
@@ -153,7 +153,7 @@ def books(
 def shelf_unit(
     width: float, depth: float, height: float, boards: int, wood: str, back: bool = True
 ) -> MeshBuilder:
-    """An open shelf about x, y 0…depth behind its front at y = 0, on z = 0."""
+    """Return an open shelf about x, y 0…depth behind its front at y = 0, on z = 0."""
     b = MeshBuilder(wood)
     x, t = width / 2, 0.022
     b.box((-x, 0, 0), (-x + t, depth, height), 0.002, f"{wood} z")
@@ -168,7 +168,7 @@ def shelf_unit(
 
 
 def table_lamp(height: float, foot: str = "brass") -> MeshBuilder:
-    """A small lamp with a cloth shade about the origin on z = 0."""
+    """Return a small lamp with a cloth shade about the origin on z = 0."""
     b = MeshBuilder(foot)
     h = height
     b.lathe([(0, 0), (0.07, 0), (0.075, 0.008), (0.07, 0.018), (0.018, 0.03), (0.012, 0.05),
@@ -181,5 +181,5 @@ def shade(
     b: MeshBuilder, at: tuple[float, float, float], low: float, high: float, height: float,
     material: str = "shade",
 ) -> None:  # fmt: skip
-    """A lamp shade, open above and below."""
+    """Add a lamp shade, open above and below."""
     b.lathe([(low, 0.0), (high, height)], at, 24, material)

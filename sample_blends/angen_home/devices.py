@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The 22 sensors with their housings: 7 motion detectors, 7 door switches, 7 light sensors, 1 pad.
 
-A sensor that looks is an empty with its housing as a child; it looks along its local −Z with +Y
-up. Housings are built looking along +y with z up and turned once.
+A sensor that senses along a direction is an empty with its housing as a child; the direction is its
+local −Z, with +Y up. Housings are built facing +y with z up, and turned once.
 """
 
 from math import cos, pi, radians, sin
@@ -28,7 +28,7 @@ PATHS = {
 def _looking(
     name: str, kind: str, room: str, at: tuple[float, float, float], yaw: float
 ) -> bpy.types.Object:
-    """A sensor that looks level along `yaw` (degrees)."""
+    """Return a sensor that senses level along `yaw` (degrees)."""
     obj = bpy.data.objects.new(name, None)
     obj.empty_display_type = "PLAIN_AXES"
     obj.empty_display_size = 0.05
@@ -41,12 +41,13 @@ def _looking(
 
 
 def _house(sensor: bpy.types.Object, kind: str, mesh: bpy.types.Mesh | MeshBuilder) -> None:
+    """Give a sensor its housing."""
     housing = place(f"{sensor.name} housing", mesh, PATHS[kind], parent=sensor)
     housing.rotation_euler = (-pi / 2, 0.0, 0.0)
 
 
 def _pir_housing() -> MeshBuilder:
-    """A white body on a swivel foot; the domed lens reaches to y = 0 and a little beyond."""
+    """Return a white body on a swivel foot, whose domed lens reaches slightly beyond y = 0."""
     b = MeshBuilder("sensor body")
     b.box((-0.034, -0.042, -0.055), (0.034, -0.01, 0.055), 0.009)
     b.tube([(0, -0.042, 0), (0, -0.075, 0)], 0.013, 12)
@@ -67,7 +68,7 @@ def _pir_housing() -> MeshBuilder:
 
 
 def add_motion_detectors() -> None:
-    """Seven PIRs, level, high in the rooms' corners, each on a bracket that reaches the corner."""
+    """Add seven PIRs, level, high in the rooms' corners, on brackets that reach the corner."""
     mesh = _pir_housing().build("PIR housing")
     for name, mount in plan.PIRS.items():
         sensor = _looking(name, "PIR", mount.room, mount.at, mount.yaw)
@@ -76,10 +77,10 @@ def add_motion_detectors() -> None:
 
 
 def _switch_housing(wall_side: float, wall: float) -> MeshBuilder:
-    """A fork about the beam, which runs along y from 0 to the gap's end.
+    """Return a fork about the beam, which runs along y from 0 to the gap's end.
 
-    `wall` is the distance from the beam to the wall on the side ±x. The fork is open downwards
-    and to the room, where the flag comes from and goes to.
+    `wall` is the distance from the beam to the wall on the side ±x. The fork is open downwards and
+    to the room, so that the flag can pass.
     """
     gap, b = plan.SWITCH_GAP, MeshBuilder("sensor dark")
     s = wall_side
@@ -97,13 +98,13 @@ def _switch_housing(wall_side: float, wall: float) -> MeshBuilder:
 
 
 def add_door_switches() -> None:
-    """Seven optical switches over the doors, their beams across the flags' paths."""
+    """Add seven optical switches over the doors, their beams across the flags' paths."""
     for door in plan.DOORS.values():
         at = (*door.switch, plan.SWITCH_Z)
         name = f"Switch {door.name}"
         sensor = _looking(name, "OPTICAL_SWITCH", door.swing_side, at, door.switch_yaw)
         sensor["door"] = f"Door {door.name}"
-        # The wall lies towards the leaf's local +y; which side of the beam is that?
+        # The wall lies towards the leaf's local +y: find its side of the beam.
         to_wall = moved(yaw=door.closed_yaw + 90.0).col[0].xyz
         right = moved(yaw=door.switch_yaw - 90.0).col[0].xyz
         hinge = moved(*door.hinge, 0.0, door.closed_yaw).inverted()
@@ -113,7 +114,7 @@ def add_door_switches() -> None:
 
 
 def add_light_sensors() -> None:
-    """Seven light sensors, each under its room's ceiling, level, so that they see four walls."""
+    """Add seven light sensors below the ceilings, level, so that they see four walls."""
     at = next(iter(plan.LIGHT_SENSORS.values())).at
     up = CEILING_Z - at[2]
     b = MeshBuilder("sensor body")
@@ -125,13 +126,13 @@ def add_light_sensors() -> None:
     mesh = b.build("Light sensor housing")
     for name, mount in plan.LIGHT_SENSORS.items():
         sensor = _looking(name, "LIGHT", mount.room, mount.at, mount.yaw)
-        # With the scene's reference, more paths an update take little more noise away.
+        # With the scene's reference, more paths per update reduce the noise little.
         sensor.angen_sensor.light.samples = 256
         _house(sensor, "LIGHT", mesh)
 
 
 def add_pressure_sensor() -> None:
-    """A flat pad that lies on the sofa's frame, under the west seat cushion."""
+    """Add a flat pad that lies on the sofa's frame, under the west seat cushion."""
     x, y, z = plan.PRESSURE_PAD_AT
     sx, sy, thick = (c / 2 for c in plan.PRESSURE_PAD_SIZE)
     b = MeshBuilder("sensor dark")
@@ -143,7 +144,7 @@ def add_pressure_sensor() -> None:
 
 
 def add_person() -> bpy.types.Object:
-    """Who lives here: the armature "Person rig" with its mesh "Person", in warm clothes."""
+    """Add the resident: the armature "Person rig" with its mesh "Person", in warm clothes."""
     rig = people.add_person(collection("People"), name="Person rig")
     body = people.body_of(rig)
     body.name = body.data.name = "Person"
@@ -154,7 +155,7 @@ def add_person() -> bpy.types.Object:
 
 
 def add_masses() -> None:
-    """What weighs on the pad beside the person: the cushion between, and what leans on both."""
+    """Add the other loads on the pad: the cushion on it, and the cushions that take some weight."""
     cushion = bpy.data.objects["Sofa seat cushion west"].angen_load
     cushion.mass = plan.CUSHION_MASS
     cushion.tolerance = plan.CUSHION_TOLERANCE
@@ -164,7 +165,7 @@ def add_masses() -> None:
 
 
 def add_sensors() -> None:
-    """All of them."""
+    """Add all sensors."""
     add_motion_detectors()
     add_door_switches()
     add_light_sensors()

@@ -12,7 +12,7 @@ BALCONY = "Home/Furniture/Balcony"
 
 
 def _coat(cloth: str, length: float, swing: float) -> MeshBuilder:
-    """A hanging coat with sleeves; hook at the origin, the wall towards +x."""
+    """Return a hanging coat with sleeves; hook at the origin, the wall towards +x."""
     b = MeshBuilder(cloth)
 
     def body(u: float, v: float) -> tuple[float, float, float]:
@@ -36,7 +36,7 @@ def _coat(cloth: str, length: float, swing: float) -> MeshBuilder:
 
 
 def add_hall() -> None:
-    """Hooks with a coat, bench with shoes, cabinet, mirror, mats."""
+    """Add hooks with a coat, bench with shoes, cabinet, mirror, mats."""
     wall = 6.2
     hooks = MeshBuilder("oak y")
     hooks.box((wall - 0.022, 7.1, 1.62), (wall, 8.2, 1.72), 0.005)
@@ -88,7 +88,7 @@ def add_hall() -> None:
 
 
 def _cabinet() -> None:
-    """A slim cabinet with a bowl for keys under a round mirror."""
+    """Add a slim cabinet with a bowl for keys under a round mirror."""
     box = plan.FURNITURE["Hall cabinet"]
     width, depth, height = box.y1 - box.y0, box.x1 - box.x0 - 0.014, box.z1 - FLOOR
     b = MeshBuilder("oak")
@@ -98,7 +98,7 @@ def _cabinet() -> None:
               "lacquer")  # fmt: skip
         b.cylinder((s * 0.36, depth / 2, 0), 0.014, 0.14, 8, "black metal", 0.02)
         b.tube([(s * 0.04, -0.012, 0.55), (s * 0.04, -0.03, 0.55)], 0.012, 10, "brass")
-    # Built looking towards −y; stands with its back to the wall at x = 3.7.
+    # Built facing −y; stands with its back to the wall at x = 3.7.
     cabinet = place("Hall cabinet", b, HALL, (box.x1 - 0.012, (box.y0 + box.y1) / 2, FLOOR), 90.0)
     bowl = MeshBuilder("blue ceramic")
     bowl.lathe([(0, 0.008), (0.03, 0), (0.04, 0), (0.085, 0.04), (0.08, 0.04), (0.03, 0.012),
@@ -114,7 +114,7 @@ def _cabinet() -> None:
 
 
 def add_balcony() -> None:
-    """A slatted chair, a small table, plants in pots."""
+    """Add a slatted chair, a small table, plants in pots."""
     box = plan.FURNITURE["Balcony chair"]
     b = MeshBuilder("pine")
     for s in (-1, 1):

@@ -17,7 +17,7 @@ FRONT = 0.018  # thickness of doors and drawers
 
 
 def _front(b: MeshBuilder, x0: float, x1: float, y: float, z0: float, z1: float) -> None:
-    """A closed front with a bar handle near its top."""
+    """Add a closed front with a bar handle near its top."""
     b.box((x0 + 0.002, y - FRONT, z0 + 0.002), (x1 - 0.002, y, z1 - 0.002), 0.003, "kitchen front")
     if x1 - x0 > 0.2:
         _handle(b, (x0 + x1) / 2, y - FRONT, z1 - 0.05)
@@ -30,7 +30,7 @@ def _handle(b: MeshBuilder, x: float, y: float, z: float) -> None:
 
 
 def add_base() -> None:
-    """Base cupboards, worktop with a sink let in, tap, tiles behind."""
+    """Add base cupboards, worktop with a sink let in, tap, tiles behind."""
     b = MeshBuilder("lacquer")
     plinth, carcass_top = FLOOR + 0.1, TOP_Z - 0.03
     sink, stove, end = (0.66, 1.24), (1.75, 2.35), 2.86
@@ -42,7 +42,7 @@ def add_base() -> None:
     for z0, z1 in ((plinth, 0.45), (0.45, 0.68), (0.68, carcass_top)):
         _front(b, 1.3, 1.75, BASE_FRONT, z0, z1)
     place("Base cupboards", b, PATH)
-    # The worktop leaves out the sink's hole and the stove.
+    # The worktop has holes for the sink and the stove.
     t = MeshBuilder("worktop")
     y0, y1 = 5.385, WALL_Y
     hole = (sink[0] + 0.03, 5.5, sink[1] - 0.03, 5.88)
@@ -73,7 +73,7 @@ def add_base() -> None:
 
 
 def add_stove() -> None:
-    """A stove with four plates, its oven, and the hood above."""
+    """Add a stove with four plates, its oven, and the hood above."""
     x0, x1, y0 = 1.753, 2.347, BASE_FRONT - 0.02
     b = MeshBuilder("steel")
     b.box((x0, y0 + 0.02, FLOOR + 0.06), (x1, WALL_Y - 0.01, TOP_Z - 0.012), 0.004, "lacquer")
@@ -109,7 +109,7 @@ def add_stove() -> None:
 
 
 def add_wall_cupboards() -> None:
-    """Wall cupboards, two of them open inside behind shutters on hinges."""
+    """Add wall cupboards, two of them open inside behind shutters on hinges."""
     z0, z1 = CUPBOARD
     b = MeshBuilder("lacquer")
     t = 0.018
@@ -120,7 +120,7 @@ def add_wall_cupboards() -> None:
         for z in (z0, (z0 + z1) / 2 - t / 2, z1 - t):
             b.box((x0 + t, CUPBOARD_FRONT, z), (x1 - t, WALL_Y - 0.01, z + t), 0.001)
     place("Wall cupboards", b, PATH)
-    # Shutters: name, hinge x, which way the leaf runs, width.
+    # Shutters: name, x of the hinge, direction of the leaf from the hinge, width.
     for name, x, way, width in (
         ("1", 0.1, 1, 0.4), ("2", 0.9, -1, 0.4), ("3", 0.9, 1, 0.4), ("4", 1.7, -1, 0.4),
         ("5", 2.86, -1, 0.46),
@@ -145,7 +145,7 @@ def add_wall_cupboards() -> None:
 
 
 def add_fridge() -> None:
-    """A fridge, hollow, with shelves, food, a bottle, and a door on its left hinge."""
+    """Add a fridge, hollow, with shelves, food, a bottle, and a door on its left hinge."""
     box = plan.FURNITURE["Fridge"]
     width, depth, height = box.x1 - box.x0, box.y1 - box.y0, box.z1 - FLOOR
     door, wall = 0.06, 0.035
@@ -191,7 +191,7 @@ def add_fridge() -> None:
 
 
 def add_table() -> None:
-    """The breakfast table at the window, things on worktop and sill."""
+    """Add the breakfast table at the window, things on worktop and sill."""
     box = plan.FURNITURE["Kitchen table"]
     at = ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2, FLOOR)
     small = place("Kitchen table", table(0.75, 0.7, 0.74, "pine"), PATH, at)
@@ -223,7 +223,7 @@ def add_table() -> None:
 
 
 def add_kitchen() -> None:
-    """Everything in this module."""
+    """Add all objects of this module."""
     add_base()
     add_stove()
     add_wall_cupboards()

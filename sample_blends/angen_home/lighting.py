@@ -29,11 +29,11 @@ POWER = {
     "Night light bathroom": 2.0,
     "Bedside lamp": 4.0,
 }
-# Length of the line by which the viewport shows where an area lamp looks, m. Blender's own 40 m go
-# through the whole home; the light itself is not cut off.
+# Length (m) of the line that shows the direction of an area lamp in the viewport. Blender's default
+# of 40 would cross the whole home; the light itself is not cut off.
 AXIS = 0.3
 CAMERAS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], float]] = {
-    # name: place, point looked at, focal length in mm
+    # name: place, target, focal length in mm
     "Camera overview": ((9.2, -3.2, 18.8), (6.0, 4.75, 0.0), 35.5),
     "Camera living": ((5.9, 3.35, 1.75), (9.2, 5.7, 0.95), 20.0),
     "Camera kitchen": ((3.3, 3.42, 1.75), (1.1, 5.2, 1.05), 19.0),
@@ -57,8 +57,11 @@ def _light(name: str, at: tuple[float, float, float], radius: float) -> bpy.type
 def _panel(
     name: str, at: tuple[float, float, float], diameter: float, turn: tuple[float, float, float]
 ) -> bpy.types.Object:
-    """A lamp on a ceiling or wall: a disk that looks away from it, down if not turned. Light paths
-    find it far sooner than a point whose light makes a small bright spot behind itself."""
+    """Return a lamp on a ceiling or wall: a disk that shines away from it, down without a turn.
+
+    Light paths find a disk far sooner than the small bright spot that a point lamp makes on its
+    wall.
+    """
     lamp = _light(name, at, 0.0)
     lamp.data.type = "AREA"
     lamp.data.shape, lamp.data.size = "DISK", diameter
@@ -68,7 +71,7 @@ def _panel(
 
 
 def _fixture(lamp: bpy.types.Object, builder: MeshBuilder) -> bpy.types.Object:
-    """A lamp's body, built about the lamp's light and parented to it."""
+    """Return a lamp's body, built about the lamp's light and parented to it."""
     return place(f"{lamp.name} fixture", builder, "Lights", parent=lamp)
 
 
@@ -83,7 +86,7 @@ def _pendant(at: tuple[float, float, float]) -> MeshBuilder:
 
 
 def _wall_lamp() -> MeshBuilder:
-    """0.21 wide, its plate on a wall 0.28 behind the lamp (y = −0.28)."""
+    """Return a lamp 0.21 wide, its plate on a wall 0.28 behind it (y = −0.28)."""
     b = MeshBuilder("brass")
     b.box((-0.05, -0.29, -0.07), (0.05, -0.27, 0.07), 0.006)
     b.tube([(0, -0.27, 0), (0, -0.16, -0.02), (0, -0.13, -0.06)], 0.009, 8)
@@ -104,7 +107,7 @@ def _ceiling_lamp(z: float, radius: float) -> MeshBuilder:
 
 
 def _bar_lamp() -> MeshBuilder:
-    """A tube over the mirror; the wall lies at y = −0.06."""
+    """Return a tube over the mirror, whose wall lies at y = −0.06."""
     b = MeshBuilder("chrome")
     b.box((-0.25, -0.06, -0.02), (0.25, -0.045, 0.02), 0.004)
     for x in (-0.27, 0.27):
@@ -124,7 +127,7 @@ def _floor_lamp(height: float) -> MeshBuilder:
 
 
 def add_lamps() -> None:
-    """One lamp a room at the plan's places, and small lamps that belong to furniture."""
+    """Add one lamp per room at the plan's places, and the small lamps on furniture."""
     for name, at in plan.LAMPS.items():
         if name == "Lamp living room":
             _fixture(_light(name, at, 0.05), _pendant(at))
@@ -153,7 +156,7 @@ def add_lamps() -> None:
     # These stand inside shades that the rooms' modules build.
     _light("Desk lamp bedroom", (0.4, 2.6, 0.74 + 0.37), 0.03)
     _light("Window lamp workroom", (-0.13, 8.05, plan.WINDOW_SILL + 0.522), 0.03)
-    # Its wall is at y = −0.05; turned with its lamp, it is built lying on its back.
+    # Its wall is at y = −0.05 after the turn of its lamp, so it is built lying on its back.
     b = MeshBuilder("white plastic")
     b.box((-0.03, -0.04, 0.04), (0.03, 0.04, 0.05), 0.004)
     b.cushion((-0.025, -0.035, -0.015), (0.025, 0.035, 0.04), 0.012, 0.0, "lamp glass", 2)
@@ -167,7 +170,7 @@ def add_lamps() -> None:
 
 
 def add_daylight() -> None:
-    """A low morning sun from the south-east and a sky that is a plain gradient."""
+    """Add a low morning sun from the south-east, and a sky that is a plain gradient."""
     data = bpy.data.lights.new("Sun", "SUN")
     data.energy = 3.0
     data.color = (1.0, 0.9, 0.76)
@@ -203,7 +206,7 @@ def add_daylight() -> None:
 
 
 def add_portals() -> None:
-    """One at each window: it shines not itself, but tells Cycles from where the sky comes in."""
+    """Add a portal at each window, which tells Cycles where the sky comes in."""
     for window in plan.WINDOWS:
         data = bpy.data.lights.new(f"Portal {window.name}", "AREA")
         data.shape = "RECTANGLE"
@@ -212,7 +215,7 @@ def add_portals() -> None:
         data.cutoff_distance = AXIS
         data.cycles.is_portal = True
         portal = bpy.data.objects.new(data.name, data)
-        # Nobody should pick it who clicks on the window.
+        # A click on the window should not select it.
         portal.hide_select = True
         middle = (window.y0 + window.y1) / 2, (plan.WINDOW_SILL + plan.WINDOW_HEAD) / 2
         portal.location = ((window.x0 + window.x1) / 2, *middle)
@@ -221,7 +224,7 @@ def add_portals() -> None:
 
 
 def add_cameras() -> None:
-    """Four views and a plan; the overview is the scene's camera."""
+    """Add four views and a plan; the overview is the scene's camera."""
     scene = bpy.context.scene
     for name, (at, target, lens) in CAMERAS.items():
         data = bpy.data.cameras.new(name)
@@ -244,7 +247,7 @@ def add_cameras() -> None:
 
 
 def set_rendering() -> None:
-    """Units, time base, engine and view transform."""
+    """Set units, time base, engine and view transform."""
     scene = bpy.context.scene
     scene.unit_settings.system = "METRIC"
     scene.unit_settings.scale_length = 1.0
@@ -266,7 +269,7 @@ def set_rendering() -> None:
 
 
 def add_lighting() -> None:
-    """Everything in this module."""
+    """Add all objects of this module."""
     add_lamps()
     add_daylight()
     add_portals()

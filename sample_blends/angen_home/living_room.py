@@ -20,12 +20,13 @@ PATH = "Home/Furniture/Living room"
 
 
 def _middle(name: str) -> tuple[float, float, float]:
+    """Return the centre of a piece of furniture on the floor."""
     box = plan.FURNITURE[name]
     return ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2, FLOOR)
 
 
 def add_sofa() -> None:
-    """A sofa for two with its back to the north wall; the cushions are objects of their own."""
+    """Add a sofa for two with its back to the north wall, with cushions as separate objects."""
     at = _middle("Sofa")
     seat, deck = plan.SOFA_SEAT_Z - FLOOR, 0.30 - FLOOR
     b = MeshBuilder("fabric grey blue")
@@ -54,7 +55,7 @@ def add_sofa() -> None:
 
 
 def add_coffee_table() -> None:
-    """A low table with a bowl, a book and a cup on a rug."""
+    """Add a low table with a bowl, a book and a cup on a rug."""
     x, y, z = _middle("Coffee table")
     b = MeshBuilder("oak")
     b.box((-0.5, -0.275, 0.385), (0.5, 0.275, 0.415), 0.01)
@@ -81,7 +82,7 @@ def add_coffee_table() -> None:
 
 
 def add_television() -> None:
-    """A bench with drawers, the screen and a small speaker."""
+    """Add a bench with drawers, the screen and a small speaker."""
     x, y, z = _middle("TV bench")
     b = MeshBuilder("oak")
     b.box((-0.75, -0.2, 0.13), (0.75, 0.2, 0.5), 0.006)
@@ -104,13 +105,13 @@ def add_television() -> None:
 
 
 def add_dining() -> None:
-    """A table for four under the pendant lamp."""
+    """Add a table for four under the pendant lamp."""
     at = _middle("Dining table")
     dining = place("Dining table", table(1.3, 0.8, 0.74), PATH, at)
     mesh = chair("fabric grey").build("Dining chair")
     for i in range(1, 5):
         x, y, z = _middle(f"Dining chair {i}")
-        # North chairs look south and the other way round.
+        # The north chairs face south, the south chairs north.
         place(f"Dining chair {i}", mesh, PATH, (x, y, z), 180.0 if i < 3 else 0.0)
     b = MeshBuilder("blue ceramic")
     b.lathe([(0, 0), (0.045, 0), (0.065, 0.07), (0.05, 0.16), (0.025, 0.19), (0.03, 0.22),
@@ -129,7 +130,7 @@ def add_dining() -> None:
 
 
 def add_bookcase() -> None:
-    """Five boards of books and things."""
+    """Add five boards of books and things."""
     box = plan.FURNITURE["Bookcase"]
     x, z = (box.x0 + box.x1) / 2, FLOOR
     depth, height = box.y1 - box.y0, box.z1 - FLOOR
@@ -152,7 +153,7 @@ def add_bookcase() -> None:
 
 
 def add_decoration() -> None:
-    """Curtains, plants, pictures."""
+    """Add curtains, plants, pictures."""
     window = next(w for w in plan.WINDOWS if w.name == "living room")
     face = window.x0
     rail = MeshBuilder("black metal")
@@ -176,7 +177,7 @@ def add_decoration() -> None:
 
 
 def add_living_room() -> None:
-    """Everything in this module."""
+    """Add all objects of this module."""
     add_sofa()
     add_coffee_table()
     add_television()

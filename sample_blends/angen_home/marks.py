@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What residents do where in the home: the marks of its story and of a week's routine."""
+"""The places of the home, marked with what residents do there in its story and a week's routine."""
 
 from math import radians
 
@@ -9,8 +9,8 @@ from . import plan
 from .meshes import place
 
 PATH = "Places"
-# Objects that are marked themselves: what they are for, and the yaw (degrees) that one looks along
-# there, or where the head lies; None: from wherever there is room.
+# Marked objects: the use, and the yaw (degrees) of a person there, or of the head of one who lies.
+# None: any direction with free floor.
 THINGS: dict[str, tuple[str, float | None]] = {
     "Bed": ("LIE", 0.0),
     "Toilet": ("SIT", 90.0),
@@ -48,7 +48,7 @@ THINGS: dict[str, tuple[str, float | None]] = {
     "Curtain south": ("CURTAIN", None),
     "Curtain north": ("CURTAIN", None),
 }
-# Empties for what has no object of its own: a point (m) and a yaw (degrees).
+# Empties for uses without an object: a point (m) and a yaw (degrees).
 POINTS: dict[str, tuple[str, tuple[float, float, float], float]] = {
     "Sofa west": ("SIT", (8.66, 6.42, plan.SOFA_SEAT_Z), -90.0),
     "Sofa east": ("SIT", (9.49, 6.42, plan.SOFA_SEAT_Z), -90.0),
@@ -75,12 +75,12 @@ SWITCHES: dict[str, tuple[float, float, float]] = {
     "Lamp living room": (6.3, 6.99, 1.1),
     "Lamp balcony": (10.655, 5.75, 1.1),
 }
-# Switched where they stand.
+# Lamps that are switched where they stand.
 HANDY = ("Floor lamp", "Bedside lamp")
 
 
 def add_marks() -> None:
-    """Marks the home's objects; it comes last."""
+    """Mark the home's objects, after all of them were added."""
     bpy.context.view_layer.update()
     for name, (use, yaw) in THINGS.items():
         _mark(bpy.data.objects[name], use, yaw)
@@ -93,7 +93,7 @@ def add_marks() -> None:
         mark.entrance = name == "entrance"
     fridge = bpy.data.objects["Fridge door"]
     fridge.angen_place.use, fridge.angen_place.angle = "DOOR", -fridge["open_yaw"]
-    # Its hinge does not tell to which side it opens; keys do, until the story's replace them.
+    # The hinge does not give the side to which the door opens; these keys do, until the story's.
     for frame, yaw in ((2, fridge["open_yaw"]), (1, 0.0)):
         fridge.rotation_euler.z = yaw
         fridge.keyframe_insert("rotation_euler", index=2, frame=frame)
@@ -108,7 +108,7 @@ def add_marks() -> None:
 
 
 def _room(x: float, y: float) -> str:
-    """The room at a point, empty outside all: hall and living room are open to each other."""
+    """Return the room at a point, "" outside: hall and living room have no wall between them."""
     for name, parts in plan.ROOMS.items():
         if any(x0 <= x <= x1 and y0 <= y <= y1 for x0, y0, x1, y1 in parts):
             return name
@@ -116,13 +116,15 @@ def _room(x: float, y: float) -> str:
 
 
 def _empty(name: str, at: tuple[float, float, float], shape: str) -> bpy.types.Object:
+    """Add an empty."""
     obj = place(name, None, PATH, at)
     obj.empty_display_type, obj.empty_display_size = shape, 0.1
     return obj
 
 
 def _mark(obj: bpy.types.Object, use: str, yaw: float | None) -> None:
+    """Mark an object with its use."""
     obj.angen_place.use = use
     if yaw is not None:
-        # From its own front, -Y, on.
+        # The yaw of a mark counts from the object's own front, -Y.
         obj.angen_place.facing = radians(yaw + 90.0) - obj.matrix_world.to_euler().z

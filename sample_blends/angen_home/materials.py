@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials of the home, procedural, no image files; `get` makes each when first asked for."""
+"""Materials of the home, procedural, without image files; `get` makes each at its first use."""
 
 from collections.abc import Callable
 
@@ -9,19 +9,20 @@ Colour = tuple[float, float, float]
 
 
 class Nodes:
-    """A material's node tree, with a short way to add and link nodes."""
+    """A material's node tree, with short methods to add and link nodes."""
 
     def __init__(self, name: str, colour: Colour) -> None:
         self.material = bpy.data.materials.new(name)
         self.material.use_nodes = True
-        # The solid view: lighter, because its lamps leave walls seen from above in the dark.
+        # The colour of the solid view is lighter: its lamps leave walls seen from above in the
+        # dark.
         self.material.diffuse_color = (*(c**0.6 for c in colour), 1.0)
         self.tree = self.material.node_tree
         self.tree.nodes.clear()
         self.output = self.tree.nodes.new("ShaderNodeOutputMaterial")
 
     def add(self, kind: str, inputs: dict | None = None, **settings: object) -> bpy.types.Node:
-        """A node of type ShaderNode`kind`; an input may be a value or another node's output."""
+        """Return a new node of type ShaderNode`kind`; an input is a value or a node's output."""
         node = self.tree.nodes.new("ShaderNode" + kind)
         for key, value in settings.items():
             setattr(node, key, value)
@@ -33,28 +34,28 @@ class Nodes:
         return node
 
     def math(self, operation: str, a: object, b: object = 0.0) -> bpy.types.NodeSocket:
-        """The output of a math node."""
+        """Return the output of a math node."""
         return self.add("Math", {0: a, 1: b}, operation=operation).outputs[0]
 
     def principled(self, inputs: dict) -> bpy.types.Material:
-        """Finish with a Principled BSDF."""
+        """Finish the material with a Principled BSDF."""
         shader = self.add("BsdfPrincipled", inputs)
         return self.finish(shader.outputs[0])
 
     def finish(self, shader: bpy.types.NodeSocket) -> bpy.types.Material:
-        """Finish with any shader."""
+        """Finish the material with any shader."""
         self.tree.links.new(shader, self.output.inputs["Surface"])
         return self.material
 
     def ramp(self, fac: bpy.types.NodeSocket, low: Colour, high: Colour) -> bpy.types.NodeSocket:
-        """A colour between two by a factor."""
+        """Return a colour between two by a factor."""
         node = self.add("ValToRGB", {0: fac})
         node.color_ramp.elements[0].color = (*low, 1.0)
         node.color_ramp.elements[1].color = (*high, 1.0)
         return node.outputs[0]
 
     def bump(self, height: bpy.types.NodeSocket, depth: float) -> bpy.types.NodeSocket:
-        """A bump of `depth` metres."""
+        """Return a bump of `depth` metres."""
         return self.add("Bump", {"Height": height, "Distance": depth, "Strength": 0.6}).outputs[0]
 
 
@@ -63,7 +64,7 @@ def _rgba(colour: Colour) -> tuple[float, float, float, float]:
 
 
 def plain(name: str, colour: Colour, roughness: float = 0.5, **inputs: float) -> bpy.types.Material:
-    """One colour; further inputs of the Principled BSDF with `_` for blanks."""
+    """Return one colour; further inputs of the Principled BSDF have `_` for blanks."""
     more = {key.replace("_", " "): value for key, value in inputs.items()}
     return Nodes(name, colour).principled(
         {"Base Color": _rgba(colour), "Roughness": roughness, **more}
@@ -71,7 +72,7 @@ def plain(name: str, colour: Colour, roughness: float = 0.5, **inputs: float) ->
 
 
 def paint(name: str, colour: Colour) -> bpy.types.Material:
-    """Wall paint with a faint roller texture."""
+    """Return wall paint with a faint roller texture."""
     n = Nodes(name, colour)
     noise = n.add("TexNoise", {"Vector": n.add("NewGeometry").outputs["Position"], "Scale": 140.0})
     return n.principled(
@@ -84,7 +85,7 @@ def paint(name: str, colour: Colour) -> bpy.types.Material:
 
 
 def wood(name: str, low: Colour, high: Colour, axis: int) -> bpy.types.Material:
-    """Wood with its grain along a local axis."""
+    """Return wood with its grain along a local axis."""
     n = Nodes(name, high)
     stretch = [22.0, 22.0, 22.0]
     stretch[axis] = 1.4
@@ -104,7 +105,7 @@ def wood(name: str, low: Colour, high: Colour, axis: int) -> bpy.types.Material:
 
 
 def planks(name: str, low: Colour, high: Colour) -> bpy.types.Material:
-    """A floor of boards along x, placed by world position so that rooms join."""
+    """Return a floor of boards along x, placed by world position so that rooms join."""
     n = Nodes(name, high)
     position = n.add("NewGeometry").outputs["Position"]
     boards = n.add(
@@ -131,7 +132,7 @@ def planks(name: str, low: Colour, high: Colour) -> bpy.types.Material:
 
 
 def fabric(name: str, colour: Colour, scale: float = 260.0) -> bpy.types.Material:
-    """Woven cloth."""
+    """Return woven cloth."""
     n = Nodes(name, colour)
     coordinate = n.add("TexCoord").outputs["Object"]
     noise = n.add("TexNoise", {"Vector": coordinate, "Scale": scale, "Detail": 2.0})
@@ -150,7 +151,7 @@ def fabric(name: str, colour: Colour, scale: float = 260.0) -> bpy.types.Materia
 
 
 def stripes(name: str, one: Colour, two: Colour, width: float, axis: int) -> bpy.types.Material:
-    """Cloth with stripes across a local axis."""
+    """Return cloth with stripes across a local axis."""
     n = Nodes(name, one)
     split = n.add("SeparateXYZ", {0: n.add("TexCoord").outputs["Object"]})
     phase = n.math("FRACT", n.math("DIVIDE", split.outputs[axis], width))
@@ -166,7 +167,7 @@ def stripes(name: str, one: Colour, two: Colour, width: float, axis: int) -> bpy
 def tiles(
     name: str, colour: Colour, size: tuple[float, float], grout: Colour
 ) -> bpy.types.Material:
-    """Glazed tiles of width and height, m, on any wall or floor, by world position."""
+    """Return glazed tiles of width and height, m, on any wall or floor, by world position."""
     n = Nodes(name, colour)
     geometry = n.add("NewGeometry")
     position = n.add("SeparateXYZ", {0: geometry.outputs["Position"]})
@@ -175,7 +176,8 @@ def tiles(
     for axis, length in enumerate((size[0], size[0], size[1])):
         at = n.math("FRACT", n.math("DIVIDE", n.math("ADD", position.outputs[axis], 9.013), length))
         near = n.math("LESS_THAN", at, 0.004 / length)
-        # Joints run on faces whose normal does not point along the axis they are counted on.
+        # Joints run on faces whose normal does not point along the axis that the joints are counted
+        # on.
         lies = n.math("LESS_THAN", n.math("ABSOLUTE", normal.outputs[axis]), 0.5)
         joint = n.math("MULTIPLY", near, lies)
         line = joint if line is None else n.math("MAXIMUM", line, joint)
@@ -190,7 +192,7 @@ def tiles(
 
 
 def speckled(name: str, colour: Colour, dots: Colour, scale: float) -> bpy.types.Material:
-    """Stone, concrete, plaster, soil: one colour with grains of another."""
+    """Return stone, concrete, plaster or soil: one colour with grains of another."""
     n = Nodes(name, colour)
     position = n.add("NewGeometry").outputs["Position"]
     noise = n.add("TexNoise", {"Vector": position, "Scale": scale, "Detail": 6.0})
@@ -206,14 +208,15 @@ def speckled(name: str, colour: Colour, dots: Colour, scale: float) -> bpy.types
 
 
 def glass(name: str, tint: Colour) -> bpy.types.Material:
-    """Clear panes: light passes straight, so that sun and sky reach the rooms without noise.
+    """Return clear panes that light passes straight: sun and sky reach rooms without noise.
 
-    They mirror sharply for the eye alone: paths from a wall that meet a small lamp in a pane are
-    rare, and then each adds as much as ten thousand others.
+    Only camera rays see sharp reflections. A path from a wall that meets a small lamp in a pane is
+    rare, and each would add as much as ten thousand others.
     """
     n = Nodes(name, (0.75, 0.85, 0.9))
     n.material.diffuse_color = (0.75, 0.85, 0.9, 0.25)
-    # From within a pane Fresnel would reflect all of a slanting ray, which never bent on entering.
+    # Inside a pane, Fresnel would reflect slanting rays totally, because they did not bend on
+    # entering.
     front = n.math("SUBTRACT", 1.0, n.add("NewGeometry").outputs["Backfacing"])
     fresnel = n.math("MULTIPLY", n.add("Fresnel", {0: 1.45}).outputs[0], front)
     clear = n.add("BsdfTransparent", {0: _rgba(tint)})
@@ -227,7 +230,7 @@ def glass(name: str, tint: Colour) -> bpy.types.Material:
 
 
 def glowing(name: str, colour: Colour, strength: float) -> bpy.types.Material:
-    """A lit screen or signal lamp."""
+    """Return a lit screen or signal lamp."""
     return Nodes(name, colour).principled(
         {
             "Base Color": _rgba(colour),
@@ -239,10 +242,10 @@ def glowing(name: str, colour: Colour, strength: float) -> bpy.types.Material:
 
 
 def translucent(name: str, colour: Colour) -> bpy.types.Material:
-    """A lamp's shade, for the eye alone: light passes as if it were not there.
+    """Return the shade of a lamp, visible to camera rays only; light passes through it.
 
-    A lamp within a shade that scatters is found by chance only: the light sensors' readings would
-    spread by tens of per cent where they now spread by a few.
+    Light paths would find a lamp in a scattering shade by chance only: readings of light sensors
+    would spread by tens of per cent instead of a few.
     """
     n = Nodes(name, colour)
     diffuse = n.add("BsdfDiffuse", {0: _rgba(colour)})
@@ -255,10 +258,10 @@ def translucent(name: str, colour: Colour) -> bpy.types.Material:
 
 
 def mirroring(name: str, colour: Colour, roughness: float) -> bpy.types.Material:
-    """A mirror for the eye alone: other rays are scattered, and as much light goes back.
+    """Return a mirror for camera rays only; it scatters other rays, and reflects as much light.
 
-    What a mirror or a tap throws of a small lamp into a room is some tenth of the light there, but
-    light paths find it by chance, and then all of it at once.
+    The light of a small lamp that a mirror or tap reflects into a room is about a tenth of all
+    light there. Light paths would find it by chance, and then all of it at once.
     """
     n = Nodes(name, colour)
     scattered = n.add("BsdfDiffuse", {0: _rgba(colour)})
@@ -269,8 +272,10 @@ def mirroring(name: str, colour: Colour, roughness: float) -> bpy.types.Material
 
 
 def ceiling(name: str) -> bpy.types.Material:
-    """White from below, unseen by a camera above it: the home can be looked into as a model,
-    while light meets the ceiling as always."""
+    """Return a white ceiling that cameras above do not see, so that they look into the home.
+
+    Light meets the ceiling as always.
+    """
     n = Nodes(name, (0.85, 0.85, 0.84))
     n.material.use_backface_culling = True
     above = n.math("MULTIPLY", n.add("NewGeometry").outputs["Backfacing"],
@@ -283,7 +288,7 @@ def ceiling(name: str) -> bpy.types.Material:
 
 
 def art(name: str, low: Colour, high: Colour, scale: float) -> bpy.types.Material:
-    """An abstract print."""
+    """Return an abstract print."""
     n = Nodes(name, high)
     warp = n.add(
         "TexNoise",
@@ -395,5 +400,5 @@ _MAKERS: dict[str, Callable[[str], bpy.types.Material]] = {
 
 
 def get(name: str) -> bpy.types.Material:
-    """The material of a name in the table above."""
+    """Return the material of a name in the table above."""
     return bpy.data.materials.get(name) or _MAKERS[name](name)

@@ -15,12 +15,12 @@ Vec = Sequence[float]
 IDENTITY = Matrix.Identity(4)
 # Two neighbouring steps of a profile are shaded as one surface below this angle's cosine.
 SMOOTH_COS = 0.64
-# Coordinates are whole multiples of 1/8192 m: the file shrinks, nobody sees 0.1 mm.
+# Coordinates are whole multiples of 1/8192 m, about 0.1 mm, which makes the file smaller.
 GRAIN = 2.0**-13
 
 
 class MeshBuilder:
-    """Collects shapes; `matrix` moves what is added next; `build` makes the mesh."""
+    """Shapes of one mesh: `matrix` moves the next shapes, `build` makes the mesh."""
 
     def __init__(self, material: str = "white paint") -> None:
         self.material = material
@@ -57,7 +57,7 @@ class MeshBuilder:
 
     # --- shapes -----------------------------------------------------------------------
     def box(self, lo: Vec, hi: Vec, bevel: float = 0.006, material: str | None = None) -> None:
-        """A box from its low to its high corner with rounded edges (none for a bevel of 0)."""
+        """Add a box from its low to its high corner with rounded edges (sharp for a bevel of 0)."""
         lo_, hi_ = np.minimum(lo, hi), np.maximum(lo, hi)
         b = min(bevel, *(0.45 * (hi_ - lo_)))
         verts, normals, index = [], [], {}
@@ -148,7 +148,7 @@ class MeshBuilder:
         material: str | None = None,
         top: float | None = None,
     ) -> None:
-        """A standing closed cylinder (a cone's stump with `top`) with broken edges."""
+        """Add a standing closed cylinder with bevelled edges (a truncated cone with `top`)."""
         t = radius if top is None else top
         b = min(0.004, 0.3 * radius, 0.3 * t, 0.3 * height)
         self.lathe(
@@ -159,13 +159,13 @@ class MeshBuilder:
     def rod(
         self, a: Vec, b: Vec, radius: float, segments: int = 8, material: str | None = None
     ) -> None:
-        """A round rod between two points."""
+        """Add a round rod between two points."""
         self.tube([a, b], radius, segments, material)
 
     def tube(
         self, path: Sequence[Vec], radius: float, segments: int = 8, material: str | None = None
     ) -> None:
-        """A round tube along a polyline, closed at its ends."""
+        """Add a round tube along a polyline, closed at its ends."""
         points = np.asarray(path, float)
         tangents = np.gradient(points, axis=0)
         tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
@@ -206,11 +206,11 @@ class MeshBuilder:
         material: str | None = None,
         cuts: int = 4,
     ) -> None:
-        """A soft box: round edges of `radius`, its wide faces blown up by `puff` m."""
+        """Add a soft box: round edges of `radius`, wide faces that bulge by `puff` m."""
         lo_, hi_ = np.minimum(lo, hi), np.maximum(lo, hi)
         centre, half = (lo_ + hi_) / 2, (hi_ - lo_) / 2
         r = min(radius, *half)
-        # Grid lines gather near the edges, where the surface bends.
+        # Grid lines are denser near the edges, where the surface bends.
         ticks = []
         for h in half:
             inner = h - r
@@ -259,7 +259,7 @@ class MeshBuilder:
         rows: int,
         material: str | None = None,
     ) -> None:
-        """A sheet: `point(u, v)` for u, v in 0…1."""
+        """Add a sheet: `point(u, v)` for u, v in 0…1."""
         verts = [point(i / columns, j / rows) for j in range(rows + 1) for i in range(columns + 1)]
         faces = []
         for j, i in product(range(rows), range(columns)):
@@ -268,12 +268,12 @@ class MeshBuilder:
         self.add(verts, faces, None, material)
 
     def polygon(self, points: Sequence[Vec], material: str | None = None) -> None:
-        """One flat face."""
+        """Add one flat face."""
         self.add(points, [list(range(len(points)))], None, material)
 
     # --- result -----------------------------------------------------------------------
     def build(self, name: str) -> bpy.types.Mesh:
-        """The mesh of everything added."""
+        """Return the mesh of all shapes."""
         mesh = bpy.data.meshes.new(name)
         verts, normals = np.concatenate(self._verts), np.concatenate(self._normals)
         verts = np.round(verts / GRAIN) * GRAIN
@@ -290,7 +290,7 @@ class MeshBuilder:
 
 
 def smooth_normals(verts: np.ndarray, faces: list[list[int]]) -> np.ndarray:
-    """Area-weighted normals of the vertices."""
+    """Return the area-weighted normals of the vertices."""
     normals = np.zeros_like(verts)
     for face in faces:
         p = verts[face]
@@ -300,7 +300,7 @@ def smooth_normals(verts: np.ndarray, faces: list[list[int]]) -> np.ndarray:
 
 
 def collection(path: str) -> bpy.types.Collection:
-    """The collection at a path such as 'Home/Furniture/Kitchen', made where missing."""
+    """Return the collection at a path such as 'Home/Furniture/Kitchen', made if missing."""
     parent = bpy.context.scene.collection
     for name in path.split("/"):
         child = parent.children.get(name)
@@ -321,7 +321,7 @@ def place(
 ) -> bpy.types.Object:
     """Make an object of a builder, of a shared mesh or (None) an empty, and link it.
 
-    `at` and `yaw` (degrees) are in the parent's frame where there is one.
+    `at` and `yaw` (degrees) are in the parent's space if there is a parent.
     """
     data = shape.build(name) if isinstance(shape, MeshBuilder) else shape
     obj = bpy.data.objects.new(name, data)
@@ -334,5 +334,5 @@ def place(
 
 
 def moved(x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Matrix:
-    """A matrix that turns by `yaw` degrees about z, then moves."""
+    """Return a matrix that turns by `yaw` degrees about z, then moves."""
     return Matrix.Translation((x, y, z)) @ Matrix.Rotation(yaw * pi / 180, 4, "Z")

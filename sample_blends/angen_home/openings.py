@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What fills the walls' openings: hinged doors with frames, windows, the balcony's glazing."""
+"""The fillings of the walls' openings: hinged doors with frames, windows, the balcony's glazing."""
 
 from math import pi
 
@@ -17,7 +17,7 @@ HANDLE_Z = 1.05
 
 
 def _leaf(door: plan.Door) -> MeshBuilder:
-    """The leaf in its own frame: hinge on the z axis, leaf along +x."""
+    """Return the leaf in its own frame: hinge on the z axis, leaf along +x."""
     lo, hi = (0.004, 0.0, plan.LEAF_BOTTOM), (door.leaf_width - 0.004, plan.LEAF_THICKNESS,
                                               plan.LEAF_TOP)  # fmt: skip
     outside = door.name in ("entrance", "balcony")
@@ -64,7 +64,7 @@ def frame(
     width: float,
     material: str | None = None,
 ) -> None:
-    """Four bars around the rectangle lo…hi in the x–z plane, between y0 and y1."""
+    """Add four bars around the rectangle lo…hi in the x–z plane, between y0 and y1."""
     bevel = min(0.004, width / 4)
     builder.box((lo[0], y0, lo[1]), (lo[0] + width, y1, hi[1]), bevel, material)
     builder.box((hi[0] - width, y0, lo[1]), (hi[0], y1, hi[1]), bevel, material)
@@ -73,7 +73,7 @@ def frame(
 
 
 def _frame(door: plan.Door) -> MeshBuilder:
-    """Lining behind the leaf, casings on both faces of the wall, the panel over the leaf, sill."""
+    """Return lining behind the leaf, casings on both wall faces, panel over the leaf, and sill."""
     u0, u1 = door.opening_at, door.opening_at + door.opening
     front, back = door.wall_face, door.wall_face + door.wall_depth
     head = plan.DOOR_HEAD
@@ -89,7 +89,7 @@ def _frame(door: plan.Door) -> MeshBuilder:
     # The rebate: behind the leaf the head reaches below its top, as the lining does beside it.
     f.box((u0, behind, plan.LEAF_TOP - REBATE), (u1, back + 0.008, plan.LEAF_TOP + 0.01), 0.003)
     f.box((u0, 0.012, 0.03), (u1, back + 0.01, plan.FLOOR_Z + 0.003), 0.002, "oak")
-    # Casings: both sides up to over the head; over it, a gap on the swing side for the switch.
+    # Casings on both sides and over the head, with a gap on the swing side for the switch.
     middle = _flag_u(door)
     for y, out in ((front, -1), (back, 1)):
         y0, y1 = sorted((y, y + 0.012 * out))
@@ -104,7 +104,7 @@ def _frame(door: plan.Door) -> MeshBuilder:
 
 
 def _flag_u(door: plan.Door) -> float:
-    """Where along the leaf the flag stands: in the middle of the switch's gap."""
+    """Return where along the leaf the flag stands: in the centre of the switch's gap."""
     hinge = moved(*door.hinge, 0.0, door.closed_yaw).inverted()
     turn = moved(yaw=door.switch_yaw)
     gap = turn @ Vector((plan.SWITCH_GAP / 2, 0.0, 0.0))
@@ -117,7 +117,7 @@ def _flag_y(door: plan.Door) -> float:
 
 
 def add_doors() -> dict[str, bpy.types.Object]:
-    """The seven doors at their closed yaw, their frames and the flags that break the beams."""
+    """Add the seven doors, closed, with their frames and the flags that break the beams."""
     leaves = {}
     meshes: dict[str, bpy.types.Mesh] = {}
     for door in plan.DOORS.values():
@@ -142,10 +142,10 @@ def add_doors() -> dict[str, bpy.types.Object]:
 
 
 def add_windows() -> None:
-    """Frames with two casements and a pane each; sills inside."""
+    """Add frames with two casements and a pane each; sills inside."""
     for window in plan.WINDOWS:
         width, height = window.y1 - window.y0, plan.WINDOW_HEAD - plan.WINDOW_SILL
-        # Built along x with the room towards −y, then turned to stand in the wall.
+        # Built along x with the room towards −y, then turned into the wall.
         b = MeshBuilder("white paint")
         y0, y1 = -0.035, 0.035
         frame(b, (0, 0), (width, height), y0 - 0.01, y1 + 0.01, 0.05)
@@ -167,7 +167,7 @@ def add_windows() -> None:
 
 
 def add_balcony_glazing() -> None:
-    """Panes in slim posts all around the balcony, and its handrail."""
+    """Add panes in slim posts all around the balcony, and its handrail."""
     panes, posts = MeshBuilder("glass"), MeshBuilder("black metal")
     for box in plan.BALCONY_GLAZING:
         x, y = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2

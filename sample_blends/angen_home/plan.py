@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Figures of the home: rooms, walls, openings, doors, furniture footprints, sensors, lamps.
 
-Plain data, no bpy. Metres; x east, y north, z up; the finished floor lies at `FLOOR_Z`.
-Angles are degrees; a yaw of 0 faces +x, counter-clockwise seen from above. The walls,
-doors, switches and lamps follow the figures of the real research apartment; what stands
-in living room, kitchen, bathroom and hall is our own.
+Plain data, no bpy. Metres; x east, y north, z up; the finished floor lies at `FLOOR_Z`. Angles are
+degrees; a yaw of 0 faces +x, counter-clockwise seen from above. The walls, doors, switches and
+lamps follow the figures of the real research apartment. We chose the furniture of living room,
+kitchen, bathroom and hall.
 """
 
 from dataclasses import dataclass
@@ -30,8 +30,8 @@ class Box:
 
 
 # --- rooms -----------------------------------------------------------------------------
-# Free floor of each room as rectangles (x0, y0, x1, y1). Hall and living room are open to
-# each other; the line between them is ours.
+# Free floor of each room as rectangles (x0, y0, x1, y1). Hall and living room have no wall between
+# them; we chose the line.
 ROOMS: dict[str, tuple[tuple[float, float, float, float], ...]] = {
     "workroom": ((0.0, 6.3, 3.5, 8.3),),
     "kitchen": ((0.0, 3.3, 3.5, 6.0),),
@@ -44,7 +44,7 @@ ROOMS: dict[str, tuple[tuple[float, float, float, float], ...]] = {
 }
 LANDING = (3.4, 8.5, 6.6, 10.3)  # the stairwell's floor outside the entrance
 
-# --- walls, as boxes (full solids; openings are where no box is) ------------------------
+# --- walls, as boxes (full solids; openings are the gaps between boxes) ----------------
 _T, _S, _H, _D = WALL_TOP, WINDOW_SILL, WINDOW_HEAD, DOOR_HEAD
 OUTER_WALLS: tuple[Box, ...] = (
     Box(-0.4, 0.0, 0, 7.0, 0.3, _T),
@@ -136,9 +136,11 @@ FLAG_Z = (2.06, 2.29)
 
 @dataclass(frozen=True)
 class Door:
-    """A hinged leaf. Its object's origin is the hinge at z = 0; the leaf runs along local +x
-    from 0 to `leaf_width`, its face towards the swing side lies at local y = 0 and its back
-    at y = +LEAF_THICKNESS. Every door opens clockwise seen from above (yaw falls)."""
+    """A hinged leaf, whose object has its origin on the hinge at z = 0.
+
+    The leaf runs along local +x from 0 to `leaf_width`. Its face on the swing side lies at local y
+    = 0, its back at y = +LEAF_THICKNESS. Every door opens clockwise seen from above (yaw falls).
+    """
 
     name: str
     hinge: tuple[float, float]
@@ -161,7 +163,7 @@ DOORS: dict[str, Door] = {
         Door("entrance", (4.4, 8.25), 0.0, -97.0, (4.875, 8.285), 0.0, "landing", wall_face=0.05),
         Door("workroom", (3.73, 7.1), 90.0, -53.2, (3.715, 7.575), 90.0, "workroom"),
         Door("kitchen", (3.73, 4.0), 90.0, -53.2, (3.715, 4.475), 90.0, "kitchen"),
-        # A full swing would meet the bathroom's wall.
+        # A full swing would hit the bathroom's wall.
         Door("bedroom", (3.73, 1.83), 90.0, 3.0, (3.715, 2.245), 90.0, "bedroom",
              leaf_width=0.96, opening_at=-0.03),
         Door("bathroom", (4.2, 1.56), 0.0, -95.0, (4.67, 1.58), 0.0, "hall",
@@ -174,7 +176,7 @@ DOORS: dict[str, Door] = {
     )
 }  # fmt: skip
 
-# --- furniture footprints: what a walker must keep clear of -----------------------------
+# --- furniture footprints: obstacles for walkers -----------------------------------------
 SOFA_SEAT_Z, BED_TOP_Z, TOILET_SEAT_Z = 0.47, 0.56, 0.475
 FURNITURE: dict[str, Box] = {
     # living room
@@ -231,7 +233,7 @@ FURNITURE: dict[str, Box] = {
 # --- sensors --------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Mount:
-    """Where a sensor hangs and the yaw it looks along (level, as the thesis mounts them)."""
+    """The place of a sensor, and the yaw along which it senses (level, as in the thesis)."""
 
     room: str
     at: tuple[float, float, float]
@@ -240,7 +242,8 @@ class Mount:
 
 
 PIRS: dict[str, Mount] = {
-    # Bedroom: the thesis's printed pose; kitchen, workroom, living room, hall: natural corners.
+    # Bedroom: the pose printed in the thesis; kitchen, workroom, living room, hall: natural
+    # corners.
     "PIR bedroom": Mount("bedroom", (3.4, 0.4, 2.9), 146.0),
     "PIR kitchen": Mount("kitchen", (0.1, 3.4, 2.35), 38.0),
     "PIR workroom": Mount("workroom", (0.1, 8.2, 2.35), -38.0),
@@ -258,12 +261,12 @@ LIGHT_SENSORS: dict[str, Mount] = {
     "Light sensor bathroom": Mount("bathroom", (5.2, 0.95, 2.85), 0.0),
     "Light sensor closet": Mount("closet", (6.2, 2.25, 2.85), 0.0),
 }
-# The person, and a cushion, which lies on the pad alone: what is farther below than the tolerance,
-# the sofa's frame, does not carry it. Pressed from this force on: a cushion is not a person.
+# The loads of the pad: the person, and the cushion on it. The sofa's frame is below the tolerance,
+# and does not carry the cushion. PRESSURE_THRESHOLD (N) is above the cushion's weight.
 PERSON_MASS = 70.0
 CUSHION_MASS = 2.5
 CUSHION_TOLERANCE = 0.005
-# Kilograms of what rests on the cushion and takes part of the weight of who leans back.
+# Kilograms of the cushions on the pad's cushion, which take some weight of a person leaning back.
 LEANING_MASSES = {"Pillow rust": 0.5, "Sofa back cushion west": 1.5}
 PRESSURE_THRESHOLD = 100.0
 # Centre of the pad's upper face and its size (x, y, thickness).

@@ -12,7 +12,7 @@ CLOSET = "Home/Furniture/Closet"
 
 
 def _oval(b: MeshBuilder, rings: list[tuple[float, float, float, float]], material: str) -> None:
-    """A body of oval rings (half width, half depth, y of the centre, z), open at both ends."""
+    """Add a body of oval rings (half width, half depth, y of the centre, z), open at both ends."""
     segments = 24
 
     def point(u: float, v: float) -> tuple[float, float, float]:
@@ -24,7 +24,7 @@ def _oval(b: MeshBuilder, rings: list[tuple[float, float, float, float]], materi
 
 
 def add_toilet() -> None:
-    """A toilet with cistern, its seat at the plan's seat height; looks towards +y."""
+    """Add a toilet with cistern that faces +y, its seat at the plan's seat height."""
     box = plan.FURNITURE["Toilet"]
     seat_z = plan.TOILET_SEAT_Z - FLOOR
     b = MeshBuilder("ceramic")
@@ -59,7 +59,7 @@ def add_toilet() -> None:
 
 
 def add_washbasin() -> None:
-    """A basin on a cupboard, tap, mirror."""
+    """Add a basin on a cupboard, tap, mirror."""
     box = plan.FURNITURE["Washbasin"]
     w, d, top = box.x1 - box.x0, box.y1 - box.y0, box.z1 - FLOOR
     b = MeshBuilder("lacquer")
@@ -97,7 +97,7 @@ def add_washbasin() -> None:
 
 
 def add_shower() -> None:
-    """A corner with a glass screen, a tray, rail and head."""
+    """Add a corner with a glass screen, a tray, rail and head."""
     tray = MeshBuilder("ceramic")
     tray.box((5.91, 0.3, FLOOR - 0.01), (6.7, 1.6, FLOOR + 0.012), 0.003, "tiles grey")
     tray.lathe([(0, 0), (0.05, 0), (0.05, 0.003), (0, 0.002)], (6.3, 0.6, FLOOR + 0.012), 18,
@@ -126,7 +126,7 @@ def add_shower() -> None:
 
 
 def add_bath_things() -> None:
-    """Towels on a rail, basket, mat."""
+    """Add towels on a rail, basket, mat."""
     rail = MeshBuilder("chrome")
     for z in (0.0, 0.12):
         rail.rod((-0.28, -0.07, z), (0.28, -0.07, z), 0.008, 8)
@@ -147,14 +147,14 @@ def add_bath_things() -> None:
 
 
 def add_closet() -> None:
-    """A washing machine, shelves with boxes and towels above it, a broom."""
+    """Add a washing machine, shelves with boxes and towels above it, a broom."""
     box = plan.FURNITURE["Washing machine"]
     at = ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2, FLOOR)
     b = MeshBuilder("white plastic")
     b.box((-0.28, -0.3, 0.0), (0.3, 0.3, box.z1 - FLOOR), 0.012)
     b.box((-0.29, -0.29, 0.73), (-0.28, 0.29, 0.85), 0.004, "grey plastic")
     b.matrix = moved(-0.28, 0, 0.4, 90.0)
-    # After the turn the drum's door lies in the local x–z plane, looking along +y.
+    # After the turn the drum's door lies in the local x–z plane and faces +y.
     b.tube([(0, -0.005, 0), (0, 0.018, 0)], 0.19, 28, "chrome")
     b.tube([(0, 0.0, 0), (0, 0.021, 0)], 0.15, 24, "black glass")
     b.tube([(0.12, 0.0, 0.385), (0.12, 0.03, 0.385)], 0.03, 16, "white plastic")
@@ -180,7 +180,7 @@ def add_closet() -> None:
 
 
 def add_wet_rooms() -> None:
-    """Everything in this module."""
+    """Add all objects of this module."""
     add_toilet()
     add_washbasin()
     add_shower()

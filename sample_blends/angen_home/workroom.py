@@ -11,7 +11,7 @@ PATH = "Home/Furniture/Workroom"
 
 
 def _screen() -> MeshBuilder:
-    """A 25-inch screen on a foot, looking towards +y."""
+    """Return a 25-inch screen on a foot that faces +y."""
     b = MeshBuilder("black plastic")
     b.lathe([(0, 0), (0.1, 0), (0.11, 0.006), (0.1, 0.012), (0, 0.014)], segments=20)
     b.box((-0.025, -0.03, 0.01), (0.025, -0.012, 0.3), 0.005)
@@ -21,7 +21,7 @@ def _screen() -> MeshBuilder:
 
 
 def _tower() -> MeshBuilder:
-    """A computer standing on its long side, 0.5 × 0.2 × 0.5."""
+    """Return a computer standing on its long side, 0.5 × 0.2 × 0.5."""
     b = MeshBuilder("black plastic")
     b.box((-0.248, -0.098, 0), (0.248, 0.098, 0.5), 0.008)
     b.box((-0.18, 0.098, 0.06), (0.18, 0.1, 0.44), 0.002, "black glass")
@@ -42,7 +42,7 @@ def _speaker() -> MeshBuilder:
 
 
 def office_chair(cloth: str) -> MeshBuilder:
-    """A swivel chair looking towards +y, on z = 0."""
+    """Return a swivel chair that faces +y, on z = 0."""
     b = MeshBuilder("black plastic")
     for k in range(5):
         a = 2 * pi * k / 5 + 0.3
@@ -60,7 +60,7 @@ def office_chair(cloth: str) -> MeshBuilder:
 
 
 def add_desks() -> None:
-    """Each desk with computer, screen, two speakers, keyboard and mouse as in the figures."""
+    """Add desks with computer, screen, two speakers, keyboard and mouse, as in the figures."""
     screen, tower = _screen().build("Screen"), _tower().build("Computer")
     speaker = _speaker().build("Speaker")
     keys = MeshBuilder("grey plastic")
@@ -102,7 +102,7 @@ def add_desks() -> None:
 
 
 def add_workroom() -> None:
-    """Everything in this module."""
+    """Add all objects of this module."""
     add_desks()
     place("Window lamp workroom", table_lamp(0.62, "black metal"), PATH,
           (-0.13, 8.05, plan.WINDOW_SILL + 0.022))  # fmt: skip

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An artist's studio with a bath: one open room, turned out of the axes, for a couple and a cat."""
+"""An artist's studio with a bath for a couple and a cat: one open room, not along the axes."""

@@ -10,7 +10,7 @@ from mathutils import Euler, Matrix
 from .shell import BATH_Y, HIGH, LONG
 
 Vec = tuple[float, float, float]
-# Where each lamp hangs, its power (W), and where on the wall it is switched.
+# The place of each lamp, its power (W), and the place of its switch on the wall.
 LAMPS: dict[str, tuple[Vec, float, Vec | None]] = {
     "Lamp table": ((4.3, 4.1, 1.75), 30.0, (6.49, 4.15, 1.1)),
     "Lamp entrance": ((8.2, 1.8, HIGH - 0.1), 20.0, (LONG - 0.01, 2.3, 1.1)),
@@ -19,7 +19,7 @@ LAMPS: dict[str, tuple[Vec, float, Vec | None]] = {
     "Lamp sleeping": ((1.3, 4.9, HIGH - 0.1), 20.0, (1.9, 6.49, 1.1)),
     "Reading lamp": ((2.6, 2.85, 1.5), 10.0, None),
 }
-# Level, in corners: room, place, and the yaw (degrees) that they look along.
+# Detectors, level, in corners: room, place, and the yaw (degrees) along which they sense.
 DETECTORS: dict[str, tuple[str, Vec, float]] = {
     "PIR living": ("living", (0.08, 0.08, 2.3), 45.0),
     "PIR sleeping": ("sleeping", (0.08, 6.42, 2.3), -45.0),
@@ -31,12 +31,12 @@ LIGHTS: dict[str, tuple[str, Vec]] = {
     "Light living": ("living", (2.2, 2.9, HIGH - 0.15)),
     "Light bath": ("bath", (7.6, 5.0, HIGH - 0.15)),
 }
-# Mats under the sheets of the beds: y of their middle.
+# Mats under the sheets of the beds: y of their centre.
 MATS = {"Mat of Karin": 6.0, "Mat of Olle": 4.2}
 
 
 def add_lamps() -> None:
-    """Each is a disk, or a point where it stands free, with its mark."""
+    """Add lamps with marks: disks, or points where they stand free."""
     for name, (at, power, switch) in LAMPS.items():
         data = bpy.data.lights.new(name, "POINT" if at[2] < 2.0 else "AREA")
         data.energy, data.color = power, (1.0, 0.85, 0.68)
@@ -59,7 +59,7 @@ def add_lamps() -> None:
 
 
 def add_sun() -> None:
-    """A sun and a plain sky, above Umeå."""
+    """Add a sun and a plain sky, above Umeå."""
     scene = bpy.context.scene
     data = bpy.data.lights.new("Sun", "SUN")
     data.energy, data.angle = 3.0, radians(0.53)
@@ -79,6 +79,7 @@ def add_sun() -> None:
 
 
 def _add(kind: str, name: str, room: str, matrix: Matrix) -> bpy.types.Object:
+    """Add a sensor."""
     bpy.context.scene.cursor.matrix = matrix
     bpy.ops.angen.sensor_add(kind=kind)
     sensor = bpy.context.object
@@ -87,7 +88,7 @@ def _add(kind: str, name: str, room: str, matrix: Matrix) -> bpy.types.Object:
 
 
 def add_sensors() -> None:
-    """Detectors, light sensors, mats in the beds, and switches on the doors."""
+    """Add detectors, light sensors, mats in the beds, and switches on the doors."""
     for name, (room, at, yaw) in DETECTORS.items():
         level = Euler((pi / 2, 0.0, radians(yaw - 90.0))).to_matrix().to_4x4()
         _add("PIR", name, room, Matrix.Translation(at) @ level)
@@ -104,7 +105,7 @@ def add_sensors() -> None:
 
 
 def fit_doors() -> None:
-    """A switch on each door, as Fit Door places it."""
+    """Add a switch to each door by *Fit Door*."""
     for leaf, room in (("Front door", "entrance"), ("Bath door", "bath")):
         for obj in bpy.context.selected_objects:
             obj.select_set(False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Furniture of the studio and of the bath, with what residents do there."""
+"""Furniture of the studio and of the bath, marked with what residents do there."""
 
 from math import cos, pi, radians, sin
 
@@ -14,16 +14,19 @@ TOP = 0.9
 
 
 def mark(obj: bpy.types.Object, use: str, yaw: float | None = None) -> bpy.types.Object:
-    """What is done there, looking along `yaw` (degrees; None: from wherever there is room)."""
+    """Mark an object with its use and the yaw of a person there; return it.
+
+    `yaw` is in degrees; None: any direction with free floor.
+    """
     obj.angen_place.use = use
     if yaw is not None:
-        # From its own front, -Y, on.
+        # The yaw counts from the object's own front, -Y.
         obj.angen_place.facing = radians(yaw + 90.0) - obj.rotation_euler.z
     return obj
 
 
 def point(name: str, use: str, at: tuple[float, float, float], yaw: float) -> bpy.types.Object:
-    """An empty for what has no object of its own."""
+    """Add a marked empty for a use without an object."""
     obj = place(name, None, "Atelier/Places", at)
     obj.empty_display_type, obj.empty_display_size = "CIRCLE", 0.1
     return mark(obj, use, yaw)
@@ -33,7 +36,7 @@ def _block(
     name: str, low: tuple[float, float, float], high: tuple[float, float, float], material: str,
     path: str = PATH,
 ) -> bpy.types.Object:  # fmt: skip
-    """A box whose origin is the middle of its lower face."""
+    """Add a box whose origin is the centre of its lower face."""
     x, y = ((a + b) / 2 for a, b in zip(low[:2], high[:2], strict=True))
     b = MeshBuilder(material)
     b.box((low[0] - x, low[1] - y, 0.0), (high[0] - x, high[1] - y, high[2] - low[2]), 0.008)
@@ -41,7 +44,7 @@ def _block(
 
 
 def _bed(name: str, y: float, cloth: str) -> None:
-    """0.9 m wide, its head at the west wall."""
+    """Add a bed 0.9 m wide, its head at the west wall."""
     b = MeshBuilder("pine")
     b.box((0.03, y, 0.0), (2.05, y + 0.9, 0.28), 0.01)
     b.box((0.0, y - 0.02, 0.0), (0.04, y + 0.92, 0.95), 0.01)
@@ -52,7 +55,7 @@ def _bed(name: str, y: float, cloth: str) -> None:
 
 
 def add_sleeping() -> None:
-    """Two beds and a chest of drawers between them, behind a low shelf."""
+    """Add two beds and a chest of drawers between them, behind a low shelf."""
     _bed("Bed of Karin", 5.55, "fabric rust")
     _bed("Bed of Olle", 3.75, "fabric grey blue")
     chest = MeshBuilder("oak")
@@ -78,7 +81,7 @@ def add_sleeping() -> None:
 
 
 def add_kitchen() -> None:
-    """A line along the north wall: fridge, counter, sink, stove."""
+    """Add a line along the north wall: fridge, counter, sink, stove."""
     counter = MeshBuilder("kitchen front")
     counter.box((2.9, 5.9, 0.08), (4.2, DEEP, TOP - 0.03), 0.0)
     counter.box((4.8, 5.9, 0.08), (5.6, DEEP, TOP - 0.03), 0.0)
@@ -114,7 +117,7 @@ def add_kitchen() -> None:
 
 
 def add_living() -> None:
-    """Round table with three chairs; sofa, armchair and television; desk at the east wall."""
+    """Add a round table with three chairs; sofa, armchair and television; desk at the east wall."""
     b = MeshBuilder("oak")
     b.cylinder((0, 0, 0.71), 0.55, 0.03, 32)
     b.cylinder((0, 0, 0.0), 0.05, 0.71, 12, "black metal")
@@ -166,7 +169,7 @@ def add_living() -> None:
 
 
 def add_entry() -> None:
-    """A bench and hooks by the front door; a bench on the terrace."""
+    """Add a bench and hooks by the front door; a bench on the terrace."""
     mark(_block("Shoe bench", (7.9, 0.0, 0.0), (8.7, 0.35, 0.45), "oak"), "SIT", 90.0)
     hooks = MeshBuilder("oak")
     hooks.box((6.9, 0.0, 1.6), (7.7, 0.03, 1.72), 0.004)
@@ -178,7 +181,7 @@ def add_entry() -> None:
 
 
 def add_bath() -> None:
-    """Toilet, basin, shower and washing machine."""
+    """Add toilet, basin, shower and washing machine."""
     b = MeshBuilder("ceramic")
     b.cushion((6.98, 6.3, 0.35), (7.42, DEEP, 0.85), 0.03, 0.0, None, 2)
     b.lathe([(0.12, 0.0), (0.13, 0.3), (0.19, 0.4), (0.19, 0.42), (0.0, 0.42)], (7.2, 6.05, 0.008))
@@ -209,7 +212,7 @@ def add_bath() -> None:
 
 
 def turn(yaw: float, at: tuple[float, float, float]) -> None:
-    """Turns all that stands by itself by an angle (degrees) about z and moves it."""
+    """Turn all objects without a parent by an angle (degrees) about z, and move them."""
     from mathutils import Matrix
 
     bpy.context.view_layer.update()

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walls, floor, roof, glass and doors. Metres; before the home is turned, x runs along its long
-side and the finished floor is at z = 0."""
+"""Walls, floor, roof, glass and doors, in metres.
+
+Before the home is turned, x runs along its long side. The finished floor is at z = 0.
+"""
 
 from math import radians
 
@@ -9,9 +11,9 @@ from angen_home.meshes import MeshBuilder, place
 
 LONG, DEEP, HIGH, WALL, THIN = 9.0, 6.5, 3.2, 0.25, 0.1
 HEAD = 2.1
-# The bath's corner; its doorway in the wall towards the studio.
+# The bath's corner, and its doorway in the wall towards the studio.
 BATH_X, BATH_Y, BATH_DOOR = 6.6, 4.2, (4.35, 5.2)
-# Openings: from, to along the wall, sill, head.
+# Openings: from and to along the wall, sill, head.
 WINDOW, NORTH_WINDOW = (0.8, 4.0, 0.5, 2.3), (4.2, 5.6, 1.25, 2.2)
 TERRACE, ENTRANCE = (4.7, 6.3, 0.0, 2.15), (1.2, 2.1, 0.0, HEAD)
 Opening = tuple[float, float, float, float]
@@ -21,7 +23,7 @@ def _wall(
     b: MeshBuilder, ends: tuple[float, float], faces: tuple[float, float], along_x: bool,
     openings: tuple[Opening, ...] = (),
 ) -> None:  # fmt: skip
-    """A wall between its ends along one axis and its faces along the other, with openings."""
+    """Add a wall between `ends` along one axis and `faces` along the other, with openings."""
 
     def box(first: float, last: float, low: float, high: float) -> None:
         if last - first > 1e-6 and high - low > 1e-6:
@@ -40,7 +42,7 @@ def _wall(
 
 
 def add_shell() -> None:
-    """Everything that does not move."""
+    """Add all parts that do not move."""
     outer = MeshBuilder("paint white")
     span = (-WALL, LONG + WALL)
     _wall(outer, span, (-WALL, 0.0), True, (WINDOW, TERRACE))
@@ -91,7 +93,7 @@ def _add_glass() -> None:
 
 
 def _pane(first: float, last: float, head: float) -> MeshBuilder:
-    """Glass in a frame of metal, 5 cm thick, about y = 0."""
+    """Return glass in a frame of metal, 5 cm thick, about y = 0."""
     b = MeshBuilder("glass")
     b.box((first + 0.05, -0.004, 0.05), (last - 0.05, 0.004, head - 0.05), 0.0)
     left, right, top = first + 0.06, last - 0.06, head - 0.06
@@ -104,18 +106,17 @@ def _pane(first: float, last: float, head: float) -> MeshBuilder:
 
 
 def add_doors() -> None:
-    """The front door on its hinge, the bath's that slides along its wall, the terrace's of glass;
-    each with its mark."""
+    """Add the hinged front door, the sliding bath door and the glass terrace door, with marks."""
     leaf = MeshBuilder("walnut z")
     width = ENTRANCE[1] - ENTRANCE[0] - 0.01
-    # Its origin is the hinge, on the face that it opens to: inwards.
+    # Its origin is the hinge, on the face to which it opens: inside.
     leaf.box((0.0, 0.0, 0.005), (0.05, width, HEAD - 0.01), 0.0)
     leaf.rod((-0.05, width - 0.1, 1.05), (-0.05, width - 0.22, 1.05), 0.009, 8, "steel")
     leaf.rod((-0.05, width - 0.1, 1.05), (0.0, width - 0.1, 1.05), 0.008, 8, "steel")
     front = place("Front door", leaf, "Atelier/Doors", (LONG, ENTRANCE[0] + 0.005, 0.0))
     front.angen_place.use, front.angen_place.entrance = "DOOR", True
     front.angen_place.angle = radians(95.0)
-    # Its handle stands out as far as it is thick: it opens inwards.
+    # The handle stands out as far as the door is thick, which marks the side: it opens inwards.
     front.angen_place.other_side = True
     bath = MeshBuilder("oak z")
     low, high = BATH_DOOR
@@ -129,5 +130,6 @@ def add_doors() -> None:
 
 
 def _slides(leaf: bpy.types.Object, way: float) -> None:
+    """Mark a leaf as a sliding door."""
     mark = leaf.angen_place
     mark.use, mark.motion, mark.slide, mark.other_side = "DOOR", "SLIDING", way, True

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Imports a home into Blender and adds a walking person and a sensor of every kind and model, at
-places that rays find; saves two blend files, one of which uses `scene.ray_cast`.
+"""Import a home into Blender, and add a walking person and a sensor of every kind and model.
 
-    python furnish.py HOME.{blend,glb,gltf,obj} OUT.blend REFERENCE.blend
+python furnish.py HOME.{blend,glb,gltf,obj} OUT.blend REFERENCE.blend
+
+Rays find the places for them. Saves two blend files; REFERENCE uses `scene.ray_cast`.
 """
 
 from __future__ import annotations
@@ -21,12 +22,13 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 ADDON = "bl_ext.user_default.angen_sensors"
 FRAMES = 72
-# m
+# Heights of eyes, person and sensors, and distance from a wall (m).
 EYES, TALL, CEILING, ASIDE = 1.2, 1.7, 2.2, 0.05
 CELLS = 24
 
 
 def enable() -> None:
+    """Enable the extension of this checkout in an empty user folder."""
     resources = Path(tempfile.mkdtemp(prefix="angen_foreign_"))
     atexit.register(shutil.rmtree, resources, ignore_errors=True)
     extensions = resources / "extensions" / "user_default"
@@ -39,6 +41,7 @@ def enable() -> None:
 
 
 def load(home: Path) -> None:
+    """Open or import a home."""
     import addon_utils
     import bpy
 
@@ -75,7 +78,7 @@ class Rays:
         self.hi = [max(c[i] for c in finite) for i in range(3)]
 
     def far(self, start: Any, way: Any, most: float = 1000.0) -> float:
-        """The length of a ray up to its hit, at most `most` m."""
+        """Return the length of a ray up to its hit, at most `most` m."""
         hit, place, *_ = self.scene.ray_cast(
             self.depsgraph,
             _vector(start) / self.metres,
@@ -86,6 +89,7 @@ class Rays:
 
 
 def _is_shown(seen: Any) -> bool:
+    """Return whether an evaluated object is a visible mesh with faces."""
     return seen.type == "MESH" and len(seen.data.polygons) > 0 and seen.original.visible_get()
 
 
@@ -96,7 +100,7 @@ def _vector(numbers: Any) -> Any:
 
 
 def floors(rays: Rays) -> list[Any]:
-    """Points on the floor with headroom for a person, of the storey with most of them."""
+    """Return points on the floor with headroom for a person, of the storey with most of them."""
     found: Counter[int] = Counter()
     points: dict[int, list[Any]] = {}
     lo, hi = rays.lo, rays.hi
@@ -108,7 +112,7 @@ def floors(rays: Rays) -> list[Any]:
                 z -= down
                 if rays.far((x, y, z + 0.02), (0, 0, 1)) > TALL + 0.1:
                     level = round(z / 0.2)
-                    # Under a roof rather than on it.
+                    # A point under a roof counts more than one on it.
                     covered = rays.far((x, y, z + 0.02), (0, 0, 1)) < 5.0
                     found[level] += 10 if covered else 1
                     points.setdefault(level, []).append((x, y, z))
@@ -119,7 +123,7 @@ def floors(rays: Rays) -> list[Any]:
 
 
 def walk(rays: Rays, points: list[Any]) -> tuple[Any, Any]:
-    """The ends of the longest straight path, among some, that a person can walk."""
+    """Return the ends of the longest straight walk that a person can take between two points."""
     best, longest = (points[0], points[0]), 0.0
     for a in points[:: max(1, len(points) // 40)]:
         for b in points[:: max(1, len(points) // 40)]:
@@ -133,6 +137,7 @@ def walk(rays: Rays, points: list[Any]) -> tuple[Any, Any]:
 
 
 def furnish(rays: Rays) -> None:
+    """Add the person, the sensors and, if the home has none, a lamp."""
     import bpy
 
     scene = rays.scene
@@ -235,7 +240,7 @@ def main(home: str, out: str, reference: str) -> None:
     bpy.context.scene.angen_ray_caster = "SCENE"
     bpy.ops.wm.save_as_mainfile(filepath=str(Path(reference).absolute()), copy=True)
     sys.stdout.flush()
-    # Blender's module can crash at its own end.
+    # Blender's module can crash as the process ends.
     for folder in (bpy.app.tempdir, os.environ["BLENDER_USER_RESOURCES"]):
         shutil.rmtree(folder, ignore_errors=True)
     os._exit(0)

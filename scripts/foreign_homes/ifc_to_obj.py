@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An IFC building as an OBJ file in metres, Z up, an object for each part, for Blender to import.
+"""Convert an IFC building to an OBJ file in metres, Z up, with an object for each part.
 
-    python -m venv ifc && ifc/bin/pip install ifcopenshell
-    ifc/bin/python scripts/foreign_homes/ifc_to_obj.py HOME.ifc HOME.obj
+python -m venv ifc && ifc/bin/pip install ifcopenshell
+ifc/bin/python scripts/foreign_homes/ifc_to_obj.py HOME.ifc HOME.obj
 
 An object is called after its class, its name and its number, such as `Door Front door 4711`. The
-volumes of rooms (IfcSpace) and openings are left out: sensors would take them for solid.
+volumes of rooms (IfcSpace) and openings are left out, because sensors would take them for solid.
 """
 
 import sys
@@ -19,7 +19,7 @@ LEFT_OUT = ("IfcSpace", "IfcOpeningElement", "IfcVirtualElement", "IfcAnnotation
 
 
 def convert(source: Path, target: Path) -> int:
-    """How many objects were written."""
+    """Write the OBJ file; return the number of objects."""
     model = ifcopenshell.open(str(source))
     settings = ifcopenshell.geom.settings()
     settings.set("use-world-coords", True)
@@ -45,10 +45,11 @@ def convert(source: Path, target: Path) -> int:
 
 
 def _of_class(model: ifcopenshell.file, name: str) -> list[ifcopenshell.entity_instance]:
+    """Return the parts of an IFC class."""
     try:
         return list(model.by_type(name))
     except RuntimeError:
-        return []  # This version of the schema has no such class.
+        return []  # this version of the schema has no such class
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every verb on homes that nobody of this project made.
+"""Run every verb on homes that other people made.
 
-    python scripts/foreign_homes/run.py SOURCE…
+python scripts/foreign_homes/run.py SOURCE…
 
-A SOURCE is a home (.blend, .glb, .gltf, .obj, .ifc), a folder of such, or the address of a git
-repository with such in it. For IFC, ifcopenshell is installed in a virtual environment of its own.
-Each home gets a walking person and a sensor of every kind and model; what the motion detectors and
-switches say is compared with what they say by Blender's own `scene.ray_cast`. All is left under
-build/foreign_homes/, with a table; the exit status is 1 where a verb failed on a home.
+A SOURCE is a home (.blend, .glb, .gltf, .obj, .ifc), a folder of homes, or the address of a git
+repository of homes. For IFC, ifcopenshell is installed in its own virtual environment. Each home
+gets a walking person and a sensor of every kind and model. The readings of the motion detectors and
+switches are compared with those by Blender's own `scene.ray_cast`. All files stay in
+build/foreign_homes/, with a table; the exit status is 1 if a verb failed on a home.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ EXPLAINED = ("PIR range_scan", "PIR pyroelectric", "switch ray", "pad", "light l
 
 
 def main(sources: list[str]) -> int:
+    """Try all homes and write the table; return the exit status."""
     OUT.mkdir(parents=True, exist_ok=True)
     rows, failed = [], False
     for home in [home for source in sources for home in homes_of(source)]:
@@ -56,6 +57,7 @@ def main(sources: list[str]) -> int:
 
 
 def homes_of(source: str) -> list[Path]:
+    """Return the homes of a source: a file, a folder or a git repository."""
     path = Path(source)
     if path.is_file():
         return [path]
@@ -67,7 +69,7 @@ def homes_of(source: str) -> list[Path]:
 
 
 def try_home(home: Path) -> dict[str, str]:
-    """What each verb made of a home, by its name."""
+    """Return the result of each verb on a home."""
     folder = OUT / f"{home.stem}_{home.suffix[1:]}"
     folder.mkdir(exist_ok=True)
     row = {"home": f"{home.stem} ({home.suffix[1:]})"}
@@ -87,7 +89,7 @@ def try_home(home: Path) -> dict[str, str]:
 
 
 def verbs_on(folder: Path) -> dict[str, list[object]]:
-    """What is typed after `angen` for a furnished home."""
+    """Return the arguments after `angen` of each verb for a furnished home."""
     blend, reference, events = (folder / n for n in ("home.blend", "reference.blend", "events.csv"))
     verbs: dict[str, list[object]] = {
         "list": ["list", blend, "--json"],
@@ -106,7 +108,7 @@ def verbs_on(folder: Path) -> dict[str, list[object]]:
 
 
 def run(folder: Path, name: str, command: list[object]) -> tuple[str, str]:
-    """How a command went, and what it said; all of it is kept in a file beside the home."""
+    """Run a command, and keep its output beside the home; return how it ended and its last line."""
     program = [] if str(command[0]).endswith("python") else [sys.executable]
     began = time.monotonic()
     try:
@@ -122,15 +124,15 @@ def run(folder: Path, name: str, command: list[object]) -> tuple[str, str]:
     last = next((line for line in reversed(said.splitlines()) if line.strip()), "")
     mark = f"ok, {took:.0f} s"
     if status:
-        # It said in one line what is wrong with the home; or it fell.
-        told = status in (1, 2) and last.startswith("angen: ") and "Traceback" not in said
-        mark = f"{'told' if told else 'FAILED'} ({status}): {last[:120]}"
+        # One line that names the fault of the home is a refusal; anything else is a failure.
+        is_refused = status in (1, 2) and last.startswith("angen: ") and "Traceback" not in said
+        mark = f"{'told' if is_refused else 'FAILED'} ({status}): {last[:120]}"
     print(f"   {name}: {mark}", flush=True)
     return mark.replace("|", "/"), out
 
 
 def ifc_python() -> Path:
-    """A Python with ifcopenshell."""
+    """Return a Python that has ifcopenshell, installed if it is missing."""
     folder = OUT / "ifc-venv"
     python = folder / "bin" / "python"
     if not python.exists():

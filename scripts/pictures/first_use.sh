@@ -1,12 +1,12 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# A new user's first half hour, by mouse and keyboard, with a picture of each step, and every number
-# that the window shows held against the files that were exported in it:
+# A new user's first half hour, by mouse and keyboard, with a picture of each step. Then every
+# number that the window shows is compared with the files that were exported from it:
 #   sh scripts/pictures/first_use.sh BLENDER WIDTHxHEIGHT ZIP OUT
-# BLENDER is the program (4.3 and 5.2 are known to go), ZIP what `make zip` wrote, OUT a folder for
-# pictures, exported files and what was compared. Needs Xvfb, xdotool and ImageMagick's `import`.
-# The mouse goes to places told from the right and upper edges, as Blender lays out its sidebar: at
-# any size from 1280x720 on. Ends with the status of the comparison.
+# BLENDER is the program (4.3 and 5.2 work), ZIP the file that `make zip` wrote, OUT a folder for
+# pictures, exported files and the report of the comparison. Needs Xvfb, xdotool and ImageMagick's
+# `import`. Mouse positions count from the right and upper edges, as Blender lays out its sidebar,
+# so they hold at any size from 1280x720 on. The exit status is that of the comparison.
 set -eu
 blender=$1 size=$2 zip=$3 out=$4
 w=${size%x*} h=${size#*x}
@@ -19,9 +19,9 @@ Xvfb "$DISPLAY" -screen 0 "${size}x24" +extension GLX -nolisten tcp >/dev/null 2
 screen=$! window=
 trap 'kill $window $screen 2>/dev/null; rm -rf "$home"' EXIT
 sleep 2
-# The sidebar's tabs; the middle of its panels; where the timeline's frames stand.
+# The sidebar's tabs, the centre of its panels, and the frame numbers of the timeline.
 tabs=$((w * 815 / 1000)) middle=$((w * 815 / 1000 - 142)) frames=$((h - h * 28 / 360 + 17))
-# Blender 5 has one more tab above.
+# Blender 5 has one more tab above them.
 case $("$blender" --version | head -1) in *" 4."*) tab=254 ;; *) tab=330 ;; esac
 
 open() {
@@ -34,7 +34,7 @@ bpy.context.preferences.view.show_splash = False' --python scripts/shown_numbers
     view
     click "$tabs" "$tab"
 }
-# Until the window shows the same twice: on a busy machine that takes a while.
+# Wait until two pictures of the window are equal: on a busy machine that takes a while.
 settle() {
     last='' n=0
     while [ $n -lt 30 ]; do
@@ -50,7 +50,7 @@ panel() { click $((middle + $1)) "$2"; }
 key() { for k in "$@"; do xdotool key "$k"; settle; done; }
 view() { at $((w / 5)) $((h / 2)); }
 text() { xdotool type --delay 80 "$1"; settle; }
-# The button of a file browser, whose window opens in the middle: what it offers is taken.
+# Press the button of a file browser, whose window opens in the centre, with the proposed name.
 accept() { click $((w / 2 + 480)) $((h / 2 + 291)); }
 picture() { sleep "${2:-1}"; import -window root "$out/$1.png"; }
 

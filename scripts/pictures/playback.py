@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What live readings and the drawing cost playback in a window, in turn: none, live readings, both.
+r"""Measure what live readings and the overlay cost playback in a window.
 
-    blender --factory-startup --addons bl_ext.user_default.angen_sensors \\
-        sample_blends/angen.blend --python scripts/pictures/playback.py
+blender --factory-startup --addons bl_ext.user_default.angen_sensors \
+    sample_blends/angen.blend --python scripts/pictures/playback.py
 
-Plays frames 900 to 1100 without the recording. Prints milliseconds a frame: of the clock, of all
-processors (software OpenGL takes several), and of the extension's own Python, on average.
+Neither, live readings, and both take turns. Frames 900 to 1100 are played without the recording.
+Prints mean milliseconds per frame: of the clock, of all processors (software OpenGL takes several),
+and of the extension's own Python.
 """
 
 from __future__ import annotations
@@ -19,17 +20,19 @@ import bpy
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import live
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import draw, refresh
 
-# A round has so many frames; the first few, in which all is looked at anew, do not count.
+# Frames of a round; the first few do not count, because the sensors start anew in them.
 ROUNDS, FRAMES, FIRST = 4, 40, 6
-WAYS = {"none": (False, False), "live": (True, False), "live and drawn": (True, True)}
-coming = list(WAYS) * ROUNDS
-present = "none"
+SETTINGS = {"none": (False, False), "live": (True, False), "live and drawn": (True, True)}
+rounds_left = list(SETTINGS) * ROUNDS
+current = "none"
 frame = drawn = 0
 began = processors = python = 0.0
-took: dict[str, list[tuple[float, ...]]] = {name: [] for name in WAYS}
+took: dict[str, list[tuple[float, ...]]] = {name: [] for name in SETTINGS}
 
 
 def timed(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that adds its seconds to `python`."""
+
     def run(*args: Any) -> None:
         global python
         start = time.thread_time()
@@ -40,7 +43,10 @@ def timed(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def count() -> None:
-    """Not in a frame handler: the sensors must then take it that anything may have changed."""
+    """Count a drawn frame, and end the round after `FRAMES` of them.
+
+    This is no frame handler, because other handlers make live sensing assume that anything changed.
+    """
     global frame, drawn, began, processors, python
     if frame != bpy.context.scene.frame_current:
         frame = bpy.context.scene.frame_current
@@ -49,8 +55,8 @@ def count() -> None:
             began, processors, python = time.perf_counter(), time.process_time(), 0.0
         elif drawn == FRAMES:
             spent = time.perf_counter() - began, time.process_time() - processors, python
-            took[present].append(tuple(seconds / FRAMES * 1000 for seconds in spent))
-            bpy.app.timers.register(turn, first_interval=0.01)
+            took[current].append(tuple(seconds / FRAMES * 1000 for seconds in spent))
+            bpy.app.timers.register(next_round, first_interval=0.01)
 
 
 def start() -> None:
@@ -69,16 +75,16 @@ def start() -> None:
     area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
     with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
         bpy.ops.screen.animation_play()
-    bpy.app.timers.register(turn, first_interval=2.0)
+    bpy.app.timers.register(next_round, first_interval=2.0)
 
 
-def turn() -> None:
-    """Begins the next round, or tells of all."""
-    global present, drawn
-    if coming:
-        present = coming.pop(0)
+def next_round() -> None:
+    """Begin the next round, or print the result after the last."""
+    global current, drawn
+    if rounds_left:
+        current = rounds_left.pop(0)
         scene = bpy.context.scene
-        scene.angen_live, scene.angen_overlay.show = WAYS[present]
+        scene.angen_live, scene.angen_overlay.show = SETTINGS[current]
         drawn = -FIRST
         return
     middle = {n: [statistics.median(v) for v in zip(*r, strict=True)] for n, r in took.items()}

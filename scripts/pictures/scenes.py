@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sets up Blender's window for a picture of the sample home:
+r"""Set up Blender's window for a picture of the sample home.
 
-    PICTURE=coverage blender --factory-startup --addons bl_ext.user_default.angen_sensors \\
-        sample_blends/angen.blend --python scripts/pictures/scenes.py
+PICTURE=coverage blender --factory-startup --addons bl_ext.user_default.angen_sensors \
+    sample_blends/angen.blend --python scripts/pictures/scenes.py
 
 PICTURE is a function below. READY is printed when the window shows it; `make pictures` takes all.
 """
@@ -20,12 +20,12 @@ sys.path.append(str(Path(__file__).parent))
 import window
 
 CAMERA = "Camera living"
-# Of the view, from its lower left corner: a free piece of wall.
+# A free piece of wall in the view, from its lower left corner.
 MOUSE = (0.33, 0.73)
 
 
 def place() -> Iterator[None]:
-    """A motion detector hangs under the mouse, on a wall of the living room."""
+    """Show a new motion detector under the mouse, on a wall of the living room."""
     main = bpy.context.window_manager.windows[0]
     area = window.areas()["VIEW_3D"]
     space = area.spaces[0]
@@ -49,7 +49,7 @@ def place() -> Iterator[None]:
 
 
 def coverage() -> Iterator[None]:
-    """A coverage map and a proposal."""
+    """Show a coverage map and a proposal."""
     scene = bpy.context.scene
     main = bpy.context.window_manager.windows[0]
     view = window.areas()["VIEW_3D"]
@@ -80,7 +80,7 @@ SHOWN = "Meal preparation"
 
 
 def day() -> Iterator[None]:
-    """A day, one stretch of it shown."""
+    """Show a stretch of a simulated day."""
     main = bpy.context.window_manager.windows[0]
     view = window.areas()["VIEW_3D"]
     space = view.spaces[0]
@@ -106,8 +106,8 @@ def day() -> Iterator[None]:
     yield
 
 
-# Frame, middle of the view (m), its distance (m), its tilt from above and its turn (degrees), the
-# sensor that is active.
+# Frame, centre of the view (m), its distance (m), its tilt from above and its turn (degrees), and
+# the active sensor.
 VIEWS: dict[str, tuple[int, tuple[float, float, float], float, float, float, str]] = {
     "motion": (1586, (7.9, 4.6, 0.8), 9.0, 52.0, -35.0, "PIR living room"),
     "home": (700, (5.0, 4.0, 0.0), 19.0, 30.0, 0.0, "PIR hall"),
@@ -118,7 +118,7 @@ VIEWS: dict[str, tuple[int, tuple[float, float, float], float, float, float, str
 
 
 def overlay() -> Iterator[None]:
-    """What the viewport draws of the sensors: one of `VIEWS` by the variable VIEW."""
+    """Show the signs of the sensors in the viewport: one of `VIEWS` by the variable VIEW."""
     frame, middle, distance, tilt, turn, name = VIEWS[os.environ.get("VIEW", "motion")]
     view = window.areas()["VIEW_3D"]
     space = view.spaces[0]
@@ -137,7 +137,7 @@ def overlay() -> Iterator[None]:
 
 
 def pyroelectric() -> Iterator[None]:
-    """The panel of a pyroelectric detector."""
+    """Show the panel of a pyroelectric detector."""
     areas = window.areas()
     space = areas["VIEW_3D"].spaces[0]
     window.select("Person rig")
@@ -151,7 +151,7 @@ def pyroelectric() -> Iterator[None]:
     space.shading.color_type = "MATERIAL"
     space.overlay.show_floor = False
     areas["PROPERTIES"].spaces[0].context = "PHYSICS"
-    # The outliner gives its room to the properties.
+    # The outliner's height goes to the properties.
     yield
     window.play_up_to(1640)
     yield
@@ -161,7 +161,7 @@ def pyroelectric() -> Iterator[None]:
 
 
 def places() -> Iterator[None]:
-    """The home's places, one door unmarked."""
+    """Show the home's places, one door unmarked."""
     main = bpy.context.window_manager.windows[0]
     view = window.areas()["VIEW_3D"]
     space = view.spaces[0]
@@ -188,7 +188,7 @@ PLACES = (("ADULT", 1.3, 0.3), ("CHILD", 2.2, 0.0), ("CAT", 2.9, -0.5), ("OLDER_
 
 
 def residents() -> Iterator[None]:
-    """All sorts of residents, and the panel of one; without a home."""
+    """Show all types of residents, and the panel of one, without a home."""
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj)
     cursor = bpy.context.scene.cursor
@@ -211,11 +211,11 @@ TIMELINE = 0.45
 
 
 def timeline() -> Iterator[None]:
-    """The sensors' history and an explanation: the first half minute, simulated."""
+    """Show the sensors' timeline and an explanation over the first half minute."""
     main = bpy.context.window_manager.windows[0]
     scene = bpy.context.scene
     areas = window.areas()
-    # A higher timeline in place of the low one at the bottom.
+    # A higher timeline replaces the low one at the bottom.
     with bpy.context.temp_override(window=main, area=areas["DOPESHEET_EDITOR"]):
         bpy.ops.screen.area_close()
     yield

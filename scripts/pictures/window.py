@@ -10,7 +10,7 @@ from mathutils import Euler
 
 
 def areas() -> dict[str, Any]:
-    """The window's areas by their type."""
+    """Return the window's areas by their type."""
     return {area.type: area for area in bpy.context.window_manager.windows[0].screen.areas}
 
 
@@ -19,7 +19,7 @@ def region_of(area: Any, kind: str = "WINDOW") -> Any:
 
 
 def select(name: str) -> Any:
-    """Selects an object alone and makes it the active one."""
+    """Select a single object, and make it the active one."""
     for obj in bpy.context.selected_objects:
         obj.select_set(False)
     obj = bpy.data.objects[name]
@@ -29,7 +29,7 @@ def select(name: str) -> Any:
 
 
 def plain(space: Any) -> None:
-    """Shows materials only, with the sidebar and without floor, bones, cursor and gizmos."""
+    """Show materials and the sidebar, without floor, bones, cursor and gizmos."""
     space.shading.color_type = "MATERIAL"
     space.shading.show_cavity = True
     space.show_gizmo, space.show_region_ui = False, True
@@ -41,7 +41,7 @@ def plain(space: Any) -> None:
 def view_from(
     space: Any, middle: tuple[float, float, float], distance: float, tilt: float, turn: float = 0.0
 ) -> None:
-    """Looks at `middle` from a distance (m), tilted from above and turned (degrees)."""
+    """Look at `middle` from a distance (m), tilted from above and turned (degrees)."""
     region = space.region_3d
     region.view_perspective = "PERSP"
     region.view_location, region.view_distance = middle, distance
@@ -49,6 +49,7 @@ def view_from(
 
 
 def through_camera(space: Any, name: str) -> None:
+    """Look through a camera."""
     bpy.context.scene.camera = bpy.data.objects[name]
     space.region_3d.view_perspective = "CAMERA"
     space.region_3d.view_camera_zoom = 12
@@ -60,13 +61,14 @@ def lens(space: Any) -> None:
 
 
 def without_ceilings() -> None:
+    """Hide the ceilings."""
     for obj in bpy.data.objects:
         if "eiling" in obj.name:
             obj.hide_set(True)
 
 
 def only_panels(*names: str) -> None:
-    """Opens these panels, and removes the extension's others from the sidebar."""
+    """Open these panels, and remove the extension's other panels from the sidebar."""
     panels = [
         panel
         for panel in bpy.types.Panel.__subclasses__()
@@ -85,7 +87,7 @@ def only_panels(*names: str) -> None:
 
 
 def play_up_to(frame: int) -> None:
-    """Plays 30 frames, so that sensors have something to compare with."""
+    """Play the 30 frames before a frame, so that sensors have frames to compare with."""
     for number in range(frame - 30, frame + 1):
         bpy.context.scene.frame_set(number)
 
@@ -101,7 +103,7 @@ def redraw() -> None:
 
 
 def show(steps: Iterator[None], every: float = 0.5) -> None:
-    """Runs one step per timer tick, so that Blender draws in between; then prints READY."""
+    """Run one step per timer tick, so that Blender draws in between; then print READY."""
 
     def tick() -> float | None:
         for _ in steps:

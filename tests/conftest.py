@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all tests share: Blender's folders in an empty place, and the extension switched on.
+"""Fixtures of all tests: Blender's folders in an empty place, and the extension enabled.
 
 tests/pure needs Python and numpy, tests/blender Blender's Python module (bpy), tests/e2e a Blender
-program. What is missing is skipped and says so; nothing here imports bpy for the others.
+program. Tests without their program are skipped and say so; nothing here imports bpy for the
+others.
 """
 
 import contextlib
@@ -27,8 +28,7 @@ HAS_BPY = importlib.util.find_spec("bpy") is not None
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Give Blender empty folders of its own, and all processes a temporary folder that goes with
-    them.
+    """Give Blender empty folders, and all processes a temporary folder that is removed at the end.
 
     Blender reads BLENDER_USER_RESOURCES when bpy is imported. Processes that are killed leave their
     folders in TMPDIR, as do the workers of pytest-xdist, whose own folders lie in the first one's.
@@ -48,7 +48,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _remove(resources: str, base: str) -> None:
-    """Remove what this process and those that it started left, and pytest's folder if empty."""
+    """Remove the folders of this process and its children, and pytest's folder if it is empty."""
     shutil.rmtree(resources, ignore_errors=True)
     for folder in Path(base).glob("pytest-of-*"):
         with contextlib.suppress(OSError):
@@ -57,17 +57,17 @@ def _remove(resources: str, base: str) -> None:
 
 @functools.cache
 def enabled_addon() -> ModuleType:
-    """The extension, switched on in this process's Blender."""
+    """Return the extension, enabled in this process's Blender."""
     import addon_utils
 
     module = addon_utils.enable(ADDON, default_set=True)
-    if module is None:  # what went wrong is printed above, by Blender
+    if module is None:  # Blender has printed the error above
         raise RuntimeError(f"{ADDON} could not be enabled")
     return module
 
 
 def pytest_sessionfinish() -> None:
-    """Switches the extension off: Blender 4.2's module crashes at its end where it is still on."""
+    """Disable the extension: Blender 4.2's module crashes at its end if it is still enabled."""
     if enabled_addon.cache_info().currsize:
         import addon_utils
 
@@ -75,7 +75,7 @@ def pytest_sessionfinish() -> None:
 
 
 class NeedsBlender(pytest.Module):
-    """Stands for a test file that cannot be imported here."""
+    """Replaces a test file that cannot be imported here."""
 
     def collect(self) -> Iterator[pytest.Item]:
         pytest.skip("needs Blender's Python module (bpy)")
@@ -84,7 +84,7 @@ class NeedsBlender(pytest.Module):
 def pytest_pycollect_makemodule(
     module_path: Path, parent: pytest.Collector
 ) -> pytest.Module | None:
-    """Switches the extension on before a file of tests/blender, which imports parts of it."""
+    """Enable the extension before a file of tests/blender, which imports parts of it."""
     if ROOT / "tests" / "blender" not in module_path.parents:
         return None
     if not HAS_BPY:
@@ -95,8 +95,8 @@ def pytest_pycollect_makemodule(
     return None
 
 
-# What Python and numpy make of it, not the version of Blender; and processes of their own, of which
-# each costs the start of Blender.
+# Tests of results by Python and numpy, which do not depend on Blender's version; and tests in
+# separate processes, which each start Blender.
 ONCE = ("pure", "sample", "test_packaging.py", "test_demo_table.py")
 ONCE += tuple(
     f"blender/test_{name}.py"
@@ -114,7 +114,7 @@ ONCE += tuple(
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the tests by their folder or file."""
+    """Mark the tests by their folder or file."""
     once = [ROOT / "tests" / name for name in ONCE]
     for item in items:
         if any(path in (item.path, *item.path.parents) for path in once):
@@ -126,14 +126,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def addon() -> ModuleType:
-    """The extension's root module, switched on."""
+    """Return the extension's root module, with the extension enabled."""
     return enabled_addon()
 
 
 @pytest.fixture
 def figure(record_property) -> Callable[..., None]:
-    """Notes what a hard case measured, such as the worst error, for docs/hard_cases.md: of all
-    cases of the test the greatest number, or a text."""
+    """Note a measured figure of a hard case, such as the worst error, for docs/hard_cases.md.
+
+    Of all cases of a test the greatest number counts, or a text.
+    """
 
     def note(found: float | str, unit: str = "") -> None:
         record_property("figure", found if isinstance(found, str) else f"{float(found)!r}\t{unit}")
@@ -143,7 +145,7 @@ def figure(record_property) -> Callable[..., None]:
 
 @pytest.fixture
 def empty_scene(addon: ModuleType) -> None:
-    """A new file with one empty scene, in which the extension is still on."""
+    """Open a new file with one empty scene, with the extension still enabled."""
     import bpy
 
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

@@ -69,7 +69,7 @@ ABOUT = {"seed": "7", "versions.angen_sensors": "0.1.0", "home": "Ängen"}
 
 
 def year(rows: Iterable[tuple[float, str, str, str]] = ROWS, **changed: object) -> Log:
-    """The log; `changed` replaces what `make_log` is given beside the events."""
+    """Return the log; `changed` replaces arguments of `make_log` other than the events."""
     events = [
         Event(time, sensor, field, 1.0 + 24 * time, SENSORS[sensor].kind, value)
         for time, sensor, field, value in rows

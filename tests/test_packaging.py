@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's manifest, its zip, and what the repository must not hold."""
+"""The extension's manifest, its zip, and texts that the repository must not contain."""
 
 import re
 import shutil
@@ -21,7 +21,7 @@ SHIPPED_FOLDERS = ("angen_addon", "operators", "panels", "residents", "sensor_lo
 
 
 def tracked_files() -> list[str]:
-    """The files of the checkout by git, which is skipped without one."""
+    """Return the files of the checkout by git; skip the test without git."""
     if not shutil.which("git") or not (ROOT / ".git").exists():
         pytest.skip("needs a git checkout")
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
@@ -30,7 +30,7 @@ def tracked_files() -> list[str]:
 
 @pytest.fixture(scope="module", params=["by Blender's tool", "without Blender"])
 def built(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The zip, built and validated by Blender's own tool, and without it."""
+    """Build and validate the zip, with Blender's own tool and without it."""
     tool = build_zip.extension_tool() if "tool" in request.param else None
     if tool is None and "tool" in request.param:
         pytest.skip("there is no Blender here")
@@ -145,7 +145,7 @@ def test_the_zip_runs_in_an_empty_blender(built: Path, tmp_path: Path) -> None:
 
 
 def test_the_sensors_run_without_the_residents(tmp_path: Path) -> None:
-    """An extension of the first house alone."""
+    """An extension of the sensors alone."""
     names = [n for n in build_zip.shipped(MANIFEST) if not n.startswith("residents/")]
     build_zip.pack(tmp_path / "sensors.zip", names)
     build_zip.check_zip(tmp_path / "sensors.zip")
@@ -167,7 +167,7 @@ def simulates_the_home(packed: zipfile.ZipFile, tmp_path: Path) -> None:
     assert len((tmp_path / "events.csv").read_text(encoding="utf-8").splitlines()) > 1
 
 
-# Written apart, so that this file does not hold what it looks for.
+# Joined here, so that this file does not contain the texts that it searches for.
 MACHINE = re.compile(
     rb"(?<![\w.~-])/(?:work|farm|root|home/\w+|opt/v\d+|tmp/\w+)/"
     rb"|\b(?:pypi|pythonhosted|npmjs|debian|ubuntu)\." + rb"(?:org|com)\b"
@@ -189,7 +189,7 @@ def test_no_tracked_file_names_a_machine_or_a_registry() -> None:
 
 @pytest.fixture
 def release(tmp_path: Path) -> Path:
-    """The files that a release is checked by, of version 1.2.3."""
+    """Return the files that the check of a release reads, of version 1.2.3."""
     (tmp_path / "blender_manifest.toml").write_text('version = "1.2.3"\n')
     (tmp_path / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n')
     (tmp_path / "CITATION.cff").write_text("cff-version: 1.2.0\nversion: 1.2.3\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `make test` runs of a parametrised test: a few representative cases."""
+"""The cases of a parametrised test that `make test` runs: a few representative ones."""
 
 from __future__ import annotations
 

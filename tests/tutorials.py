@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs a tutorial of the docs as it stands, in a folder of its own.
+"""Runs a tutorial of the docs unchanged, in a separate folder.
 
 Code blocks run in their order: `python` in Blender, consecutive ones as one script; `sh` in a shell
 in which `blender FILE --command angen` and `angen` are Blender's module. A block with a title is a
-file, which is written. A `text` block is what the blocks before it print: `…` stands for anything.
+file, which is written. A `text` block is the output of the blocks before it: `…` matches anything.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 ENABLE = "import bpy, addon_utils\naddon_utils.enable('bl_ext.user_default.angen_sensors')\n"
-# Names of the shell in a tutorial, and what each is here; the extension's verbs come first.
+# Shell commands of a tutorial, and what each runs here; the extension's verbs come first.
 COMMANDS = {
     "blender": 'file=$1; shift 3; verb=$1; shift; exec "$BPY" -m angen_addon "$verb" "$file" "$@"',
     "angen": 'exec "$BPY" -m angen_addon "$@"',
@@ -27,7 +27,7 @@ COMMANDS = {
 
 
 def run_page(page: Path, folder: Path, bpy_python: str, python: str) -> None:
-    """Runs a page. `bpy_python` has Blender's module, `python` what the tutorial installs."""
+    """Run a page; `bpy_python` has Blender's module, `python` the tutorial's packages."""
     names = folder / "commands"
     names.mkdir()
     for name, line in COMMANDS.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line in processes of its own, a home for it, and its logs."""
+"""Helpers that run the command line in separate processes, make a home, and read its logs."""
 
 import subprocess
 import sys
@@ -19,7 +19,7 @@ def module(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[Any]:
 
 
 def start(*arguments: Any, **options: Any) -> subprocess.Popen[bytes]:
-    """`python -m angen_addon ARGUMENTS`, started, with pipes for what it says."""
+    """Start `python -m angen_addon ARGUMENTS`, with pipes for its output."""
     command = [sys.executable, "-m", "angen_addon", *map(str, arguments)]
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
     return subprocess.Popen(command, cwd=ROOT, **given)
@@ -45,7 +45,7 @@ def save(folder, name="home.blend", compress=False):
 
 
 def door_home(world, tmp_path):
-    """A door that opens at frame 13 and closes at 37, seen by a switch; a PIR that sees nothing."""
+    """Add a door that opens at frame 13 and closes at 37, its switch, and a PIR that sees nothing."""
     world.door(13, 37)
     world.switch("Dörr")["room"] = "Hall"
     world.pir("Hall, PIR").location.x = 100
@@ -59,7 +59,7 @@ def listing(folder):
 
 
 def one_line(text):
-    """The error line; blank standard error or a traceback is no answer."""
+    """Return the error line; assert that standard error is no blank and no traceback."""
     lines = text.splitlines()
     assert len(lines) == 1, text
     assert lines[0].startswith("angen: "), text

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small worlds of known geometry, built by hand, and ways to sense in them."""
+"""Small worlds of known geometry, and fixtures that sense in them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ CUBE_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 
 
 
 def part(name: str) -> Any:
-    """A module of the extension, which is importable once it is switched on."""
+    """Return a module of the extension, which is importable once the extension is enabled."""
     return import_module(f"{ADDON}.{name}")
 
 
 def curves_of(obj: Any) -> list[Any]:
-    """The F-curves of an object, in every version of Blender."""
+    """Return the F-curves of an object, in every version of Blender."""
     data = obj.animation_data
     if data is None or data.action is None:
         return []
@@ -36,7 +36,7 @@ def curves_of(obj: Any) -> list[Any]:
 
 
 def plain_values(group: Any) -> dict[str, str]:
-    """All plain values of a group of properties."""
+    """Return all plain values of a property group, as texts."""
     return {
         p.identifier: str(getattr(group, p.identifier))
         for p in group.bl_rna.properties
@@ -46,7 +46,7 @@ def plain_values(group: Any) -> dict[str, str]:
 
 
 class World:
-    """The present scene: 24 fps, frames 1 to 48, and what a test puts into it."""
+    """The present scene (24 fps, frames 1 to 48), with methods that add objects and sensors."""
 
     def __init__(self) -> None:
         import bpy
@@ -68,13 +68,13 @@ class World:
         return obj
 
     def instance(self, name: str, collection: Any, at: Sequence[float] = (0, 0, 0)) -> Any:
-        """An empty that shows a collection."""
+        """Add an empty that instances a collection."""
         obj = self.link(name, None, at)
         obj.instance_type, obj.instance_collection = "COLLECTION", collection
         return obj
 
     def aside(self, name: str, *objects: Any) -> Any:
-        """A collection outside the scene, to which objects of the scene go."""
+        """Move objects of the scene to a collection outside the scene; return the collection."""
         made = self.bpy.data.collections.new(name)
         for obj in objects:
             self.scene.collection.objects.unlink(obj)
@@ -82,7 +82,7 @@ class World:
         return made
 
     def rig(self, bone: str, tail: Sequence[float], at: Sequence[float] = (0, 0, 0)) -> Any:
-        """An armature with one bone, from its origin to `tail`."""
+        """Add an armature with one bone, from its origin to `tail`."""
         rig = self.link("rig", self.bpy.data.armatures.new("rig"), at)
         self.bpy.context.view_layer.objects.active = rig
         self.bpy.ops.object.mode_set(mode="EDIT")
@@ -97,12 +97,12 @@ class World:
         return mesh
 
     def box(self, size: Sequence[float], at: Sequence[float] = (0, 0, 0), name: str = "box") -> Any:
-        """A box whose mesh has the size, in units; its object is not scaled."""
+        """Add a box whose mesh has the size, in units; its object is not scaled."""
         points = [tuple(c * s for c, s in zip(corner, size, strict=True)) for corner in CUBE]
         return self.link(name, self.mesh(points, CUBE_FACES), at)
 
     def hall(self, w: float, d: float, h: float, thick: float = 0.2) -> None:
-        """A room of `w` by `d` by `h` m, its inner corner at the origin, of six boxes."""
+        """Add a room of `w` by `d` by `h` m, its inner corner at the origin, of six boxes."""
         for name, size, at in (
             ("floor", (w + 2 * thick, d + 2 * thick, thick), (w / 2, d / 2, -thick / 2)),
             ("ceiling", (w + 2 * thick, d + 2 * thick, thick), (w / 2, d / 2, h + thick / 2)),
@@ -114,20 +114,20 @@ class World:
             self.box(size, at, name)
 
     def door(self, *frames: int, open_at: float = 1.0) -> Any:
-        """A leaf before a switch at the origin: closed at frame 1, open and closed by turns."""
+        """Add a leaf before a switch at the origin: closed at frame 1, open and closed in turn."""
         leaf = self.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
         places = {f: (open_at * (i % 2), 0, -0.02) for i, f in enumerate((1, *frames))}
         self.key(leaf, "location", places, "CONSTANT")
         return leaf
 
     def wall(self, distance: float, name: str = "wall", size: float = 1.0) -> Any:
-        """A square across the beam of a sensor at the origin, `distance` ahead of it."""
+        """Add a square across the beam of a sensor at the origin, `distance` ahead of it."""
         h = size / 2
         mesh = self.mesh([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [(0, 1, 2, 3)])
         return self.link(name, mesh, (0, 0, -distance))
 
     def sensor(self, kind: str, name: str, obj: Any = None, **settings: Any) -> Any:
-        """An empty (or `obj`) as a sensor; settings of the sensor or of its kind."""
+        """Make an empty (or `obj`) a sensor, with settings of the sensor or of its kind."""
         obj = obj or self.link(name, None)
         obj.angen_sensor.kind = kind
         for key, value in settings.items():
@@ -141,14 +141,14 @@ class World:
         return self.sensor("OPTICAL_SWITCH", name, **{"update_rate": 24.0, **settings})
 
     def pir(self, name: str = "pir", **settings: Any) -> Any:
-        """A detector with one tilt, sensing at every frame."""
+        """Add a detector with one tilt that senses at every frame."""
         few = {"update_rate": 24.0, "rays": 9, "vertical_fov": 0.0}
         return self.sensor("PIR", name, **{**few, **settings})
 
     def key(
         self, obj: Any, path: str, frames: dict[float, Any], interpolation: str = "LINEAR"
     ) -> None:
-        """Keyframes {frame: value} of a property of `obj`."""
+        """Set keyframes {frame: value} of a property of `obj`."""
         owner_path, _, name = path.rpartition(".")
         owner = obj.path_resolve(owner_path) if owner_path else obj
         for frame, value in frames.items():
@@ -161,7 +161,7 @@ class World:
 
     @staticmethod
     def warm(owner: Any, celsius: float, emissivity: float = 0.95) -> None:
-        """An object, a collection or a material has a temperature."""
+        """Give an object, a collection or a material a temperature."""
         warmth = owner.angen_warmth
         warmth.use_temperature, warmth.temperature, warmth.emissivity = True, celsius, emissivity
 
@@ -179,7 +179,7 @@ class World:
         return path
 
     def bring(self, path: Any, link: bool = True) -> Any:
-        """The only collection of a file, linked or appended, in the scene."""
+        """Link or append the only collection of a file into the scene."""
         with self.bpy.data.libraries.load(str(path), link=link) as (source, target):
             target.collections = list(source.collections)
         (collection,) = target.collections
@@ -188,7 +188,7 @@ class World:
         return collection
 
     def override(self, collection: Any) -> Any:
-        """A library override of a linked collection, in its place."""
+        """Replace a linked collection by a library override."""
         layer = self.bpy.context.view_layer
         made = collection.override_hierarchy_create(self.scene, layer, do_fully_editable=True)
         if collection.name in self.scene.collection.children:
@@ -197,7 +197,7 @@ class World:
         return made
 
     def state(self) -> dict[str, Any]:
-        """All of the user's file and session that a run or a measurement must leave as it was."""
+        """Return all data of the file and session that a run or a measurement must not change."""
         scene, layer, bpy = self.scene, self.bpy.context.view_layer, self.bpy
         groups = (
             scene, scene.render, scene.unit_settings, scene.cycles, scene.render.bake,
@@ -232,7 +232,7 @@ class World:
         return part("angen_addon.scene.sensors").all_sensors(self.bpy.context.view_layer)
 
     def run(self, first: int | None = None, last: int | None = None) -> Any:
-        """The recording of a run over the scene's frames."""
+        """Return the recording of a run over the scene's frames."""
         recording = part("sensor_logic.recording.tracks").Recording()
         scene = self.scene
         first = scene.frame_start if first is None else first
@@ -247,13 +247,16 @@ class World:
         return list(recording.tracks[name].columns[column])
 
     def log(self, recording: Any) -> list[list[str]]:
-        """The rows of the event log, without the header."""
+        """Return the rows of the event log, without the header."""
         text = part("sensor_logic.log").events_csv(recording)
         return [line.split(",") for line in text.splitlines()[1:]]
 
     def rays(self, obj: Any, number: int = 0) -> tuple[Any, Any, Any]:
-        """Origins (n, 3) and directions (n, 3) of one update's rays in the world, and what is
-        free ahead of each (n,), in metres; all from the sensor's own runner."""
+        """Return the rays of one update by the sensor's own runner.
+
+        They are origins (n, 3) and directions (n, 3) in world space, and the free distance ahead of
+        each (n,), in metres.
+        """
         depsgraph = self.update()
         probes = part("angen_addon.runtime.probes").Probes(self.scene)
         probes.look(depsgraph, None)
@@ -266,13 +269,13 @@ class World:
         return spy.origins * metres, spy.directions, spy.ranges * metres
 
     def range(self, obj: Any) -> float:
-        """What a switch's single ray reads."""
+        """Return the range that a switch's single ray reads."""
         _, _, ranges = self.rays(obj)
         return float(ranges[0]) + obj.angen_sensor.optical_switch.range_min
 
 
 class Spy:
-    """A caster that takes down what it was asked and what it answered."""
+    """A caster that records its queries and answers."""
 
     def __init__(self, caster: Any) -> None:
         self._caster = caster
@@ -286,7 +289,7 @@ class Spy:
 
 @pytest.fixture
 def frame_by_frame(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs sense each frame at once, and tell of it."""
+    """Make runs sense and report each frame at once."""
     monkeypatch.setattr(part("angen_addon.scene.rays.frames"), "MOST_FRAMES", 1)
 
 
@@ -297,7 +300,7 @@ def world(empty_scene: None) -> World:
 
 @pytest.fixture
 def swept(world: World) -> Callable[..., Any]:
-    """A switch at the origin that is swept, and one beside it that is not."""
+    """Add a switch at the origin, swept by default."""
 
     def make(name: str = "switch", **settings: Any) -> Any:
         settings = {"threshold": 0.3, "swept": True, **settings}
@@ -308,20 +311,20 @@ def swept(world: World) -> Callable[..., Any]:
 
 @pytest.fixture
 def physics(world: World) -> Physics:
-    """The empty scene, for pads and what has a weight."""
+    """Return the empty scene, for pads and loads."""
     return Physics(world)
 
 
 @pytest.fixture(params=["FAST", "SCENE"])
 def each_caster(request: pytest.FixtureRequest, world: World) -> str:
-    """Both ray casters, one after the other."""
+    """Run the test with each of both ray casters."""
     world.scene.angen_ray_caster = request.param
     return str(request.param)
 
 
 @pytest.fixture
 def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """The command on the open file, in this process: its status, standard output and error."""
+    """Run the command on the open file, in this process: its status, standard output and error."""
 
     def run(*arguments: Any) -> tuple[int, str, str]:
         capsys.readouterr()
@@ -343,8 +346,10 @@ def fcurves() -> Callable[[Any], list[Any]]:
 
 @pytest.fixture
 def field(world: World) -> Iterator[Callable[..., Any]]:
-    """What is drawn of the scene's sensors. Called, it follows the scene to a frame, as played if
-    one is given, else as when the playhead rests."""
+    """Follow the scene to a frame, and return the signs drawn of its sensors.
+
+    With a frame it follows as in playback, without one as with the playhead at rest.
+    """
     state = part("angen_addon.runtime.state").CACHE
     live_of = part("angen_addon.runtime.live").live_of
     sensors = part("angen_addon.view.overlay.picture")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A home for days: a room, a person who is a box, a door, lamps, and what they do on a day, made by
-hand; their keys are one a frame."""
+"""A home for days: a room, a box as the person, a door, lamps, and a day acted by hand.
+
+Its keys are one per frame.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ def part(name: str) -> Any:
 
 @dataclass
 class Pelvis:
-    """Of a pose what the truth asks for; the feet are where the hips are."""
+    """The part of a pose that the truth reads; the feet are where the hips are."""
 
     pelvis: Any
 
@@ -33,7 +35,7 @@ class Pelvis:
 
 @dataclass
 class Walks:
-    """A body that goes from place to place, each way in so many seconds from a time on."""
+    """A body that goes from place to place, each walk from a time on and of so many seconds."""
 
     starts: Any
     lasts: Any
@@ -54,7 +56,7 @@ class Walks:
 
 @dataclass
 class BoxKeys:
-    """Writes the keys of a stretch: what the add-on's own do for bodies with bones."""
+    """Writes the keys of a stretch, in place of the extension's keys for bodies with bones."""
 
     shown: list[tuple[float, float]] = field(default_factory=list)
 
@@ -88,7 +90,7 @@ class BoxKeys:
 
     @staticmethod
     def _key(owner: Any, path: str, frames: Any, values: Any, index: int = 0) -> None:
-        """Linear keys, values (n, k), in place of all that there were of this path."""
+        """Replace all keys of a path by linear ones, values (n, k)."""
         import bpy
 
         owner.animation_data_clear()
@@ -111,7 +113,7 @@ class BoxKeys:
 
 
 def build(world: Any) -> None:
-    """The room, who is in it, and sensors of all kinds."""
+    """Add the room, the residents, and sensors of all kinds."""
     world.scene.render.fps = 24
     walls = [
         ((6, 4, 0.1), (0, 0, -0.05)),
@@ -146,7 +148,7 @@ def build(world: Any) -> None:
 
 
 def acted(seed: int, ways: int = 12, day: float = 86_400.0) -> Any:
-    """What anna does on a day: ways between random points, the door, the lamps."""
+    """Return what anna does on a day: walks between random points, the door, the lamps."""
     module = part("residents.acting.timeline")
     random = np.random.default_rng(seed)
     starts = np.sort(random.choice(np.arange(40, int(day) - 40, 20), ways, replace=False)) * 1.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs sample homes for the golden files: opens them, and runs verbs in this process."""
+"""Opens sample homes for the golden files, and runs verbs on them in this process."""
 
 from __future__ import annotations
 

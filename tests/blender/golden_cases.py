@@ -16,13 +16,13 @@ from golden_texts import ANGEN, ATELIER
 
 
 class Close(NamedTuple):
-    """How far numbers may be from those in the golden file, as a share and as a difference.
+    """The tolerance of numbers, as a share and as a difference, against the golden file.
 
     Attributes
     ----------
     columns : tuple of str
-        The columns of a CSV that this applies to; all others are compared exactly. Without any, it
-        applies to each number of the text.
+        The columns of a CSV that the tolerance applies to; all others are compared exactly. Without
+        any, it applies to each number of the text.
     """
 
     relative: float = 0.0
@@ -31,11 +31,11 @@ class Close(NamedTuple):
 
 
 EXACT = Close()
-# Contact forces: single-precision poses differ in their last bits between versions of Blender. The
-# forces differed by 1e-7 of them between 4.2, 4.5 and 5.2.
+# Contact forces: single-precision poses differ in their last bits between versions of Blender.
+# Relative differences of the forces were 1e-7 between 4.2, 4.5 and 5.2.
 FORCE = Close(1e-5, 1e-5, ("value", "force_n", "cop_x_m", "cop_y_m", "residual"))
-# Cycles: each version traces other paths, and a reading has the noise of its few samples: up to
-# 2.4 % between 4.2, 4.5 and 5.2. The resistor behind the sensor follows it.
+# Cycles: each version traces other paths, and a reading has the noise of its few samples: up to 2.4
+# % between 4.2, 4.5 and 5.2. The resistor behind the sensor follows the reading.
 LIGHT = Close(0.05, 0.01, ("value", "illuminance_lux", "resistance_ohm", "voltage_v"))
 # Texts show rounded numbers, also whole percents.
 LIGHT_TEXT = Close(0.05, 1.0)
@@ -67,7 +67,8 @@ CASES: dict[str, Case] = {
     "story_samples_motion.csv": _case(EXACT, texts.story_samples, "PIR hall", 0, 20),
     "story_samples_pad.csv": _case(FORCE, texts.story_samples, "Pressure sofa", 72, 90),
     "story_light.csv": _case(LIGHT, texts.events, "angen", LIT),
-    # Without the light in the living room: its 64 samples read 36 % in 4.2, 46 % in 4.5 and 5.2.
+    # Without the light in the living room, whose 64 samples read 36 % in 4.2, and 46 % in 4.5 and
+    # 5.2.
     "atelier_still.csv": _case(
         LIGHT,
         texts.events,
@@ -142,7 +143,7 @@ CASES: dict[str, Case] = {
     ),
     "convert_xes.txt": _case(ROUNDING, texts.converted, "xes", "log.xes", 5.0),
     "convert_ocel.json": _case(ROUNDING, texts.converted, "ocel", "ocel.json", 3.5),
-    # The first of a home lives the morning: its places are read and its whole day is planned.
+    # The first case of a home simulates the morning: it reads the places and plans the whole day.
     **{
         f"day_{morning.home}_{table}": _case(FORCE, texts.day, morning, table)
         for morning in (ANGEN, ATELIER)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The texts of the golden files: what sample homes report, and what verbs say of them."""
+"""The texts of the golden files: readings of sample homes, and the output of verbs on them."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ def _story(bench: Bench) -> dict[str, str]:
 
 
 def story(bench: Bench, *kinds: str) -> str:
-    """The event log of the whole story: only rows of these kinds."""
+    """Return the event log of the whole story, with rows of some kinds only."""
     rows = bench.once("story", partial(_story, bench))["events"].splitlines(keepends=True)
     return "".join([rows[0], *(row for row in rows[1:] if row.split(",")[3] in kinds)])
 
 
 def story_samples(bench: Bench, sensor: str, first: int, last: int) -> str:
-    """The samples of one sensor of the story in some seconds of it."""
+    """Return the samples of one sensor between two times of the story."""
     rows = bench.once("story", partial(_story, bench))[sensor].splitlines(keepends=True)
     return "".join(_until(rows, last, first))
 
 
 def _until(rows: list[str], last: float, first: float = 0.0) -> list[str]:
-    """The header, and the rows of a table between two times (s)."""
+    """Return the header, and the rows of a table between two times (s)."""
     return [rows[0], *(row for row in rows[1:] if first <= float(row.split(",")[0]) < last)]
 
 
@@ -57,7 +57,8 @@ def story_report(bench: Bench) -> str:
 def page_text(page: str) -> str:
     """Return the text of a report: a line for each row of a table and each text of a picture.
 
-    Leaves out the style sheet, titles of pictures' parts, and the versions in the last line."""
+    Leaves out the style sheet, titles of pictures' parts, and the versions in the last line.
+    """
     root = ET.fromstring(page.removeprefix("<!DOCTYPE html>"))
     for parent in list(root.iter()):
         for child in list(parent):
@@ -82,7 +83,7 @@ def _lines(element: Any) -> Iterator[str]:
 
 
 def events(bench: Bench, home: str, *runs: tuple[str, ...]) -> str:
-    """The event logs of some sensors in some frames, (frames, sensor …) a run."""
+    """Return the event logs of runs, each of some frames and sensors: (frames, sensor …)."""
     bench.open(home)
     rows: list[str] = []
     for frames, *sensors in runs:
@@ -93,7 +94,7 @@ def events(bench: Bench, home: str, *runs: tuple[str, ...]) -> str:
 
 
 def samples(bench: Bench, home: str, frames: str, sensor: str, *others: str) -> str:
-    """The samples of a sensor in some frames; it is simulated together with the others."""
+    """Return the samples of a sensor in some frames, simulated together with the others."""
     bench.open(home)
     where = bench.folder / f"samples of {home}"
     given = (*chosen(sensor, *others), "--frames", frames, "--samples", where)
@@ -110,7 +111,7 @@ def room(bench: Bench) -> None:
     world = bench.new_world()
     day_home.build(world)
     world.scene.frame_end, world.scene.angen_seed, world.scene.angen_live = 96, 3, False
-    # Its warm-up would take the whole time.
+    # The warm-up would last the whole run.
     bpy.data.objects["warm"].angen_sensor.pir.warm_up_time = 0.0
     bpy.data.objects["lux"].angen_sensor.light.samples = 16_384
     tof = world.sensor("DISTANCE", "tof", update_rate=10.0, zones_across=2, rays=3, threshold=2.0)
@@ -129,14 +130,14 @@ def room(bench: Bench) -> None:
     world.key(bpy.data.lights["lamp"], "energy", {1: 0.0, 30: 60.0}, "CONSTANT")
     world.key(bpy.data.lights["lamp 2"], "energy", {1: 5.0}, "CONSTANT")
     world.update()
-    # Verbs want the home to be a file.
+    # Verbs need the home as a file.
     bpy.ops.wm.save_as_mainfile(filepath=str(bench.folder / "room.blend"))
 
 
 def _room(bench: Bench) -> dict[str, str]:
     room(bench)
     where = bench.folder / "samples of room"
-    # Each version of Blender reads other light: that is in a file of its own.
+    # Each version of Blender reads other light, so the light has its own file.
     names = [s.name for s in all_sensors() if s.name != "lux"]
     chosen = [text for name in names for text in ("--sensor", name)]
     ran = bench.run("simulate", "--quiet", "--samples", where, *chosen)
@@ -150,7 +151,7 @@ def room_events(bench: Bench) -> str:
 
 
 def room_samples(bench: Bench) -> str:
-    """Every fourth sample of each sensor, one sensor after the other."""
+    """Return every fourth sample of each sensor, one sensor after the other."""
     found = bench.once("room", partial(_room, bench))
     texts = []
     for name in sorted(found.keys() - {"events"}):
@@ -165,7 +166,7 @@ MONDAY = date(2026, 3, 2)
 
 
 class Morning(NamedTuple):
-    """A stretch of a Monday that is lived and sensed, in s since midnight."""
+    """A stretch of a Monday that is simulated, in s since midnight."""
 
     home: str
     routine: str
@@ -174,18 +175,18 @@ class Morning(NamedTuple):
 
     @property
     def between(self) -> tuple[str, str]:
-        """First and last time as the tables of a day write them."""
+        """The first and last time in the form of a day's tables."""
         ends = [f"{int(t // 3600):02}:{int(t // 60 % 60):02}" for t in (self.first, self.last)]
         return f"{MONDAY}T{ends[0]}", f"{MONDAY}T{ends[1]}"
 
 
-# Somebody gets up and sits down; in the atelier both get up and use the bathroom.
+# The resident gets up and sits down; in the atelier both get up and use the bathroom.
 ANGEN = Morning("angen", "week.toml", 23_520.0, 24_720.0)
 ATELIER = Morning("atelier", "atelier_week.toml", 24_930.0, 25_410.0)
 
 
 def _tables(morning: Morning, bench: Bench) -> dict[str, str]:
-    """The tables of the day, of which the stretch is sensed without light: Cycles takes minutes."""
+    """Return the tables of the day, simulated without light, because Cycles takes minutes."""
     bench.open(morning.home)
     run = part("residents.blender.run")
     sensors = [sensor for sensor in all_sensors() if sensor.kind.identifier != "LIGHT"]
@@ -204,7 +205,7 @@ def _tables(morning: Morning, bench: Bench) -> dict[str, str]:
 
 
 def day(bench: Bench, morning: Morning, table: str) -> str:
-    """The rows of a table of the day that are of the morning."""
+    """Return the rows of a day's table within the morning."""
     tables = bench.once(f"day in {morning.home}", partial(_tables, morning, bench))
     first, last = morning.between
     rows = tables[table].splitlines(keepends=True)
@@ -221,13 +222,13 @@ def listing(bench: Bench, home: str) -> str:
 
 
 def verbs(bench: Bench, home: str, *commands: str) -> str:
-    """What a user sees of these commands on a home."""
+    """Return the output of these commands on a home."""
     bench.open(home)
     return "\n".join(bench.transcript(*_words(command)) for command in commands)
 
 
 def _words(command: str) -> list[str]:
-    """Split at spaces, but not in names in quotation marks."""
+    """Split a command at spaces, but not in names in quotation marks."""
     return [a or b for a, b in re.findall(r'"([^"]+)"|(\S+)', command)]
 
 
@@ -240,7 +241,7 @@ def doctor(bench: Bench) -> str:
 
 
 def places(bench: Bench) -> str:
-    """Places in a flat of two rooms: before its door is marked the bed cannot be reached."""
+    """Return places in a flat of two rooms: until its door is marked, the bed cannot be reached."""
     flat = Flat(bench.new_world())
     flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
     door = flat.door()
@@ -259,7 +260,7 @@ def coverage_map(bench: Bench) -> str:
 
 
 def explanations(bench: Bench, *asked: tuple[str, float]) -> str:
-    """Explanations in the open home: of the last event by a time, and of the reading then."""
+    """Return explanations in the open home: of the last event by a time, and of its reading."""
     texts = []
     for sensor, time in asked:
         given = ("explain", "--quiet", "--sensor", sensor, "--time", f"{time:g}")
@@ -278,7 +279,7 @@ def explain_room(bench: Bench, *asked: tuple[str, float]) -> str:
 
 
 def apply_layout(bench: Bench) -> str:
-    """What `apply` says, and what it made of one of the home's seven detectors."""
+    """Return the output of `apply`, and the settings of one of the home's seven detectors."""
     bench.open("angen")
     layout = ROOT / "docs" / "examples" / "casas_ceiling.json"
     said = bench.transcript("apply", layout, "--save", bench.folder / "applied.blend")
@@ -287,7 +288,7 @@ def apply_layout(bench: Bench) -> str:
 
 
 def check(bench: Bench) -> str:
-    """A log with one value and one time changed is not what the home reports."""
+    """Return the differences of a log with one value and one time changed."""
     bench.open("angen")
     given = ("--frames", "1:300", "--sensor", "PIR hall")
     log = bench.run("simulate", "--quiet", *given).out
@@ -318,7 +319,7 @@ doubled = 0.5
 
 
 def _short_log(bench: Bench, seconds: float) -> Path:
-    """The begin of the story's log."""
+    """Return the first seconds of the story's log."""
     rows = story(bench, "PIR", "OPTICAL_SWITCH", "PRESSURE").splitlines(keepends=True)
     path = bench.folder / "log.csv"
     path.write_text("".join(_until(rows, seconds)), encoding="utf-8")
@@ -326,7 +327,7 @@ def _short_log(bench: Bench, seconds: float) -> Path:
 
 
 def converted(bench: Bench, kind: str, name: str, seconds: float) -> str:
-    """The log in a format of other tools; of a folder its files one after the other."""
+    """Return the log in a format of other tools; of a folder, its files one after the other."""
     log, out = _short_log(bench, seconds), bench.folder / name
     ran = bench.run("convert", log, "--format", kind, "--out", out, without_blender=True)
     assert ran.status == 0, ran.err
@@ -337,7 +338,7 @@ def converted(bench: Bench, kind: str, name: str, seconds: float) -> str:
 
 
 def faulty(bench: Bench) -> str:
-    """What faults change in the log, and how `compare` tells the faulty log from the true one."""
+    """Return the changes of a log by faults, and the output of `compare` on both logs."""
     log, told = _short_log(bench, 25.0), bench.folder / "faults.toml"
     told.write_text(FAULTS, encoding="utf-8")
     out, truth = bench.folder / "faulty.csv", bench.folder / "truth.csv"
@@ -348,7 +349,10 @@ def faulty(bench: Bench) -> str:
 
 
 def help_of(bench: Bench, *words: str, without_blender: bool = False) -> str:
-    """The help of a verb. Python 3.13 breaks the lines of the usage elsewhere: here it is one."""
+    """Return the help of a verb.
+
+    Python versions break the lines of the usage differently, so it is joined to one line.
+    """
     ran = bench.run(*words, "--help", without_blender=without_blender)
     assert ran.status == 0, ran.err
     usage, blank, rest = ran.out.partition("\n\n")

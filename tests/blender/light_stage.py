@@ -20,26 +20,26 @@ def part(name: str) -> Any:
 
 
 def facing(normal: Any, at: Any = (0, 0, 0)) -> np.ndarray:
-    """The pose of a sensor whose −Z looks along `normal`."""
+    """Return the pose of a sensor whose −Z points along `normal`."""
     turn = (-Vector(normal)).to_track_quat("Z", "Y").to_matrix().to_4x4()
     return np.array(Matrix.Translation(at) @ turn, np.float64)
 
 
 def request(name: str = "sensor", matrix: Any = None, **asked: Any) -> Any:
-    """Illuminance of a face that looks up from the origin, unless told otherwise."""
+    """Return a request of the illuminance at the origin of a face that looks up, by default."""
     pose = facing(UP) if matrix is None else matrix
     return part("light.probe").LightRequest(name, pose, **{"method": "ILLUMINANCE", **asked})
 
 
 def measure(*requests: Any, efficacy: float = 1.0) -> dict[str, Any]:
-    """With an efficacy of 1 an illuminance is an irradiance in W/m²."""
+    """Return the light of all requests; with an efficacy of 1 an illuminance is in W/m²."""
     bpy.context.view_layer.update()
     scene, layer = bpy.context.scene, bpy.context.view_layer
     return dict(part("light.probe").measure(scene, layer, requests, efficacy))
 
 
 def lux(*requests: Any) -> Any:
-    """The illuminance of the only request, or of each."""
+    """Return the illuminance of the only request, or of each."""
     found = measure(*(requests or (request(),)))
     values = [sample.illuminance_lux for sample in found.values()]
     return values[0] if len(values) == 1 else values
@@ -65,7 +65,7 @@ def lamp(world: Any, kind: str, at: Any = (0, 0, 2), aim: Any = (0, 0, -1), **se
 
 
 def sky(world: Any, radiance: float) -> Any:
-    """A world of one radiance to all sides."""
+    """Set a world of one radiance in all directions."""
     found = bpy.data.worlds.new("sky")
     if not found.node_tree:
         found.use_nodes = True
@@ -77,7 +77,7 @@ def sky(world: Any, radiance: float) -> Any:
 
 
 def material(reflects: float = 0.0, glows: Any = 0.0, name: str = "material") -> Any:
-    """Diffuse of one reflectance, or glowing with a radiance."""
+    """Return a diffuse material of one reflectance, or one that glows with a radiance."""
     found = bpy.data.materials.new(name)
     if not found.node_tree:
         found.use_nodes = True
@@ -96,7 +96,7 @@ def material(reflects: float = 0.0, glows: Any = 0.0, name: str = "material") ->
 
 
 def plate(world: Any, size: float, at: Any, looks: Any, of: Any = None, name: str = "plate") -> Any:
-    """A square that looks along `looks`."""
+    """Add a square that faces along `looks`."""
     h = size / 2
     mesh = world.mesh([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [(0, 1, 2, 3)])
     if of is not None:
@@ -107,7 +107,7 @@ def plate(world: Any, size: float, at: Any, looks: Any, of: Any = None, name: st
 
 
 def ball(world: Any, radius: float, of: Any, at: Any = (0, 0, 0), rings: int = 64) -> Any:
-    """A closed sphere."""
+    """Add a closed sphere."""
     rows = np.linspace(0, math.pi, rings + 1)[1:-1]
     turns = np.linspace(0, 2 * math.pi, 2 * rings, endpoint=False)
     points = [(0, 0, radius)]
@@ -138,7 +138,7 @@ def objects(name: str) -> Any:
 
 
 def lit_room(world: Any) -> Any:
-    """A room with all that shines; a screen goes through it."""
+    """Add a room with lamps of all types, through which a screen moves."""
     box = world.box((4, 4, 4), name="room")
     box.data.materials.append(material(0.7, name="paint"))
     lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A home of two rooms whose resident lives by a routine, for `angen day`; built and lived once in a
-process. conftest.py makes its fixtures known to all files."""
+"""A home of two rooms whose resident follows a routine, for `angen day`.
+
+It is built and simulated once per process. conftest.py makes its fixtures known to all files.
+"""
 
 from __future__ import annotations
 
@@ -30,13 +32,13 @@ entries = [
   { at = "22:00", spread = "20 min", activity = "Sleep", until = "08:00" },
 ]
 """
-# Built and lived once in this process: the home's file, and folders of so many days.
+# Made once in this process: the home's file, and folders of so many days.
 BUILT: list[bytes] = []
 LIVED: dict[int, dict[str, bytes]] = {}
 
 
 def build(world: Any, addon_part: Callable[[str], Any]) -> None:
-    """Two rooms with a door between them, a person, and what senses both."""
+    """Add two rooms with a door between them, a person, and sensors."""
     import bpy
     from mathutils import Vector
     from test_places import Flat
@@ -63,7 +65,7 @@ def build(world: Any, addon_part: Callable[[str], Any]) -> None:
 
 @pytest.fixture
 def lived_home(world: Any, addon_part: Callable[[str], Any], tmp_path: Path) -> Path:
-    """The file of `build`, open, and its routine beside it."""
+    """Open the file of `build`, with its routine beside it; return its path."""
     import bpy
 
     path = tmp_path / "home.blend"
@@ -78,7 +80,7 @@ def lived_home(world: Any, addon_part: Callable[[str], Any], tmp_path: Path) -> 
 
 
 def words_of(home: Path, *more: object, out: str = "out", days: int = 2) -> list[str]:
-    """The command's arguments after the file."""
+    """Return the command's arguments after the file."""
     given = ["--routine", home.parent / "week.toml", "--start", "2026-03-02", "--days", days]
     given += ["--seed", 1, "--format", "casas", "--out", home.parent / out, *more]
     return [str(word) for word in given]
@@ -88,7 +90,7 @@ def words_of(home: Path, *more: object, out: str = "out", days: int = 2) -> list
 def angen_day(
     lived_home: Path, addon_part: Callable[[str], Any], capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[int, str]]:
-    """`angen day` on the open home, in this process: its status and standard error."""
+    """Run `angen day` on the open home in this process; return its status and standard error."""
 
     def run(*more: object, out: str = "out", days: int = 2) -> tuple[int, str]:
         command = addon_part("angen_addon.commands.command_line").run_command
@@ -100,12 +102,12 @@ def angen_day(
 
 @pytest.fixture
 def lived(angen_day: Any, lived_home: Path) -> Callable[..., Path]:
-    """A folder that a whole run of so many days left."""
+    """Return a copy of the folder of a whole run of so many days."""
 
     def put(days: int, out: str = "out") -> Path:
         folder = lived_home.parent / out
         if days not in LIVED:
-            # The first of two days is the whole of one: a test of its own holds this.
+            # The first of two days equals a run of one day: another test holds this.
             write(folder, FIRST_DAY if days == 1 else (), LIVED.get(2, {}))
             status, told = angen_day(days=days, out=out)
             assert status == 0, told
@@ -117,7 +119,7 @@ def lived(angen_day: Any, lived_home: Path) -> Callable[..., Path]:
 
 
 def write(folder: Path, names: Iterable[str], files: dict[str, bytes]) -> None:
-    """Write those of the files that are named into the folder."""
+    """Write the named files into the folder."""
     for name in names:
         if name in files:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)

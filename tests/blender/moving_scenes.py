@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes in which things move, hide, change shape, follow outputs, are instanced or fall."""
+"""Scenes in which objects move, hide, change shape, follow outputs, are instanced or fall."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SWITCHED = 13
 
 
 def among(furnish: Callable[..., None]) -> Callable[..., Any]:
-    """A scene of the table, of these sensors and what a function adds to them."""
+    """Register a scene with these sensors and the objects that a function adds."""
 
     def keep(add: Callable[..., None]) -> Callable[..., None]:
         def build(world: Any, _: Any) -> None:
@@ -35,8 +35,11 @@ def among(furnish: Callable[..., None]) -> Callable[..., Any]:
 
 
 def watchers(world: Any) -> None:
-    """A scan that takes its tilts in turn, one with all at once, one that feels warmth, a distance
-    sensor and two switches, of different rates, about the origin; and time that is stretched."""
+    """Add sensors of different rates about the origin, and stretch the time.
+
+    A range scan that takes its tilts in turn, one of all tilts, a pyroelectric detector, a distance
+    sensor and two switches.
+    """
     world.scene.angen_substeps, world.scene.render.frame_map_new = 3, 50
     fan = {"rays": 24, "vertical_fov": 0.6, "vertical_step": 0.2, "range_max": 4.0}
     placed = [
@@ -53,7 +56,7 @@ def watchers(world: Any) -> None:
 
 
 def body(world: Any, name: str = "body", at: Any = (0, 0, 0)) -> Any:
-    """Something warm."""
+    """Add a warm box."""
     obj = world.box((0.6, 0.5, 0.9), at, name)
     obj.angen_warmth.use_temperature, obj.angen_warmth.temperature = True, 33.0
     return obj
@@ -100,8 +103,10 @@ def comes_and_goes(world: Any) -> None:
 
 @among(watchers)
 def comes_with_what_hangs_on_it(world: Any) -> None:
-    """Hidden at first, moved and turned while nobody sees it; its child comes later and goes
-    earlier, and what it bends by stays hidden."""
+    """Hide a moved and turned object at first; its child appears later and hides earlier.
+
+    The object that bends the child stays hidden.
+    """
     one, child = body(world, "one"), body(world, "child")
     cage = world.link("cage", bpy.data.lattices.new("cage"), (0, 0, 0))
     one.modifiers.new("cage", "LATTICE").object = cage
@@ -149,8 +154,10 @@ def begins_late(world: Any) -> None:
 
 @among(watchers)
 def steps_on_a_pad(world: Any) -> None:
-    """Somebody steps on a pad, waits and hops to a slab on another one, below which a drawer is
-    drawn; a third pad is far away, as is a cat that walks all the time."""
+    """Let a person step on a pad, wait, and hop to a slab on another pad.
+
+    A drawer moves below that slab. A third pad is far away, as is a cat that walks all the time.
+    """
     for name, at in (("pad", (0, 0, 0.01)), ("far", (7, 0, 0.01)), ("slab's", (0, 2, 0.01))):
         world.sensor("PRESSURE", name, world.box((0.5, 0.5, 0.02), at, name), update_rate=6.0)
     world.box((9, 9, 1), (0, 0, -0.5), "floor")
@@ -165,11 +172,11 @@ def steps_on_a_pad(world: Any) -> None:
     world.key(drawer, "location", {36: (0, 2, -0.2), 44: (1, 2, -0.2)}, "LINEAR")
 
 
-# What reads a switch's output
+# Objects that read a switch's output
 
 
 def followed(world: Any) -> None:
-    """A switch that a door breaks, and sensors of all kinds about a screen that shall follow it."""
+    """Add a door before a switch, all kinds of sensors, and a screen for the switch to drive."""
     world.scene.frame_end = 24
     world.door(5, 9, 14, 15, 20)
     world.switch("switch")
@@ -184,7 +191,7 @@ def followed(world: Any) -> None:
 
 
 def follow(owner: Any, path: str, index: int = -1) -> None:
-    """By `active` of the switch."""
+    """Drive a property by `active` of the switch."""
     driver = owner.driver_add(path, index).driver if index >= 0 else owner.driver_add(path).driver
     driver.type, variable = "SUM", driver.variables.new()
     variable.targets[0].id = bpy.data.objects["switch"]
@@ -192,7 +199,7 @@ def follow(owner: Any, path: str, index: int = -1) -> None:
 
 
 def screen(world: Any, name: str = "screen") -> Any:
-    """Before the detector, and beside the lamp."""
+    """Add a screen before the detector, and beside the lamp."""
     return world.box((0.02, 1.5, 1.5), at=(6.0, 0.0, 0.0), name=name)
 
 
@@ -246,8 +253,11 @@ def of_another_sensor(world: Any) -> None:
 
 
 def shown_within(world: Any) -> None:
-    """A switch with a plate 0.2 m ahead that a collection instance shows, and a walker elsewhere
-    that moves all the time. `plate` is in the collection `inner`, which the holder `near` shows."""
+    """Add a switch before a plate in a collection instance, and a walker elsewhere.
+
+    The plate is 0.2 m ahead, in the collection `inner`, which the empty `near` instances. The
+    walker moves all the time.
+    """
     world.switch(range_max=1.0, threshold=0.5)
     walker = world.box((0.1, 0.1, 0.1), at=(5, 0, 0), name="walker")
     world.key(walker, "location", {1: (5, 0, 0), 48: (6, 0, 0)})
@@ -317,7 +327,7 @@ def instancer_by_vertices_moves(world: Any) -> None:
 
 
 def watched_bodies(world: Any) -> None:
-    """Six frames, and a switch and two detectors that look through where bodies fall."""
+    """Set six frames, and add a switch and two detectors that see bodies fall."""
     world.scene.frame_end = 6
     world.switch("switch", range_max=4.0).rotation_euler = (0, -1.5707963, 0)
     world.pir("motion", rays=15).rotation_euler = AHEAD
@@ -327,7 +337,7 @@ def watched_bodies(world: Any) -> None:
 
 @among(watched_bodies)
 def falling(world: Any) -> None:
-    """A crate falls on a pad, one on a table with a hinge; a hat hangs on the crate."""
+    """Drop a crate on a pad, and one on a table with a hinge; a hat is a child of the crate."""
     physics = Physics(world)
     world.scene.frame_end = 6
     physics.floor()
@@ -346,7 +356,7 @@ def falling(world: Any) -> None:
 
 @among(watched_bodies)
 def hidden_in_renders(world: Any) -> None:
-    """The same, where renders show neither bodies nor hinge."""
+    """Build the same scene, with bodies and hinge hidden in renders."""
     falling(world)
     for obj in world.scene.objects:
         obj.hide_render = True
@@ -354,7 +364,7 @@ def hidden_in_renders(world: Any) -> None:
 
 @among(watched_bodies)
 def loose_bodies(world: Any) -> None:
-    """Bodies that are in a collection of their own beside the world's, and one in none of it."""
+    """Add bodies in a separate collection of the rigid-body world, and one outside the world."""
     physics = Physics(world)
     world.scene.frame_end = 6
     physics.floor()
@@ -371,7 +381,7 @@ def loose_bodies(world: Any) -> None:
 
 @among(watched_bodies)
 def whole_scene_is_bodies(world: Any) -> None:
-    """The rigid-body world takes the collection that holds everything."""
+    """Use the collection of the whole scene as that of the rigid-body world."""
     physics = Physics(world)
     world.scene.frame_end = 6
     physics.floor()

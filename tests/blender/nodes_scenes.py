@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Homes full of what geometry nodes make and instance: meshes that no object of the file has."""
+"""Homes of meshes that only geometry nodes make and instance, not objects of the file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Build = Callable[[Any], Any]
 
 
 def nodes(build: Build, name: str = "nodes") -> Any:
-    """A modifier's node group whose output `build(tree)` makes."""
+    """Return a node group for a modifier whose output `build(tree)` makes."""
     tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
@@ -28,7 +28,7 @@ def add_nodes(obj: Any, build: Build) -> Any:
 
 
 def cubes(size=(0.1, 0.1, 0.1), count=3, step=(0.3, 0.0, 0.0), start=(0.0, 0.0, 0.0)) -> Build:
-    """Instance on Points of a Mesh Cube node, along a line."""
+    """Build Instance on Points of a Mesh Cube node, along a line."""
 
     def build(tree: Any) -> Any:
         cube = tree.nodes.new("GeometryNodeMeshCube")
@@ -49,12 +49,12 @@ def coloured(build: Build, material: Any) -> Build:
 
 
 def nested(inner: Build, count=2, step=(0.0, 0.5, 0.0)) -> Build:
-    """Instances of instances."""
+    """Build instances of instances."""
     return lambda tree: on_line(tree, inner(tree), count, step, (0.0, 0.0, 0.0))
 
 
 def moving(build: Build, speed=(0.5, 0.0, 0.0)) -> Build:
-    """What `build` makes moves with the scene's time, so many units a second."""
+    """Move the output of `build` with the scene's time, so many units a second."""
 
     def made(tree: Any) -> Any:
         time = tree.nodes.new("GeometryNodeInputSceneTime")
@@ -71,7 +71,7 @@ def moving(build: Build, speed=(0.5, 0.0, 0.0)) -> Build:
 
 
 def growing(size=(0.1, 0.1, 0.1)) -> Build:
-    """Cubes of which there are more at each second, each of another size."""
+    """Build cubes, more of them at each second, each of another size."""
 
     def build(tree: Any) -> Any:
         time = tree.nodes.new("GeometryNodeInputSceneTime")
@@ -101,8 +101,10 @@ def on_line(tree: Any, instance: Any, count: int, step: Any, start: Any) -> Any:
 
 
 def home(world: Any) -> None:
-    """A room whose shelves, walker and guest are made by nodes, with a sensor of every kind and
-    model. The guest of 60 kg, four instanced cubes, stands on the pad 'pad'."""
+    """Add a room whose shelves, walker and guest are made by nodes, with all kinds of sensors.
+
+    The guest of 60 kg, four instanced cubes, stands on the pad 'pad'.
+    """
     world.scene.frame_end = 36
     world.box((6, 6, 0.3), (0, 0, -0.15), "floor")
     world.box((6, 0.1, 2.5), (0, 3, 1.25), "wall")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Odd things that stand in people's homes: each builds one under a sensor at the origin.
+"""Unusual geometries of people's homes: each function adds one below a sensor at the origin.
 
-What a builder makes lies about (0, 0, -0.5), some 0.4 across, unless it says otherwise.
+It lies about (0, 0, -0.5) and is about 0.4 across, unless the docstring says otherwise.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ODD: dict[str, Callable[[Any], Any]] = {}
 
 
 def grid(world: Any, cells: int = 8, size: float = SIZE, name: str = "grid") -> Any:
-    """A flat square of many faces."""
+    """Add a flat square of many faces."""
     mesh = bpy.data.meshes.new(name)
     made = bmesh.new()
     bmesh.ops.create_grid(made, x_segments=cells, y_segments=cells, size=size / 2)
@@ -72,8 +72,8 @@ def line(obj: Any, points: Any, cyclic: bool = False) -> Any:
 ROUND = [(0.2 * math.cos(a), 0.2 * math.sin(a), 0.0) for a in np.linspace(0, 6.0, 12)]
 
 
-# What modifiers make: of which object, which modifier, and its settings. Not smoke: its solver ends
-# Blender's module as the next file opens.
+# Modifiers: the object, the modifier and its settings. Smoke is missing, because its solver crashes
+# Blender's module when the next file opens.
 MODIFIED = {
     "cloth": (grid, "CLOTH", {}),
     "displaced": (grid, "DISPLACE", {"strength": 0.2}),
@@ -98,7 +98,7 @@ ODD |= {
     for name, (build, kind, settings) in MODIFIED.items()
 }
 
-# Meshes that are hardly any: their points, edges and faces.
+# Degenerate meshes: their points, edges and faces.
 TRIANGLE = [(-0.2, -0.2, 0), (0.2, -0.2, 0), (0.2, 0.2, 0)]
 HORSESHOE = [(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (0.1, 0.2), (0.1, -0.1), (-0.1, -0.1)]
 HORSESHOE += [(-0.1, 0.2), (-0.2, 0.2)]
@@ -145,7 +145,7 @@ def bare(world: Any, name: str) -> Any:
 
 ODD |= {name: lambda world, name=name: bare(world, name) for name in BARE}
 
-# Where, how large, how turned and how shown a thing is.
+# Places, sizes, rotations and display of an object.
 ODD |= {
     "tiny": lambda world: having(world.box((1e-3, 1e-3, 1e-3), AT, "tiny"), scale=(400, 400, 400)),
     "huge": lambda world: world.box((2e5, 2e5, 2e5), (0, 0, -1e5 - 0.5), "huge"),
@@ -162,7 +162,7 @@ ODD |= {
     "disabled_in_viewports": lambda world: having(box(world), hide_viewport=True),
 }
 
-# Curves, text, and what else has a surface or looks as if.
+# Curves, text, and other types of objects with a surface or without.
 ODD |= {
     "curve_without_bevel": lambda world: line(curve(world, "bare"), ROUND),
     "curve_with_bevel": lambda world: line(
@@ -196,7 +196,7 @@ ODD |= {
     "being_sculpted": lambda world: _edited(world, ball(world), "SCULPT"),
 }
 
-# Those that take more than a line to build
+# Geometries that take more than a line to build
 
 
 Builder = Callable[[Any], Any]
@@ -208,7 +208,7 @@ def odd(builder: Builder) -> Builder:
 
 
 def on_versions_with(operator: str) -> Callable[[Builder], Builder]:
-    """Registers a builder where `bpy.ops.object` has an operator."""
+    """Register a builder if `bpy.ops.object` has an operator."""
     return odd if operator in dir(bpy.ops.object) else lambda builder: builder
 
 
@@ -242,7 +242,7 @@ def surface(world: Any) -> Any:
 
 @odd
 def metaballs(world: Any) -> Any:
-    """Two objects of one family are one surface, listed under the first."""
+    """Add two objects of one family, whose common surface belongs to the first."""
     for x in (0.0, 0.12):
         data = bpy.data.metaballs.new("meta")
         data.resolution = 0.05
@@ -266,7 +266,7 @@ def point_cloud(world: Any) -> Any:
 
 @odd
 def volume_as_mesh(world: Any) -> Any:
-    """A mesh made of a volume that is made of a mesh."""
+    """Add a mesh made of a volume that is made of a mesh."""
     host = world.link("host", bpy.data.volumes.new("volume"), AT)
     modified(host, "MESH_TO_VOLUME", object=ball(world), resolution_mode="VOXEL_AMOUNT")
     made = world.link("mesh", bpy.data.meshes.new("mesh"), AT)
@@ -284,7 +284,7 @@ def grease_pencil(world: Any) -> Any:
 
 @odd
 def nowhere(world: Any) -> Any:
-    """Some of its vertices are no numbers."""
+    """Add a mesh with vertices that are NaN."""
     made = grid(world)
     made.data.vertices[0].co = (math.nan, 0, 0)
     made.data.vertices[5].co = (math.inf, 0, 0)
@@ -346,7 +346,7 @@ def nodes_that_nest_instances(world: Any) -> Any:
 
 
 def _instances_of(name: str, *values: Any) -> Builder:
-    """Instances of what one node makes, with its inputs set."""
+    """Instance the output of one node, with its inputs set."""
 
     def build(tree: Any) -> Any:
         node = tree.nodes.new(name)
@@ -369,7 +369,7 @@ ODD["nodes_that_instance_volumes"] = _instances_of("GeometryNodeVolumeCube")
 
 @odd
 def nodes_on_a_curve(world: Any) -> Any:
-    """A curve whose nodes make a mesh of it."""
+    """Add a curve whose nodes turn it into a mesh."""
 
     def build(tree: Any) -> Any:
         start, circle = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A layout that takes down what panels draw into it, and checks every name against this Blender."""
+"""A layout that records the items of panels, and checks every name against this Blender."""
 
 from types import SimpleNamespace
 
@@ -20,7 +20,7 @@ PANELS = (
 
 
 class Layout:
-    """Stands for a UILayout; all parts of one drawing share their lists."""
+    """Replaces a UILayout; all parts of one drawing share their lists."""
 
     def __init__(self, whole=None, opened=True):
         self.whole = whole or self
@@ -123,7 +123,7 @@ def panel_of(name):
 
 
 def drawn(name, opened=True):
-    """What a panel shows in the present context, its header included."""
+    """Return the items that a panel draws in the present context, with its header."""
     cls = panel_of(name)
     assert not hasattr(cls, "poll") or cls.poll(bpy.context)
     layout = Layout(opened=opened)
@@ -135,7 +135,7 @@ def drawn(name, opened=True):
 
 
 def pad_under_a_box(world):
-    """A floor, a box of 5 kg on it, and a pad under that, which senses at every frame."""
+    """Add a floor, a box of 5 kg on it, and a pad below the box that senses at every frame."""
     bpy.ops.rigidbody.world_add()
     body(world, (4, 4, 4), (0, 0, -2), "floor", "PASSIVE")
     body(world, (0.2, 0.2, 0.2), (0.02, 0, 0.1), "box", "ACTIVE", 5.0)

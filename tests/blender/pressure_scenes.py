@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes of rigid bodies and of animated people, with pads below them, and what the pads read."""
+"""Scenes of rigid bodies and of animated people on pads, and the readings of the pads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 G = 9.81
 Vector = Sequence[float]
-# A part of a mesh: half its size, and its middle, both (x, y, z).
+# A part of a mesh: half its size, and its centre, both (x, y, z).
 Part = tuple[Vector, Vector]
 FACES = np.array(
     [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -21,7 +21,7 @@ LEGS = [(-0.5, -0.3), (0.5, -0.3), (-0.5, 0.3), (0.5, 0.3)]
 
 
 class Readings:
-    """What one pad read in a run, a column each, by frame."""
+    """The readings of one pad in a run by frame, each field an array."""
 
     def __init__(self, track: Any) -> None:
         self.frames = np.array(track.frames)
@@ -36,11 +36,11 @@ class Readings:
 
     @property
     def problems(self) -> set[str]:
-        """Why readings were not valid, but for the first one."""
+        """Return the reasons why readings were not valid, without that of the first."""
         return set(self.problem) - {"", NOT_YET}
 
     def known(self, after: int = 1) -> np.ndarray:
-        """The forces after a frame, all of which must be known."""
+        """Return the forces after a frame, and assert that all of them are valid."""
         late = self.frames > after
         assert late.any()
         assert self.valid[late].all(), (self.problems, self.frames[~self.valid].tolist())
@@ -48,7 +48,7 @@ class Readings:
         return self.force[late]
 
     def never_valid(self, *words: str, after: int = 1) -> None:
-        """Every reading after a frame is invalid, for a reason with these words."""
+        """Assert that every reading after a frame is invalid, for a reason with these words."""
         late = self.frames > after
         assert not self.valid[late].any(), self.frames[late & self.valid].tolist()
         for reason in np.array(self.problem)[late].tolist():
@@ -71,7 +71,7 @@ class Physics:
 
     @property
     def rigid(self) -> Any:
-        """The rigid-body world, made when first asked for."""
+        """Return the rigid-body world, made at its first use."""
         if self.scene.rigidbody_world is None:
             self.bpy.ops.rigidbody.world_add()
             self.scene.rigidbody_world.point_cache.frame_end = 1000
@@ -82,7 +82,7 @@ class Physics:
         self.scene.render.fps = fps
 
     def on_floor(self, last: int, fps: int = 24) -> None:
-        """So many frames, and a floor at height 0."""
+        """Set the number of frames, and add a floor at height 0."""
         self.frames(last, fps)
         self.floor()
 
@@ -107,7 +107,7 @@ class Physics:
         parent: Any = None,
         **place: Any,
     ) -> Any:
-        """A box, or boxes, without physics; `place`: scale, rotation_euler."""
+        """Add a box, or boxes, without physics; `place`: scale, rotation_euler."""
         mesh = self.mesh(parts if parts is not None else [(half, (0, 0, 0))], name)
         obj = self.world.link(name, mesh, at)
         obj.parent = parent
@@ -118,7 +118,7 @@ class Physics:
     # Rigid bodies
 
     def rigid_body(self, obj: Any, kind: str = "ACTIVE", **settings: Any) -> Any:
-        """Makes a rigid body of an object; `shape` is its collision shape."""
+        """Make an object a rigid body; `shape` is its collision shape."""
         assert self.rigid
         with self.bpy.context.temp_override(object=obj, active_object=obj, selected_objects=[obj]):
             self.bpy.ops.rigidbody.object_add(type=kind)
@@ -131,12 +131,12 @@ class Physics:
     def body(
         self, name: str, half: Vector, at: Vector, mass: float, place: Any = None, **settings: Any
     ) -> Any:
-        """A simulated box."""
+        """Add a simulated box."""
         obj = self.solid(name, half, at, **(place or {}))
         return self.rigid_body(obj, mass=mass, **settings)
 
     def round(self, kind: str, at: Vector, radius: float = 0.1, half_height: float = 0.1) -> Any:
-        """The mesh of a round shape, along z."""
+        """Return the mesh of a round shape, along z."""
         ops = self.bpy.ops.mesh
         if kind == "SPHERE":
             ops.primitive_uv_sphere_add(radius=radius, location=at)
@@ -151,7 +151,7 @@ class Physics:
     def compound(
         self, name: str, parts: Sequence[Part], at: Vector, mass: float, **settings: Any
     ) -> Any:
-        """A simulated compound of boxes; its children are their own objects."""
+        """Add a simulated compound of boxes; its children are separate objects."""
         obj = self.solid(name, (), at, parts=parts)
         self.rigid_body(obj, mass=mass, shape="COMPOUND", **settings)
         for number, (half, middle) in enumerate(parts):
@@ -173,7 +173,7 @@ class Physics:
         body: Any = None,
         **settings: Any,
     ) -> Any:
-        """A pad that senses at every frame, virtual by default; `kind` makes it a rigid body."""
+        """Add a pad that senses at every frame, virtual unless `kind` makes it a rigid body."""
         obj = self.solid(name, half, (0, 0, half[2]) if at is None else at, **(place or {}))
         if kind is not None:
             self.rigid_body(obj, kind, **(body or {}))
@@ -184,7 +184,7 @@ class Physics:
         return self.world.sensor("PRESSURE", obj.name, obj, **{"update_rate": rate, **settings})
 
     def table(self, load: tuple[float, float] | None, mass: float = 20.0, heavy: float = 10.0):
-        """A table on four pads, and a box on it at (x, y); the names of the pads."""
+        """Add a table on four pads, and a box on it at (x, y); return the names of the pads."""
         leg, top = 0.35, 0.025
         feet = [((0.025, 0.025, leg), (x, y, -top - leg)) for x, y in LEGS]
         self.floor()
@@ -200,13 +200,13 @@ class Physics:
     def carried(
         self, name: str, half: Vector, at: Vector, mass: float, tolerance: float = 0.03, **more: Any
     ) -> Any:
-        """An animated, not simulated, body with a mass."""
+        """Add an animated, not simulated, body with a mass."""
         obj = self.solid(name, half, at, **more)
         obj.angen_load.mass, obj.angen_load.tolerance = mass, tolerance
         return obj
 
     def place_of(self, obj: Any) -> np.ndarray:
-        """Where an object is, simulated or not, at the present frame."""
+        """Return the location of an object, simulated or not, at the present frame."""
         evaluated = obj.evaluated_get(self.bpy.context.evaluated_depsgraph_get())
         return np.array(evaluated.matrix_world.translation)
 
@@ -217,11 +217,11 @@ class Physics:
         return {name: Readings(track) for name, track in recording.tracks.items()}
 
     def read(self, name: str = "pad") -> Readings:
-        """A run, and the readings of one pad."""
+        """Run the scene, and return the readings of one pad."""
         return self.run()[name]
 
     def live(self, name: str, frames: Iterable[int]) -> list[tuple[int, float, str]]:
-        """Frame, force and problem that following the playhead shows."""
+        """Return frame, force and problem of the live readings at these frames."""
         shown = []
         for frame in frames:
             self.scene.frame_set(frame)
@@ -231,7 +231,7 @@ class Physics:
 
 
 def live_problem(name: str) -> str:
-    """Why the live reading of a sensor is not valid; empty where it is."""
+    """Return why the live reading of a sensor is not valid; "" if it is."""
     from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 
     live = state.CACHE.live
@@ -241,7 +241,7 @@ def live_problem(name: str) -> str:
 def shares(
     load: tuple[float, float], weight: float, legs: Sequence[tuple[float, float]] = LEGS
 ) -> np.ndarray:
-    """The forces of equal legs on an elastic foundation under a weight at (x, y): p + q·x + r·y."""
+    """Return the forces p + q·x + r·y of equal legs on an elastic foundation under a weight."""
     legs = np.array(legs)
     count, (x, y) = len(legs), np.array(load)
     return weight * (

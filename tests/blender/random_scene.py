@@ -129,7 +129,7 @@ class RandomScene:
         self._link("metaball", data)
 
     def _armature(self) -> None:
-        """A mesh bent by two keyed bones."""
+        """Add a mesh bent by two keyed bones."""
         armature = bpy.data.armatures.new("armature")
         rig = self._link("rig", armature)
         rig.scale = (1, 1, 1)
@@ -171,7 +171,7 @@ class RandomScene:
         parent.show_instancer_for_viewport = self.random.random() < 0.5
 
     def _nodes(self) -> None:
-        """Geometry nodes that scatter cubes which exist nowhere else."""
+        """Add geometry nodes that scatter cubes which no object of the file has."""
         tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")
         tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
         grid = tree.nodes.new("GeometryNodeMeshGrid")
@@ -197,7 +197,7 @@ class RandomScene:
             obj.keyframe_insert(way, frame=frame)
 
     def change(self) -> str:
-        """One edit as a user or a script would make it between two frames."""
+        """Make a random edit, as a user or a script does between two frames; return its name."""
         ways = (
             self._add,
             self._remove,
@@ -240,7 +240,7 @@ class RandomScene:
         mesh.update()
 
     def _swap(self) -> None:
-        """One object goes and another comes at the same moment and place."""
+        """Remove an object and add another one at the same time and place."""
         shown, hidden = self._some(), self._some()
         shown.hide_viewport, hidden.hide_viewport = True, False
         hidden.matrix_world = shown.matrix_world
@@ -255,7 +255,7 @@ class RandomScene:
     # Rays
 
     def rays(self, count: int) -> tuple[list[Vector], list[Vector]]:
-        """Origins within the scene and unit directions."""
+        """Return origins within the scene and unit directions."""
         pick = self.random.uniform
         origins = [Vector((pick(-3, 3), pick(-3, 3), pick(-3, 3))) for _ in range(count)]
         ways = [Vector((pick(-1, 1), pick(-1, 1), pick(-1, 1))).normalized() for _ in origins]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A home with a recording, and what is told of that."""
+"""A home with a recording, and the state of that recording."""
 
 from importlib import import_module
 
@@ -14,7 +14,7 @@ def cache():
 
 
 def stale():
-    """Why the recording is stale; empty where it is fresh, None where there is none."""
+    """Return why the recording is stale; "" if it is fresh, None without one."""
     kept = cache().kept(bpy.context.scene)
     return kept.stale if kept is not None else None
 
@@ -28,7 +28,7 @@ def columns():
 
 
 def recorded(world):
-    """A door that opens before a switch, a lamp, a skinned flag, nodes; recorded."""
+    """Add a door that opens before a switch, a lamp, a skinned flag and nodes; record them."""
     world.door(13)
     world.switch("Front door")
     shelf = world.box((1, 1, 1), at=(3, 0, 0), name="shelf")

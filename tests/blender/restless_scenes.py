@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes in which something may move at each frame; what rests beside lamps, warmth and loads."""
+"""Scenes that may change at each frame; and still objects beside lamps, warmth and loads."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def a_wall_that_glows(world: Any, _: Path) -> None:
 
 
 def glowing(world: Any) -> Any:
-    """The shader of a wall that glows before a light sensor with few paths."""
+    """Add a glowing wall before a light sensor with few paths; return its shader."""
     bpy = world.bpy
     material = bpy.data.materials.get("glow") or bpy.data.materials.new("glow")
     if not material.users:
@@ -167,7 +167,7 @@ def a_colour_that_reflects_less(world: Any, _: Path) -> None:
 
 
 def warm(world: Any) -> Any:
-    """A warm thing before a pyroelectric detector, which stands there from the first frame on."""
+    """Add a warm object before a pyroelectric detector, from the first frame on."""
     world.pir(model="PYROELECTRIC", warm_up_time=0.0)
     return world.box((1, 1, 1), (0, 0, -2), "warm")
 
@@ -190,7 +190,7 @@ def the_warmth_of_a_material(world: Any, _: Path) -> None:
 
 
 def loaded(world: Any, *rates: float) -> None:
-    """A load that rests on pads of these rates, slides off, comes back and grows light."""
+    """Add a load on pads of several rates: it slides off, comes back and becomes lighter."""
     for number, rate in enumerate(rates):
         slab = world.box((1, 1, 0.02), (2 * number, 0, 0.01), f"slab {number}")
         world.sensor("PRESSURE", f"pad {number}", slab, update_rate=rate)

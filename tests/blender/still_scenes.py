@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes in which something rests, for a while at least."""
+"""Scenes in which objects stand still, at least for a while."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ REST = {1: -0.3, 10: -0.3, 14: -0.2, 40: -0.2, 44: -0.35}
 
 
 def scene(skips: bool) -> Callable[[Build], Build]:
-    """A scene of the table; `skips`: something of it is still, and that must be found."""
+    """Register a scene; `skips`: a run must skip some of its frames."""
 
     def keep(build: Build) -> Build:
         SCENES[build.__name__] = build, skips
@@ -23,7 +23,7 @@ def scene(skips: bool) -> Callable[[Build], Build]:
 
 
 def watched(world: Any) -> Any:
-    """A wall in the beam of a switch."""
+    """Add a wall in the beam of a switch."""
     world.switch(range_max=20.0, threshold=0.25)
     return world.wall(0.3)
 
@@ -45,7 +45,7 @@ def key_height(world: Any, obj: Any, keys: dict[float, float], how: str = "LINEA
 
 
 def strip_of(world: Any, obj: Any, start: int, keys: dict[float, float]) -> Any:
-    """The keys as a strip of the NLA that begins at a frame."""
+    """Add the keys as an NLA strip that begins at a frame."""
     key_height(world, obj, keys)
     data = obj.animation_data
     action, slot = data.action, getattr(data, "action_slot", None)
@@ -57,7 +57,7 @@ def strip_of(world: Any, obj: Any, start: int, keys: dict[float, float]) -> Any:
 
 
 def nodes_of(world: Any, obj: Any, *kinds: str) -> tuple[Any, list[Any]]:
-    """A tree of geometry nodes on an object, with these nodes in it and its ends."""
+    """Add geometry nodes to an object; return their tree, and these nodes with its ends."""
     tree = world.bpy.data.node_groups.new("nodes", "GeometryNodeTree")
     for way in ("INPUT", "OUTPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The library of ready sensors: each part is there, in its housing and with a picture, and senses
-as one that was added by hand."""
+"""The library of ready sensors: every part is in it, with its housing and a picture, and senses."""
 
 import re
 import subprocess
@@ -21,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
     ids=["one kind", "all"],
 )
 def library(request, tmp_path_factory):
-    """A library of one kind of sensor, or of all."""
+    """Build a library of one kind of sensor, or of all."""
     folder = tmp_path_factory.mktemp("assets")
     done = subprocess.run(
         [sys.executable, ROOT / "scripts" / "build_assets.py", folder, *request.param],
@@ -30,7 +29,7 @@ def library(request, tmp_path_factory):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    # Blender 5.2 greets before.
+    # Blender 5.2 prints a greeting first.
     assert re.fullmatch(r"\d+ assets in .*angen_sensors.blend", done.stdout.splitlines()[-1])
     assert sorted(path.name for path in folder.iterdir()) == [
         "angen_sensors.blend",

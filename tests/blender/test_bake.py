@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baked keys are the recording, in an action of the sensor's own, and disturb nothing else."""
+"""Baked keys are the recording, in a separate action of the sensor, and change nothing else."""
 
 from importlib import import_module
 
@@ -15,7 +15,7 @@ SLOTS = bpy.app.version >= (4, 4)
 
 @pytest.fixture
 def door(world):
-    """A switch that a door opens at frame 13 and closes at frame 37, sensed at every frame."""
+    """Add a switch that a door opens at frame 13 and closes at frame 37, sensed at every frame."""
     world.door(13, 37)
     world.switch("Front door")
     world.update()
@@ -56,7 +56,7 @@ def test_into_a_new_action_named_after_the_sensor(door, fcurves):
 
 
 def test_curves_evaluate_to_the_recording_at_every_frame(world, fcurves):
-    """A sweeping detector with a lot of changes, and substeps."""
+    """The detector sweeps and changes often, with substeps."""
     mover = world.box((0.5, 0.5, 0.5), at=(0, 0, -2), name="mover")
     world.key(mover, "location", {1: (-2, 0, -2), 48: (2, 0, -2)})
     world.pir("pir", vertical_fov=1.2, update_rate=37.0)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen simulate --format NAME --out PATH`: a run in the formats of other tools; and its report,
-from the command line and from Blender."""
+"""`angen simulate --format NAME --out PATH` writes runs in the formats of other tools.
+
+Its report is the same from the command line and from Blender.
+"""
 
 import re
 import sys
@@ -16,7 +18,7 @@ START = "2026-03-02T07:00:00"
 
 @pytest.fixture
 def home(world, tmp_path):
-    """A switch whose wall comes near at frame 13; with a room."""
+    """Add a switch in a room, whose wall comes near at frame 13."""
     wall = world.wall(0.2)
     for frame, z in ((1, -0.2), (12, -0.2), (13, -0.02)):
         wall.location.z = z
@@ -153,7 +155,7 @@ BAD_INPUT, FAILED = 2, 1
 
 @pytest.fixture
 def hall_home(world: Any, tmp_path: Path) -> Path:
-    """A door in the hall that opens at frame 13 and closes at 37, and a PIR that sees nothing."""
+    """Add a door in the hall, open from frame 13 to 37, and a PIR that sees nothing."""
     world.door(13, 37)
     world.switch("Dörr <1>", range_max=0.4)["room"] = "Hall"
     world.pir("PIR").location.x = 100
@@ -180,11 +182,12 @@ def test_the_page_tells_the_run(hall_home: Path, command: Any) -> None:
     shown = texts(page)
     for text in ("home & garden.blend", "1 to 48", "24 fps", "Timeline", "Hall", "Dörr <1>"):
         assert text in shown, text
-    # The switch is numbered first: it has a room. At 24 Hz it opens at 0.5 s, closes at 1.5 s.
+    # The switch is numbered first, because it has a room. At 24 Hz it opens at 0.5 s, closes at 1.5
+    # s.
     assert rows(page)[1][:4] == ["1", "Dörr <1>", "Optical switch", "Hall"]
     assert rows(page)[1][5:9] == ["2", "0.5", "1.5", "50.0%"]
     assert rows(page)[-2][2] == "update_rate 24 Hz, range_max 0.4 m"
-    assert "secret" not in page.read_text(encoding="utf-8")  # where the file lies is nobody's
+    assert "secret" not in page.read_text(encoding="utf-8")  # no path of the file
 
 
 def test_the_picture_has_timeline_and_plan(hall_home: Path, command: Any) -> None:
@@ -256,6 +259,6 @@ def test_the_operator_needs_a_recording_and_writes_the_same(hall_home: Path, com
     assert bpy.ops.angen.export_report(filepath=str(path)) == {"FINISHED"}
     assert command("simulate", "--report", hall_home / "headless.html", "--quiet")[0] == 0
     assert path.read_bytes() == (hall_home / "headless.html").read_bytes()
-    assert bpy.ops.angen.export_report.poll()  # the recording is still that of the scene
+    assert bpy.ops.angen.export_report.poll()  # the recording is still fresh
     with pytest.raises(RuntimeError, match=re.escape("must end in .html")):
         bpy.ops.angen.export_report(filepath=str(hall_home / "r.txt"))

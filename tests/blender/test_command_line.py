@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m angen_addon` as a CI job calls it: output, exit status, and everything that can be
-wrong with what it is given.
+"""`python -m angen_addon` as a CI job calls it: output, exit status, and every wrong input.
 
 A process with Blender in it takes a second to start; these cases run the same command function in
 this process, on the open file. test_command_processes.py has the others.
@@ -50,7 +49,7 @@ def test_a_part_of_the_frames(home, command):
         (["--kind", "LIGHT", "--kind", "pressure"], {"Pad", "Lux"}),
         (["--no-light"], {"Pad", "PIR bed", "PIR hall", "PIR [1]"}),
         (["--sensor", "P*", "--kind", "PIR", "--no-light"], {"PIR bed", "PIR hall", "PIR [1]"}),
-        # A name with the signs of a pattern is itself.
+        # A name with characters of a pattern also matches itself.
         (["--sensor", "PIR [1]"], {"PIR [1]"}),
     ],
 )  # fmt: skip
@@ -236,7 +235,7 @@ def test_samples_of_names_that_collide(home, world, command, tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no limits of this kind")
 def test_a_full_disk_leaves_nothing_behind(home, command, tmp_path):
-    """A limit of the size of files stands in for the disk: too small for the samples."""
+    """A limit on file sizes replaces the full disk: it is too small for the samples."""
     resource = importlib.import_module("resource")
     out = tmp_path / "out"
     out.mkdir()
@@ -271,7 +270,7 @@ def test_logs_tell_the_time_of_day_where_the_start_is_given(home, command):
     assert status == 2 and "'noon' is no date and time in ISO 8601" in told
 
 
-# Simulating part of the frames, and what exports let the user choose
+# Simulating part of the frames, and the choices of exports
 
 
 ops = bpy.ops.angen
@@ -284,7 +283,7 @@ def read(path):
 
 @pytest.fixture
 def two_switches(world):
-    """Two switches that read 24 times a second for two seconds."""
+    """Add two switches that read 24 times a second for two seconds."""
     world.wall(0.2)
     world.switch("Front")
     world.switch("Back")
@@ -372,7 +371,7 @@ def test_the_scenes_start_is_that_of_all_exports(two_switches, tmp_path):
     assert "2026-03-01 08:00:00" in page.read_text(encoding="utf-8")
     ops.export_format(filepath=str(tmp_path / "all.lp"), format="influx")
     assert "1772352000000000000" in (tmp_path / "all.lp").read_text(encoding="utf-8")
-    # The recording goes on to be fresh, and panels tell the time of day.
+    # The recording stays fresh, and panels show the time of day.
     bpy.context.view_layer.objects.active = bpy.data.objects["Front"]
     labels = [text for text, *_ in drawn("ANGEN_PT_events").operators]
     assert "Explain Open, 08:00:00.0" in labels
@@ -386,7 +385,9 @@ def test_events_for_other_tools(two_switches, tmp_path):
     path = tmp_path / "home"
     start = "2026-03-01T08:00"
     ops.export_format(filepath=str(path), format="casas-csv", start=start)
-    assert (tmp_path / "home.csv").read_text(encoding="utf-8") == ""  # nothing changes here
+    assert (tmp_path / "home.csv").read_text(
+        encoding="utf-8"
+    ) == ""  # nothing changes in these seconds
     names = [row[1] for row in read(tmp_path / "home.csv.sensors.csv")[1:]]
     assert names == ["Back", "Front"]
     bpy.data.objects["Back"].select_set(True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `angen` writes: never over what it reads, all together, and nothing where it is stopped."""
+"""`angen` never writes over its inputs, writes all outputs or none, and none if it is stopped."""
 
 import os
 import signal
@@ -18,7 +18,7 @@ HEADER = "time_s,frame,sensor,kind,field,value\r\n"
 
 @pytest.fixture
 def home(world, tmp_path):
-    """A switch before a wall, one more sensor, and a chair that is linked from another file."""
+    """Add a switch before a wall, another sensor, and a chair that is linked from another file."""
     files = tmp_path / "files"
     files.mkdir()
     world.box((1, 1, 1), at=(9, 9, 9), name="chair")
@@ -100,7 +100,7 @@ def test_exports_of_the_window_spare_the_home_too(home, tmp_path):
 
 @pytest.fixture
 def long_run(home, world, tmp_path):
-    """A run that takes minutes, started, once it goes through the frames; and its outputs."""
+    """Start a long run, and wait until it goes through the frames; return it and its outputs."""
     world.key(bpy.data.objects["wall"], "location", {1: (0, 0, -0.02), 100_000: (1, 0, -0.02)})
     for index in range(20):
         world.pir(f"pir {index}", rays=120)
@@ -147,7 +147,7 @@ runpy.run_module("angen_addon", run_name="__main__", alter_sys=True)
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="has no SIGKILL")
 def test_killed_as_it_writes_nothing_has_landed_and_the_next_run_cleans_up(home, tmp_path):
-    """Also the saved file, which is made first, lands with the others."""
+    """The saved file, which is written first, is put in place with the others too."""
     out = tmp_path / "out"
     (out / "s").mkdir(parents=True)
     outputs = ["--events", out / "e.csv", "--samples", out / "s", "--save", out / "s.blend"]
@@ -175,7 +175,7 @@ def test_killed_as_it_writes_nothing_has_landed_and_the_next_run_cleans_up(home,
 
 
 def shell(home, text, **options):
-    """A command of a shell, in which ANGEN stands for `python -m angen_addon simulate HOME`."""
+    """Run a shell command, in which ANGEN stands for `python -m angen_addon simulate HOME`."""
     run = f"'{sys.executable}' -m angen_addon simulate '{home}' --quiet"
     return subprocess.run(
         ["sh", "-c", text.replace("ANGEN", run)],
@@ -217,7 +217,7 @@ def test_a_full_disk_under_standard_error_costs_no_events(home):
 
 
 def test_names_that_are_formulas(home, command, world, tmp_path):
-    """Raw as they are, unless it is for a spreadsheet; both are logs of the same events."""
+    """Logs have the names unchanged, those for spreadsheets do not; both have the same events."""
     world.switch("=cmd()|' /C calc'!A0")
     log, sheet = tmp_path / "log.csv", tmp_path / "sheet.csv"
     assert command("simulate", "--events", log)[0] == 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m angen_addon` in processes of its own: files that are none, signals, full disks."""
+"""`python -m angen_addon` in separate processes: wrong files, signals, full disks."""
 
 import csv
 import os
@@ -56,7 +56,7 @@ def test_simulate_writes_the_same_to_standard_output_and_to_files(home, tmp_path
 
 
 def test_files_that_are_no_blend_files(tmp_path):
-    """Told before Blender starts, which is quick: one line, status 2."""
+    """The error comes before Blender starts, which is quick: one line, status 2."""
     whole = tmp_path / "empty.blend"
     whole.write_bytes(b"")
     (tmp_path / "text.blend").write_text("not a blend file")
@@ -80,7 +80,7 @@ def test_damaged_and_newer_files(home, tmp_path):
     truncated = tmp_path / "truncated.blend"
     truncated.write_bytes(data[: len(data) // 2])
     header = data[:17]
-    # The version stands in the header: three digits, or four since Blender 5.
+    # The version is in the header: three digits, or four since Blender 5.
     newer = header.replace(b"v%d" % (100 * bpy.app.version[0] + bpy.app.version[1]), b"v999")
     newer = newer.replace(b"v0%d" % (100 * bpy.app.version[0] + bpy.app.version[1]), b"v9999")
     assert newer != header
@@ -92,7 +92,7 @@ def test_damaged_and_newer_files(home, tmp_path):
     assert error[-1].startswith("angen: cannot open") and "truncated.blend" in error[-1]
     assert not any("Traceback" in line for line in error)
     assert not out.exists()
-    # Blender reads most of a newer file; where it does, the user must know.
+    # Blender reads most of a newer file; then the user must get a warning.
     done = module("simulate", tmp_path / "newer.blend", "--events", out)
     error = done.stderr.decode()
     assert "Traceback" not in error
@@ -119,7 +119,7 @@ def test_ctrl_c_while_blender_starts(home, tmp_path):
 
 @pytest.mark.slow
 def test_ctrl_c_breaks_off_a_picture_of_the_light(world, tmp_path):
-    """One that takes longer than anybody waits: light paths without end."""
+    """The picture has too many light paths to ever finish."""
     lamp = world.bpy.data.lights.new("lamp", "POINT")
     world.link("lamp", lamp, (0, 0, 2))
     settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 24.0}
@@ -147,7 +147,7 @@ def test_ctrl_c_breaks_off_a_picture_of_the_light(world, tmp_path):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="has no /dev/full")
 @pytest.mark.parametrize("to", ["a full disk", "a reader that went away"])
 def test_standard_output_that_takes_nothing_is_no_traceback(home, to):
-    """As with `| head -1`."""
+    """The reader of the pipe ends first, as in `| head -1`."""
     if to == "a full disk":
         out = os.open("/dev/full", os.O_WRONLY)
     else:
@@ -162,7 +162,7 @@ def test_standard_output_that_takes_nothing_is_no_traceback(home, to):
 
 @pytest.mark.slow
 def test_the_first_example_of_days_is_of_real_detectors_without_light(tmp_path):
-    """The pages' own words, but for a day with one evening in place of the week."""
+    """The commands are those of the page, with a day of one evening in place of the week."""
     found = set()
     for page in ("README.md", "docs/residents.md"):
         text = (ROOT / page).read_text(encoding="utf-8").replace("\\\n", " ")
@@ -187,8 +187,8 @@ def test_the_first_example_of_days_is_of_real_detectors_without_light(tmp_path):
     assert min(on) > 1.0
 
 
-# Processes end with the exit status that they should have, also where the file has drivers that are
-# Python, whose remains Blender's module does not survive, or Python's functions outlive the end
+# Processes end with their own exit status, also if the file has drivers in Python, whose remains
+# crash Blender's module, or if Python functions outlive the end
 
 
 EXPRESSIONS = ("round(frame, 1) / 12 - 1", "[0, frame / 12][1] - 1", "noise.random() * 0 - 1")
@@ -242,7 +242,7 @@ WAYS = {
 
 @pytest.fixture
 def driven(world, tmp_path):
-    """A wall that drivers move, before a switch."""
+    """Add a wall that drivers move, before a switch."""
     wall, other = world.wall(0.02), world.wall(90.0, "other")
     for index, expression in enumerate(EXPRESSIONS):
         curve = (other if index else wall).driver_add("location", index)
@@ -308,7 +308,7 @@ def test_a_worker_process_ends_as_it_should(driven, tmp_path):
 @pytest.mark.skipif(bpy.app.version >= (5, 0), reason="sample blends are built with Blender 4.2")
 @pytest.mark.parametrize("name", mostly_slow(["pressure", "light", "light_control"], "pressure"))
 def test_sample_blends_are_built_with_status_zero(tmp_path, name):
-    """`make sample` stops at the first script that ends in a crash."""
+    """`make sample` stops at the first script that crashes at its end."""
     script, out = ROOT / "sample_blends" / f"build_{name}.py", tmp_path / f"{name}.blend"
     done = subprocess.run([sys.executable, str(script), "--out", str(out)], check=False)
     assert done.returncode == 0

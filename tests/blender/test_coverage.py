@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The coverage map says of a motion what the simulation of that motion says."""
+"""The coverage map of a motion agrees with the simulation of that motion."""
 
 import math
 from importlib import import_module
@@ -15,13 +15,13 @@ from tiers import mostly_slow
 ROOM = (4.0, 3.0, 2.5)
 FPS, RATE = 20, 10.0
 TILTS = 9
-# A cylinder as a mesh of so many sides is this much thinner at most.
+# The greatest difference of radius between a cylinder and its mesh of so many sides.
 SIDES = 256
 
 
 @pytest.fixture
 def home(world: Any) -> Any:
-    """4 m by 3 m with a ceiling, a solid table, a cupboard, and a detector on the west wall."""
+    """Add a room of 4 m by 3 m with a table, a cupboard, and a detector on the west wall."""
     world.hall(*ROOM)
     world.box((0.8, 0.8, 0.9), (2.0, 2.0, 0.45), "table")
     world.box((0.5, 0.6, 2.2), (3.0, 0.3, 1.1), "cupboard")
@@ -34,7 +34,7 @@ def home(world: Any) -> Any:
 
 @pytest.fixture
 def mapped(home: Any) -> Any:
-    """The map of a motion in cells of 0.25 m."""
+    """Return the map of a motion in cells of 0.25 m."""
 
     def make(name: str, size: float = 0.25, **options: Any) -> Any:
         motion = MOTIONS[name]
@@ -46,7 +46,7 @@ def mapped(home: Any) -> Any:
 
 
 def body_of(world: Any, motion: Any) -> Any:
-    """A mesh as the motion has it, its origin on the floor where the body stands."""
+    """Add the body of the motion as a mesh, with its origin on the floor below it."""
     low, high = motion.bottom, motion.top
     if motion.radius:
         ring = [
@@ -66,7 +66,7 @@ def body_of(world: Any, motion: Any) -> Any:
 
 
 def moves(world: Any, body: Any, motion: Any, at: Any, heading: float, length: float) -> int:
-    """Animates the body: it rests for a sweep, then moves; the frame at which all has been seen."""
+    """Animate the body after a sweep at rest; return the frame by which all tilts saw the end."""
     body.animation_data_clear()
     body.location = at
     body.rotation_euler = (0.0, 0.0, heading)
@@ -81,8 +81,7 @@ def moves(world: Any, body: Any, motion: Any, at: Any, heading: float, length: f
 
 
 def cases(found: Any, count: int) -> list[tuple[int, int, float]]:
-    """Cells, directions and strengths: the faintest, those about the threshold, and others from
-    all over the room."""
+    """Return cells, directions and strengths: weakest, about the threshold, and others."""
     cell, direction = np.nonzero(found.cells.lengths > 0.0)
     strength = found.strength[0, cell, direction]
     about = np.argsort(np.abs(strength - 1.0), kind="stable")[:count]
@@ -149,7 +148,7 @@ def test_cells_are_free_floor_alone(mapped: Any) -> None:
         )
         assert apart.min() >= 0.2 - 1e-6, "a body of 0.2 m stands beside furniture, not in it"
     assert x.min() >= 0.2 and x.max() <= 3.8 and y.min() >= 0.2 and y.max() <= 2.8
-    # All that is free is there: the room without its margins and furniture, counted by hand.
+    # All free floor is mapped: the room without its margins and furniture, counted by hand.
     expected = {
         (i, j) for i in range(16) for j in range(12) if _stands(0.125 + 0.25 * i, 0.125 + 0.25 * j)
     }
@@ -159,7 +158,7 @@ def test_cells_are_free_floor_alone(mapped: Any) -> None:
 
 
 def _stands(x: float, y: float) -> bool:
-    """Whether rays in eight directions are free for 0.2 m."""
+    """Return whether rays in eight directions are free for 0.2 m."""
 
     def solid(a: float, b: float) -> bool:
         table = 1.6 < a < 2.4 and 1.6 < b < 2.4
@@ -219,7 +218,7 @@ def test_a_closed_door_hides_what_is_behind_and_an_open_one_shows_it(
     light = home.sensor("LIGHT", "light")
     light.location = (3.5, 2.0, 2.3)
     light["room"], home.bpy.data.objects["pir"]["room"] = "east", "west"
-    # Behind the closed door nothing is noticed; in front everything is.
+    # Behind the closed door no motion is noticed, in front of it all are.
     closed = mapped("STEP")
     assert closed.cells.rooms == ["east", "west"]
     shares = {room.name: room.share for room in closed.rooms()}
@@ -229,7 +228,7 @@ def test_a_closed_door_hides_what_is_behind_and_an_open_one_shows_it(
     assert opened["east"] > 0.2
 
 
-# A coverage map is looked at beside a recording
+# A coverage map beside a recording
 
 
 def test_a_map_of_a_small_room_leaves_a_recording_fresh(world):

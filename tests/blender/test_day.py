@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A day in a home: its readings are those of every frame, its events tell who and what made them,
-and its truth does not contradict them. The same of the sample homes, and of their light."""
+"""A simulated day: readings equal those of every frame, events name their causes, the truth agrees.
+
+The same holds for the sample homes, and for their light.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,7 @@ from tiers import mostly_slow
 def short_days(
     monkeypatch: pytest.MonkeyPatch, addon_part: Callable[[str], Any], request: Any
 ) -> float:
-    """Days of some minutes, cut where there is more than some seconds of movement."""
+    """Shorten days to some minutes, split where there is more than some seconds of movement."""
     seconds: float = getattr(request, "param", 400.0)
     for name in ("residents.days.truth", "residents.days.rows", "residents.blender.run"):
         monkeypatch.setattr(addon_part(name), "DAY_S", seconds)
@@ -79,7 +81,7 @@ def test_a_day_reads_what_every_frame_of_it_does(
 def test_each_event_has_the_cause_that_explain_names(
     world: Any, ways: int, short_days: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the run met itself is what is found by going back."""
+    """The hits of the run itself agree with the explanation made later at that frame."""
     day_home.build(world)
     monkeypatch.setattr(run, "MOST_MOVEMENT", 1e9)
     day = run_day(world, day_home.acted(3, ways, short_days))
@@ -107,7 +109,7 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
     assert {e.because for e in found if e.sensor == "pad"} == {"anna"}
     lit = [e for e in found if e.sensor == "lux"]
     assert {"lamp", "lamp 2"} <= {e.because for e in lit} <= {"lamp", "lamp 2", ""}
-    # What lies under somebody, as a cushion over a pad, is that person's matter.
+    # A cushion over a pad, below a person, counts as that person's load.
     cushion = world.box((0.4, 0.4, 0.1), (0.4, 0.0, 0.5), "cushion")
     world.bpy.context.view_layer.update()
     acted.bodies["anna"].points[:] = (0.4, 0.0, 0.7)
@@ -117,12 +119,12 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
     cushion.location.x = 1.0
     world.bpy.context.view_layer.update()
     assert found_out.person_of("cushion", 200.0) == ""
-    # Nobody but its owner moves a walking frame.
+    # Only its owner moves a walking frame.
     anna = world.bpy.data.objects["anna"]
     anna.angen_resident.walking_frame = world.box((0.4, 0.4, 0.9), (2.0, 1.0, 0.5), "frame")
     found_out = causes(world.scene, [], None, acted, {"anna": anna}, 0.0)
     assert found_out.person_of("frame", 200.0) == "anna"
-    # Truth and data agree: whatever moves, somebody moves at that time.
+    # Truth and data agree: whenever an object moves, a resident moves.
     spans = acted.spans(0.0, short_days)
     for event in moved:
         if event.value:
@@ -135,7 +137,7 @@ def test_each_event_tells_who_and_what_made_it(world: Any, short_days: float) ->
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
 START = date(2026, 3, 2)
-# s: on each side of a moment at which everybody comes to rest, for at least as long.
+# Seconds before and after each time at which all residents come to rest for at least as long.
 AROUND = 8.0
 # Light is left out: Cycles would take minutes.
 KINDS = {"PIR", "OPTICAL_SWITCH", "PRESSURE", "CONTACT"}
@@ -183,7 +185,7 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     differ = [n for n, t in plain.recording.tracks.items() if found.recording.tracks[n] != t]
     assert not differ, f"{differ}: {told}"
     assert plain.events == found.events, told
-    # Something was there to be seen.
+    # The stretch has motion to sense.
     seen = [n for n, t in plain.recording.tracks.items() if np.asarray(t.active).any()]
     assert seen, told
 
@@ -192,25 +194,25 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
 
 
 HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
-# s: somebody walks all the time; the sun moves at NEXT.
+# Seconds in which a resident walks all the time; the sun moves at NEXT.
 BEGIN, NEXT, END = 38_391.0, 38_400.0, 38_408.0
-# s: the bathroom's lamp goes off; somebody walks until LEFT.
+# Seconds in which the bathroom's lamp goes off; a resident walks until LEFT.
 OFF, LEFT = 80_626.0, 80_650.0
 SENSORS = "Light sensor bedroom", "Light sensor kitchen"
 
 
 @pytest.fixture
 def lived(monkeypatch: pytest.MonkeyPatch, empty_scene: Any) -> Callable[..., Any]:
-    """Readings of light by sensor and s, of a stretch of a day."""
+    """Return readings of light by sensor and second, of a stretch of a day."""
     bpy.ops.wm.open_mainfile(filepath=str(HOME), load_ui=False)
     scene = bpy.context.scene
     scene.angen_live, scene.angen_light_reference = False, 1024
     every = all_sensors(bpy.context.view_layer)
     plan = run.Plan.read(HOME.with_name("week.toml"))
-    # What is done does not depend on the sensors.
+    # The actions of residents do not depend on the sensors.
     household = run.Household(scene, every, plan, START, 1)
     acted = household.acted(0)
-    # A light sensor's part follows for seconds; here what light there is counts.
+    # The resistor of a light sensor lags by seconds; here the light itself is compared.
     for module in (run, rows):
         monkeypatch.setattr(module, "LEAD_S", 4.0)
     monkeypatch.setattr(run, "TILTS_BACK", 1)
@@ -258,7 +260,7 @@ def test_readings_are_of_their_frames_alone(lived: Any) -> None:
 def test_a_run_that_begins_with_a_lamp_off_reads_what_one_does_in_which_it_was_on(
     lived: Any,
 ) -> None:
-    """Cycles sends light paths to lamps by how bright they become."""
+    """Cycles distributes light paths by the brightest value of each lamp."""
     found = lived(OFF - 6.0, LEFT)
     later = lived(OFF + 6.0, LEFT)
     for name in SENSORS:
@@ -266,7 +268,7 @@ def test_a_run_that_begins_with_a_lamp_off_reads_what_one_does_in_which_it_was_o
         assert later[name].items() <= found[name].items(), name
 
 
-# The sun of a home with a place on Earth follows date and hour, and is given back
+# The sun of a home with a place on Earth follows date and hour, and is restored
 
 
 NOON = 1 + 10 * 12 * 3600
@@ -289,7 +291,7 @@ def test_sun_and_sky_follow_the_hour(world: Any) -> None:
             sun.matrix_world.to_3x3() @ Vector((0, 0, 1)),
         )
 
-    # Where its place is not told, it stays.
+    # Without a place on Earth, the sun stays.
     with daylight.Daylight(world.scene, world.sensors(), date(2026, 6, 21)):
         assert at(1)[:2] == (2.0, 1.0)
     assert daylight.Daylight(world.scene, world.sensors(), date(2026, 6, 21)).changes() == []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen day` as a user calls it: the folder, going on with it, Ctrl-C, and what can be wrong."""
+"""`angen day` as a user calls it: its folder, a run continued, Ctrl-C, and wrong inputs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from lived_home import FIRST_DAY, LIVED, ROUTINE, content, rows, words_of, write
 from tiers import mostly_slow
 
 ROOT = Path(__file__).resolve().parents[2]
-# What stays of a run in a folder.
+# The files of a run in its folder.
 TABLES = ["activities.csv", "casas.txt", "casas.txt.sensors.csv", "events.csv", "home.toml",
           "people.csv"]  # fmt: skip
 
@@ -63,7 +63,7 @@ def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(
     assert times == sorted(times) and len(events[0]["time"]) == len("2026-03-02T00:00:00.000")
     begin = {(r["sensor"], r["field"]) for r in events if r["time"] == "2026-03-02T00:00:00.000"}
     assert begin == {("PIR left", "moved"), ("PIR right", "moved"), ("Contact", "open")}
-    # Nobody is invisible, and nothing moves by itself.
+    # No resident is invisible, and nothing moves without one.
     moved = [r for r in events if r["field"] == "moved" and r["value"] == "1"]
     opened = [r for r in events if r["sensor"] == "Contact" and r["because"]]
     assert moved and {r["person"] for r in moved} == {"anna"}
@@ -77,7 +77,7 @@ def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(
         last = [told for time, told in where if time <= now][-1]
         assert last["posture"] != "away" and last["room"] in {"left", "right"}
     assert [r["activity"] for r in done[:3]] == ["Sleep", "Sit", "Sleep"]
-    # What goes on over midnight is told once.
+    # An activity over midnight has one row.
     assert [r["start"][11:] for r in done].count("00:00:00.000") == 1
     told = tomllib.loads((out / "home.toml").read_text(encoding="utf-8"))
     assert (told["home"], told["seed"], told["days"]) == ("home.blend", 1, 2)
@@ -85,8 +85,8 @@ def test_a_folder_of_days_tells_what_was_sensed_and_what_was_true(
     pir = next(s for s in told["sensors"] if s["name"] == "PIR left")
     assert (pir["kind"], pir["room"], pir["place"]) == ("PIR", "left", [0.06, 3.2, 2.0])
     assert b"Sleeping" in (out / "casas.txt").read_bytes()
-    # The home is as it was.
-    # To the bit: what is run next in this process reads the same.
+    # The home is as before.
+    # To the bit: the next run in this process reads the same.
     assert np.array_equal(state(), before)
     assert not any(a.name.startswith("Day ") for a in bpy.data.actions)
 
@@ -111,7 +111,7 @@ def test_convert_of_the_folder_keeps_the_truth_as_the_routine_labels_it(
 def test_what_was_kept_is_gone_on_with(
     day: Any, home: Path, lived: Callable[..., Path], addon_part: Any, monkeypatch: Any
 ) -> None:
-    """Ctrl-C amid the second day keeps the first; the same command then makes the rest."""
+    """Ctrl-C during the second day keeps the first; the same command then makes the rest."""
     lived(2)
     whole = LIVED[2]
     write(home.parent / "parts", FIRST_DAY, whole)
@@ -134,7 +134,7 @@ def test_what_was_kept_is_gone_on_with(
     monkeypatch.undo()
     assert day(out="parts")[0] == 0
     assert content(home.parent / "parts") == whole
-    # Once more there is nothing to do: no day is written anew.
+    # The command again has nothing to do: no day is rewritten.
     days = home.parent / "parts" / "days"
     written = {path.name: path.stat().st_mtime_ns for path in days.glob("*.json")}
     assert day(out="parts")[0] == 0
@@ -143,7 +143,7 @@ def test_what_was_kept_is_gone_on_with(
 
 
 def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[..., Path]) -> None:
-    """A run that begins with the second date draws it the same; the first one is another day."""
+    """A run that begins with the second date draws that day the same; the first one differs."""
     lived(2)
     assert day("--start", "2026-03-03", out="second", days=1)[0] == 0
     for name in ("events.csv", "activities.csv"):
@@ -158,7 +158,7 @@ def test_days_depend_on_themselves_alone(day: Any, home: Path, lived: Callable[.
 def test_a_full_disk_is_one_line_and_keeps_whole_days(
     day: Any, home: Path, lived: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What is left is a folder with which the same command goes on, once there is room."""
+    """The same command continues in that folder once there is room."""
     lived(1, "first")
     out = home.parent / "out"
     write(out, FIRST_DAY, LIVED[1])
@@ -193,7 +193,7 @@ def test_a_script_gets_the_same_days(lived: Callable[..., Path], home: Path) -> 
 def test_processes_write_the_same_bytes(
     day: Any, home: Path, lived: Callable[..., Path], monkeypatch: Any, jobs: int
 ) -> None:
-    """They share the days; this process is the first."""
+    """The processes share the days; this process is the first."""
     lived(2)
     more = ("--jobs", jobs)
     monkeypatch.setattr(sys, "argv", ["angen", "day", str(home), *words_of(
@@ -206,7 +206,7 @@ def test_processes_write_the_same_bytes(
 
 @pytest.fixture
 def workers_do(monkeypatch: Any) -> Callable[[str], None]:
-    """Processes of `--jobs` run this Python instead."""
+    """Make the processes of `--jobs` run this Python code instead."""
 
     def do(code: str) -> None:
         command = [sys.executable, "-c", f"import os, signal, sys\n{code}"]
@@ -230,7 +230,7 @@ def test_the_day_of_a_process_that_is_killed_is_made_by_another(
 
 
 def started(home: Path, days: int) -> subprocess.Popen[str]:
-    """`angen day --jobs 2` in processes of their own, of which the second has got a day."""
+    """Start `angen day --jobs 2`, and wait until the second process has a day."""
     words = words_of(home, "--jobs", 2, out="both", days=days)
     command = [sys.executable, "-m", "angen_addon", "day", str(home), *words]
     run = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
@@ -244,7 +244,7 @@ def workers_of(process: int) -> list[int]:
     found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
     workers = []
     for child in found:
-        # Blender starts others too, which are gone at once.
+        # Blender starts other processes too, which end at once.
         with contextlib.suppress(OSError):
             if b"--worker" in Path(f"/proc/{child}/cmdline").read_bytes():
                 workers.append(int(child))
@@ -255,7 +255,7 @@ def workers_of(process: int) -> list[int]:
 def test_workers_end_with_the_process_that_is_killed(
     day: Any, home: Path, lived: Callable[..., Path]
 ) -> None:
-    """And the same command makes the rest, to the same bytes."""
+    """The same command then makes the rest, to the same bytes."""
     assert day(days=4)[0] == 0
     with started(home, 4) as run:
         (worker,) = workers_of(run.pid)

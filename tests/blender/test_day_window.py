@@ -40,7 +40,7 @@ def state_of_home() -> Any:
 
 @pytest.fixture
 def scene(lived_home: Path, world: Any) -> Any:
-    """Of a home that has a story of its own."""
+    """Return the scene of a home that has its own animation."""
     fan = world.box((0.1, 0.1, 0.1), (1, 1, 2), "Fan")
     world.key(fan, "location", {1: (1, 1, 2), 48: (1, 3, 2)})
     text = bpy.data.texts.new("week.toml")
@@ -61,13 +61,13 @@ def test_a_stretch_is_shown_sensed_and_left_again(scene: Any, world: Any) -> Non
     assert scene.render.fps == 10
     assert scene.frame_start == pytest.approx(1 + 10 * (item.start - 2), abs=1)
     assert scene.frame_end == pytest.approx(1 + 10 * (item.end + 2), abs=1)
-    # Who sits sits on the seat, at 0.5 m beside the wall; the lamp is on; the fan rests.
+    # A seated resident sits on the seat, at 0.5 m beside the wall; the lamp is on; the fan rests.
     scene.frame_set(int(1 + 10 * (item.start + item.end) / 2))
     hips = bpy.data.objects["Adult"].matrix_world @ bpy.data.objects["Adult"].pose.bones[0].head
     assert np.allclose(hips[:2], (0.5, 0.5), atol=0.25)
     assert bpy.data.lights["Lamp"].energy == pytest.approx(40.0)
     assert bpy.data.objects["Fan"].location[1] == pytest.approx(1.0)
-    # On the way there the detectors see somebody.
+    # On the way there the detectors notice the resident.
     scene.frame_set(scene.frame_start)
     recording = world.run(scene.frame_start, scene.frame_start + 200)
     assert any(np.asarray(recording.tracks[n].active).any() for n in ("PIR left", "PIR right"))
@@ -224,7 +224,7 @@ def test_undo_brings_the_home_back_as_it_was(scene: Any) -> None:
     assert np.allclose(state(scene), before, atol=1e-6)
     assert set(bpy.data.actions.keys()) == actions and not bpy.ops.angen.day_leave.poll()
     assert [item.name for item in asked.done] == ["Sleep", "Sit", "Sleep"]
-    # Redo shows it again, and it can be left as any.
+    # Redo shows the stretch again, and it can be left as usual.
     bpy.ops.ed.redo()
     assert bpy.context.scene.render.fps == 10
     assert bpy.ops.angen.day_leave() == {"FINISHED"}
@@ -254,7 +254,7 @@ def test_what_is_missing_is_told(scene: Any, name: str, value: Any, text: str) -
 
 
 def test_panel_command_and_package_have_the_same_seed_unless_told(scene: Any) -> None:
-    """So that the panel lists the day that the command ran."""
+    """The panel lists the day that the command simulated."""
     arguments = ["day", "--routine", "a.toml", "--start", "2026-03-02", "--out", "b"]
     command = parse(arguments, "angen").seed
     package = signature(Home.days).parameters["seed"].default
@@ -288,7 +288,7 @@ def test_a_tile_of_the_strip_has_the_colours_of_its_hour(addon_part: Any) -> Non
         return [tuple(pixel) for pixel in strip.hour_pixels(hour, spans)[-1, :, :3].tolist()]
 
     assert row(6) == [red] * 32
-    # An activity of half a second is seen.
+    # An activity of half a second is visible.
     assert row(7) == [red] * 16 + [blue] * 8 + [red] + [strip.NOTHING] * 7
     assert row(8) == [strip.NOTHING] * 32
     # The numbers of the hours differ.

@@ -12,7 +12,7 @@ ops = bpy.ops.angen
 
 
 def coloured(world, name, *colours):
-    """A wall of strips from left to right, each in a grey of its own; (reflectance of each)."""
+    """Add a wall of strips from left to right, each of another grey (its reflectance)."""
     n = len(colours)
     points = [(x / n * 8 - 4, y, 0) for x in range(n + 1) for y in (-4, 4)]
     faces = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(n)]
@@ -59,7 +59,7 @@ def test_how_far_a_material_is_seen(world, each_caster, scale, grey, farthest):
 
 
 def test_each_face_reflects_as_its_own_material(world):
-    """Black on the left, white on the right, at a distance where black is not seen."""
+    """Black on the left, white on the right, at a distance at which black is not seen."""
     coloured(world, "wall", 0.02, 0.88).location = (0, 0, -2.0)
     ranger(world, zones_across=2, rays=3)
     first = world.series(world.run(1, 2), "tof", "zones_m")[0]
@@ -103,7 +103,7 @@ def test_a_door_is_told_open_at_the_angle_of_the_chord(world, scale):
     magnet.parent = leaf
     made = contact(world, "contact", magnet)
     made.location = (0.8 / scale, 0, 0)
-    # A hundredth of a degree a frame: open and shut again.
+    # A hundredth of a degree per frame: open and shut again.
     world.scene.frame_end = 401
     shut, wide = (0, 0, 0), (0, 0, math.radians(2.0))
     world.key(leaf, "rotation_euler", {1: shut, 201: wide, 401: shut}, "LINEAR")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The doctor finds nothing in a good home; and in one with one mistake that mistake alone."""
+"""The doctor finds nothing in a good home, and in a home with one mistake only that mistake."""
 
 import json
 from math import radians
@@ -19,7 +19,7 @@ SAMPLE = Path(__file__).parents[2] / "sample_blends" / "angen.blend"
 
 @pytest.fixture
 def home(world, physics):
-    """A room of 4 × 3 × 2.5 m with one sensor of each kind, a lamp, a door and a person."""
+    """Add a room of 4 × 3 × 2.5 m with one sensor of each kind, a lamp, a door and a person."""
     world.box((4, 3, 2.5), (0, 0, 1.25), "Room")
     for number in range(4):
         world.box((0.5, 0.4, 0.7), (-1.5 + number, 1.2, 0.36), f"Chair {number}")
@@ -29,7 +29,7 @@ def home(world, physics):
     )
     door = world.link("Door", leaf, (-0.5, -1.4, 0.01))
     world.key(door, "rotation_euler", {1: (0, 0, 0), 24: (0, 0, radians(80))})
-    # Looks along the door's upper edge at it, from the wall beside it.
+    # Directed along the door's upper edge at it, from the wall beside it.
     switch = world.switch("Switch", range_max=0.3)
     switch.location, switch.rotation_euler = (0.3, -1.25, 1.9), (radians(90), 0, radians(180))
     pir = world.sensor("PIR", "Detector", model="PYROELECTRIC", update_rate=24.0)
@@ -130,7 +130,7 @@ def against():
 
 
 def slit():
-    """Two boards before the detector, 6 mm apart, one above the other."""
+    """Add two boards before the detector, 6 mm apart, one above the other."""
     bpy.data.objects["Detector"].angen_sensor.pir.model = "RANGE_SCAN"
     for name, z in (("Board", 1.847), ("Upper board", 2.153)):
         bpy.ops.mesh.primitive_cube_add(size=1, location=(1.0, 0, z))
@@ -168,7 +168,7 @@ def background():
 
 
 def setting(name, path, value):
-    """Set something of an object, as a user does who makes the mistake."""
+    """Return a function that sets a property of an object, as a user's mistake does."""
 
     def spoil():
         owner, _, key = path.rpartition(".")
@@ -352,7 +352,7 @@ def test_residents_that_live_by_a_routine_move(lived_home, examine):
     assert not checks & {finding.check for finding in examine()}
     for obj in bpy.data.objects:
         obj.angen_place.use = "NONE"
-    # Without places nobody can live there.
+    # Without places no resident can live in the home.
     assert checks <= {finding.check for finding in examine()}
 
 
@@ -390,7 +390,7 @@ def test_keys_that_do_not_play_are_named(home, examine, spoil, text):
     found = {finding.check: finding for finding in examine()}
     assert found["idle_keys"].text == text
     assert set(found["idle_keys"].objects) <= {"Door", "Person"}
-    # Nothing else moves where both tracks are muted.
+    # Nothing else moves if both tracks are muted.
     assert ("movement" in found) == (spoil is mute_track)
 
 

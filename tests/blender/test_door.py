@@ -25,7 +25,7 @@ def box_mesh(world, low, high):
 
 
 class Door:
-    """A leaf in a wall with a hole, turned as a whole by `yaw` (degrees) about its hinge."""
+    """A leaf in a wall with an opening, all turned by `yaw` (degrees) about the hinge."""
 
     def __init__(self, world, yaw=0.0, leaf_box=HINGED, wall_y=(0.0, 0.2), at=(2, 3, 0), scale=1.0):
         self.world = world
@@ -66,7 +66,7 @@ class Door:
 
 
 def is_open(world, switch):
-    """What the switch itself reads, by its own model."""
+    """Return the reading of the switch, by its own model."""
     return world.series(world.run(1, 1), switch.name, "open") == [1]
 
 
@@ -105,14 +105,14 @@ def test_frames_before_and_behind_the_leaf(world, leaf_y, wall_y, capfd):
 
 
 def boxes(obj, place):
-    """The spans of a mesh's boxes, each of eight points, in the door's own axes."""
+    """Return the spans of a mesh's boxes, each of eight points, in the door's own axes."""
     points = [place.inverted() @ obj.matrix_world @ v.co for v in obj.data.vertices]
     whole = [points[i : i + 8] for i in range(0, len(points) - 7, 8)]
     return [[(min(p[i] for p in b), max(p[i] for p in b)) for i in range(3)] for b in whole]
 
 
 def touching(one, other, place):
-    """Whether two objects made of boxes overlap by more than 0.1 mm."""
+    """Return whether two objects made of boxes overlap by more than 0.1 mm."""
     return any(
         all(min(a[1], b[1]) - max(a[0], b[0]) > 1e-4 for a, b in zip(mine, its, strict=True))
         for mine in boxes(one, place)
@@ -145,7 +145,7 @@ def test_a_door_in_any_unit(world, scale, capfd):
 
 
 def test_keys_tell_the_side_that_it_opens_to(world):
-    """A hinge in the middle of the thickness says nothing; the keys do."""
+    """A hinge in the middle of the thickness leaves the side open; the keys give it."""
     for sign in (1, -1):
         door = Door(world, 37, ((0, -THICK / 2, 0), (WIDTH, THICK / 2, HEIGHT)), (-0.1, 0.1))
         yaw = math.radians(37)
@@ -167,7 +167,7 @@ def test_keys_tell_the_side_that_it_opens_to(world):
 
 
 def test_a_leaf_on_a_turning_empty(world):
-    """The leaf's own origin is its middle; what turns is what it hangs on."""
+    """The leaf's own origin is its centre; its parent turns."""
     door = Door(world, 90)
     hinge = world.link("hinge", None)
     hinge.matrix_world = door.place
@@ -186,7 +186,7 @@ def test_a_leaf_on_a_turning_empty(world):
 @pytest.mark.parametrize("yaw", YAWS)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_sliding_door_in_front_of_the_wall(world, yaw, sign, capfd):
-    """Its leaf runs before the wall, keyed to either side."""
+    """Its leaf slides in front of the wall, keyed to either side."""
     door = Door(world, yaw, ((0, -0.06, 0), (WIDTH, -0.02, HEIGHT)), (0.0, 0.2))
     closed = door.place.translation.copy()
     way = door.place.to_3x3().col[0] * sign * 0.85
@@ -207,7 +207,7 @@ def test_a_sliding_door_in_front_of_the_wall(world, yaw, sign, capfd):
 
 
 class Cube(Door):
-    """A leaf as a newcomer makes it: Blender's cube, scaled, its origin in its middle."""
+    """A leaf as a beginner makes it: Blender's cube, scaled, with its origin in its centre."""
 
     def __init__(self, world, yaw=0.0, leaf_y=(-THICK / 2, THICK / 2), wall_y=(-0.1, 0.1)):
         super().__init__(world, yaw, wall_y=wall_y)
@@ -218,11 +218,11 @@ class Cube(Door):
         world.update()
 
     def stand(self, moved):
-        """As it stands closed, then moved in the door's own axes."""
+        """Place the closed leaf, then move it in the door's own axes."""
         self.leaf.matrix_world = self.place @ moved @ Matrix.Translation(self.middle) @ self.size
 
     def swing(self, degrees, x, y):
-        """About an upright axis in the door's own axes."""
+        """Turn the leaf about an upright axis in the door's own axes."""
         axis = Matrix.Translation((x, y, 0))
         self.stand(axis @ Matrix.Rotation(math.radians(degrees), 4, "Z") @ axis.inverted())
 
@@ -239,7 +239,7 @@ def test_a_cube_with_its_origin_in_the_middle_is_a_hinged_door(world, yaw, motio
     assert not is_open(world, switch)
     place = door.place.inverted() @ switch.matrix_world.translation
     out = math.copysign(1.0, place.y)
-    # Who looks at it from the switch on +Y has +X at the left.
+    # Seen from the switch on +Y, +X is at the left.
     hinge = WIDTH if (out > 0.0) == (motion != "RIGHT") else 0.0
     assert (place.x < WIDTH / 2) == (hinge > 0.0), "at the free edge"
     for degrees in (5, 20, 60, 90):
@@ -250,7 +250,7 @@ def test_a_cube_with_its_origin_in_the_middle_is_a_hinged_door(world, yaw, motio
 
 
 def test_where_only_one_edge_has_a_frame_the_hinge_is_at_the_other(world, capfd):
-    """A wall that ends over the leaf's middle: only one upper corner has something behind it."""
+    """The wall ends over the leaf's middle: only one upper corner has a wall behind it."""
     for side in (1, -1):
         door = Cube(world)
         ends = sorted((WIDTH / 2, WIDTH / 2 + side * 1.5))
@@ -265,7 +265,7 @@ def test_where_only_one_edge_has_a_frame_the_hinge_is_at_the_other(world, capfd)
 
 
 def test_a_hinge_without_a_frame_on_its_own_side_is_fitted_from_the_other(world):
-    """Its origin tells the side, but there is nothing above it on that: the wall stands behind."""
+    """The origin gives the side, but the wall above the leaf is only on the other one."""
     door = Door(world, 0, ((0, -0.5, 0), (WIDTH, 0, HEIGHT)), (-0.02, 0.2))
     door.wall.data = box_mesh(world, (-1, -0.3, HEIGHT + 0.005), (2, -0.25, 2.6))
     switch = door.fit([door.wall])
@@ -327,7 +327,7 @@ HOME = Path(__file__).resolve().parents[2] / "sample_blends" / "angen.blend"
 @pytest.mark.slow
 @pytest.mark.skipif(not HOME.exists(), reason="the sample home is not built: make sample")
 def test_the_doors_of_the_home_can_be_fitted_without_telling_their_frames(world, capfd):
-    """Its own switches and flags are taken away; leaf by leaf, nothing else selected."""
+    """Its own switches and flags are removed first; each leaf is selected alone."""
     bpy.ops.wm.open_mainfile(filepath=str(HOME))
     bpy.context.scene.angen_live = False
     for obj in bpy.data.objects:

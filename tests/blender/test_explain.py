@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a sensor fired: the facts are those of its own rays, noise and threshold."""
+"""Explanations of readings: their facts are those of the sensor's own rays, noise and threshold."""
 
 import math
 import random
@@ -18,7 +18,7 @@ G = 9.81
 
 @pytest.fixture
 def explained(world):
-    """Simulates, and explains update `index` of the object's sensor; (track, explanation)."""
+    """Simulate, and explain update `index` of the object's sensor; return (track, explanation)."""
 
     def run(obj, index, recording=None):
         sensor = next(s for s in world.sensors() if s.object == obj)
@@ -91,7 +91,7 @@ def test_noise_alone_and_the_sensors_own_movement(world, explained):
 
 
 def stage(world, seed):
-    """A room of walls in which boxes wander and jump; deforming nothing."""
+    """Add a room of walls in which boxes wander and jump; no mesh deforms."""
     numbers = random.Random(seed)
     for i, (x, z) in enumerate([(0, -4), (4, 0), (-4, 0), (0, 4)]):
         size = (8, 3, 0.1) if z else (0.1, 3, 8)
@@ -112,7 +112,7 @@ def stage(world, seed):
 def test_it_names_a_ray_over_the_threshold_exactly_where_the_model_says_moved(
     world, explained, caster, sweep, noise, substeps
 ):
-    """And the object it names is the one that Blender's own ray cast meets on that ray."""
+    """The named object is the one that Blender's own ray cast hits on that ray."""
     stage(world, substeps + len(sweep))
     scene = world.scene
     scene.angen_ray_caster, scene.frame_end, scene.angen_substeps = caster, 30, substeps
@@ -155,7 +155,7 @@ def test_it_names_a_ray_over_the_threshold_exactly_where_the_model_says_moved(
 
 
 def what_is_there(world, obj, cause, frame):
-    """Name and range (m) of what Blender's ray cast meets on the ray of a cause."""
+    """Return name and range (m) of the object that Blender's ray cast hits on a cause's ray."""
     scene, settings = world.scene, obj.angen_sensor.pir
     scene.frame_set(frame)
     a, t = cause.azimuth, -cause.elevation
@@ -181,7 +181,7 @@ def test_instances_are_named_with_what_brings_them_forth(world, explained):
 
 
 def test_outputs_that_drive_the_scene_are_as_they_were_in_the_run(world, explained):
-    """A wall that moves when the detector fires, which makes it fire again."""
+    """A wall moves when the detector fires, which makes it fire again."""
     wall = world.wall(2.0)
     box = world.box((0.5, 0.5, 0.5), at=(9, 0, -1.0), name="Box")
     world.key(box, "location", {1: (9, 0, -1), 6: (0, 0, -1), 8: (9, 0, -1)}, "CONSTANT")
@@ -260,7 +260,7 @@ def test_who_presses_with_how_much(physics, world, explained):
 
 @pytest.fixture
 def meter(world):
-    """A lux meter that looks up, 1 lx a W/m²; settings of it are given."""
+    """Add a lux meter that looks up, 1 lx per W/m², with further settings."""
     world.scene.angen_luminous_efficacy = 1.0
 
     def make(**settings):
@@ -274,8 +274,11 @@ def meter(world):
 
 @pytest.mark.parametrize("reference", [0, 4096])
 def test_each_source_has_its_share_of_the_reading(world, explained, meter, reference):
-    """Point lamps above a face: Φ cos θ / (4π r²); one is behind a plate. Two share their data, a
-    panel glows and the sky shines; a wall sends light back. The shares add up to what was read."""
+    """The shares of all sources add up to the reading.
+
+    Point lamps above a face give Φ cos θ / (4π r²); one is behind a plate. Two share their data, a
+    panel glows, the sky shines, and a wall reflects light.
+    """
     world.scene.angen_light_reference = reference
     one = lamp(world, "POINT", at=(0, 0, 2), energy=100.0)
     one.name = "One"
@@ -284,7 +287,7 @@ def test_each_source_has_its_share_of_the_reading(world, explained, meter, refer
     shared = lamp(world, "POINT", at=(0, 1, 2), energy=10.0)
     shared.name = "Left"
     world.link("Right", shared.data, (0, -1, 2))
-    # Black, so that no light of the hidden lamp goes round.
+    # Black, so that no light of the hidden lamp is reflected.
     world.box((0.1, 40, 40), at=(1.5, 0, 0), name="Plate").data.materials.append(material(1e-9))
     plate(world, 0.2, (-0.5, 0, 1), (0, 0, -1), material(glows=1.0))
     sky(world, 0.05)
@@ -297,7 +300,7 @@ def test_each_source_has_its_share_of_the_reading(world, explained, meter, refer
     assert shares["Two",] == pytest.approx(100 / (4 * math.pi * 16), rel=0.05)
     assert shares["Left", "Right"] == pytest.approx(20 * 2 / (4 * math.pi * 5**1.5), rel=0.05)
     assert shares["Hidden",] == pytest.approx(0.0, abs=1e-4)
-    # What the plate leaves of the half space.
+    # The part of the half space that the plate leaves free.
     seen = (1 + 1.45 / math.hypot(1.45, 20)) / 2
     assert shares["World"] == pytest.approx(0.05 * math.pi * seen, rel=0.05)
     assert shares["Other sources"] == pytest.approx(0.04 / 1.25**2, rel=0.05)
@@ -334,7 +337,7 @@ def test_shares_of_four_walls_are_in_percent_and_those_of_dimmed_lamps_follow(
 
 @pytest.mark.parametrize("power", [-60.0, -1000.0])
 def test_a_lamp_that_takes_light_away_is_told_of(world, explained, meter, power):
-    """Of what comes, so much goes again; a reading is no less than none."""
+    """A negative lamp takes away its share; a reading is never negative."""
     lamp(world, "POINT", at=(0, 0, 2), energy=100.0).name = "Plus"
     lamp(world, "POINT", at=(0, 0, 4), energy=power).name = "Minus"
     sensor = meter(samples=4096)
@@ -361,7 +364,7 @@ def test_without_light_nothing_is_named(world, explained, meter):
 
 
 def test_eevee_tells_no_lamp(world, explained, meter, monkeypatch):
-    """And is not asked again: its picture has no light groups."""
+    """It is not rendered again, because its picture has no light groups."""
     asked = []
 
     def by_eevee(scene, view_layer, group):
@@ -385,7 +388,7 @@ def test_eevee_tells_no_lamp(world, explained, meter, monkeypatch):
 
 
 def test_the_warm_thing_that_moves_is_named(world, explained):
-    """A warm box crosses the zones, before a colder one that stands and a wall."""
+    """A warm box crosses the zones, before a still colder one and a wall."""
     world.wall(4.0, size=8.0)
     still = world.box((0.4, 1.0, 0.4), at=(-1.0, 0, -3.0), name="Still")
     walker = world.box((0.5, 1.7, 0.3), at=(-3, 0, -2.5), name="Walker")

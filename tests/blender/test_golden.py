@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What users see is what the golden files in tests/golden say; `make golden` writes them anew."""
+"""The texts that users see equal the golden files in tests/golden, which `make golden` renews."""
 
 import difflib
 import os
@@ -22,7 +22,7 @@ def bench(tmp_path_factory):
 
 
 def is_close(expected: str, found: str, close: Close) -> bool:
-    """Whether two texts are the same but for numbers that differ by little."""
+    """Return whether two texts are equal except for numbers within the tolerance."""
     if expected == found:
         return True
     one, two = NUMBER.split(expected), NUMBER.split(found)
@@ -54,9 +54,9 @@ def with_expected(expected: str, found: str, close: Close) -> str:
     return "".join(a if agree(a, b) else b for a, b in pairs)
 
 
-# Names: pytest would keep the table itself and with it bpy, and Blender 4.2 crashes at the end.
+# Names only: pytest would keep the table and with it bpy, and Blender 4.2 crashes at the end.
 NAMES = [
-    # To read the homes' places and plan a day takes seconds before anything is sensed.
+    # These read the homes' places and plan a day, which takes seconds.
     pytest.param(name, marks=pytest.mark.slow) if name.startswith("day_") else name
     for name in CASES
 ]

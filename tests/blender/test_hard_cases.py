@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hard cases, each with the figure that was measured: docs/hard_cases.md lists them.
+"""Hard cases, each with its measured figure: docs/hard_cases.md lists them.
 
-`measured` notes a figure and holds it to its tolerance; scripts/hard_cases.py collects them.
+`measured` notes a figure and compares it with its tolerance; scripts/hard_cases.py collects them.
 """
 
 import math
@@ -15,7 +15,7 @@ SIZE = np.array((5.0, 4.0, 2.6))
 
 @pytest.fixture
 def measured(record_property):
-    """Notes what was found in a case, and asserts that it is within the tolerance."""
+    """Note the figure of a case, and assert that it is within the tolerance."""
 
     def note(family, case, worst, tolerance, unit="m"):
         record_property("hard_case", f"{family}\t{case}\t{worst:.2g} {unit}\t{tolerance:g} {unit}")
@@ -25,8 +25,10 @@ def measured(record_property):
 
 
 def exits(obj, origins, directions, size):
-    """Distance (n,) at which rays from inside a box object leave it, in float64 and in its own
-    space, whatever its matrix does."""
+    """Return the distance (n,) at which rays from inside a box object leave it.
+
+    It is computed in float64 and in the object's own space, for any matrix.
+    """
     matrix = np.array(obj.matrix_world, np.float64)
     inverse = np.linalg.inv(matrix[:3, :3])
     starts = (origins - matrix[:3, 3]) @ inverse.T
@@ -37,7 +39,7 @@ def exits(obj, origins, directions, size):
 
 
 def fan_in(world, place, **settings):
-    """A detector that looks nearly everywhere, and its rays."""
+    """Add a detector whose rays go in nearly all directions; return it and its rays."""
     given = {"rays": 60, "range_max": 50.0, "vertical_fov": math.pi, "sweep": "ALL", **settings}
     sensor = world.pir(**given)
     sensor.location, sensor.rotation_euler = place, (0.3, -1.1, 2.2)
@@ -108,7 +110,7 @@ def test_sheared(world, measured):
 
 
 def aimed(world, caster_at, targets):
-    """Ranges of rays from a point exactly at targets (n, 3)."""
+    """Return the ranges of rays from a point exactly at targets (n, 3)."""
     from bl_ext.user_default.angen_sensors.angen_addon.runtime import probes
 
     ways = targets - caster_at
@@ -184,7 +186,7 @@ def test_a_sensor_on_a_face(world, measured):
     for i in range(50):
         sensor = world.switch(f"switch {i}", range_max=10.0, range_min=0.001)
         y, z = chance.uniform(-1, 1, 2).tolist()
-        # On the wall x = 2.5, looking at the one across.
+        # On the wall x = 2.5, facing the opposite wall.
         sensor.location, sensor.rotation_euler = (2.5, y, z), (math.pi / 2, 0, math.pi / 2)
         wrong += abs(world.range(sensor) - 5.0) > 1e-5
     measured("Edges", "50 sensors exactly on a wall: ones that see that wall", wrong, 0, "sensors")
@@ -194,7 +196,7 @@ def test_a_sensor_on_a_face(world, measured):
 def test_a_thin_flag(world, measured, far):
     chance, missed = np.random.default_rng(1), 0
     half = 0.01
-    # The nearest places that single precision has there.
+    # The nearest coordinates of single precision there.
     step = float(np.spacing(np.float32(max(far, 1.0))))
     for i in range(20):
         x = float(np.float32(far + chance.uniform(0, 0.5)))
@@ -208,8 +210,10 @@ def test_a_thin_flag(world, measured, far):
 
 @pytest.mark.parametrize("fps, base", [(1, 1), (5, 1), (24, 1), (30, 1.001), (60, 1), (240, 1)])
 def test_time_steps(world, measured, fps, base):
-    """A door that opens at 1.53 s, seen by a switch at 10 Hz: the event is at the first update
-    whose frame is at or after it."""
+    """The event of a door is at the first update whose frame is at or after it.
+
+    The door opens at 1.53 s, before a switch at 10 Hz.
+    """
     scene = world.scene
     scene.render.fps, scene.render.fps_base = fps, base
     frames = 1 + math.ceil(3 * fps / base)
@@ -222,13 +226,13 @@ def test_time_steps(world, measured, fps, base):
     assert [row[5] for row in rows] == ["0", "1"]
     late = float(rows[1][0]) - (opens - 1) * base / fps
     assert late >= 0.0
-    # An update is taken at the first frame at or after it.
+    # An update is taken at the first frame at or after its time.
     allowed = 0.1 + base / fps
     measured("Time", f"a door seen at {fps / base:.4g} fps and 10 Hz: lateness", late, allowed, "s")
 
 
 def test_points_that_are_no_numbers(world, measured):
-    """A mesh with NaN or infinite corners is passed over; what stands behind it is seen."""
+    """A mesh with NaN or infinite corners is ignored; rays hit the wall behind it."""
     for name, bad in (("nan", math.nan), ("inf", math.inf), ("-inf", -math.inf)):
         mesh = world.mesh([(-1, -1, bad), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
         world.link(name, mesh, (0, 0, -0.1))
@@ -251,7 +255,7 @@ def test_places_that_are_no_numbers(world, measured):
 
 
 def test_a_still_room_never_moves(world, measured):
-    """Far away, scaled and turned: without noise nothing in it may look like movement."""
+    """The room is far away, scaled and turned: without noise no update may have motion."""
     room = world.box(SIZE, at=(5000, 300, 2), name="room")
     room.rotation_euler = (0.1, 0.2, 0.3)
     sensor = world.pir(rays=120, vertical_fov=math.pi / 2, sweep="ALL", threshold=0.0)
@@ -262,7 +266,7 @@ def test_a_still_room_never_moves(world, measured):
 
 @pytest.mark.parametrize("people", [1, 8])
 def test_deforming_meshes(world, measured, people):
-    """Sheets that bend with time, seen by both casters at every frame."""
+    """Sheets bend over time before both casters, at every frame."""
     for i in range(people):
         corners = [(x / 10 - 0.5, y / 10 - 0.5, 0) for y in range(11) for x in range(11)]
         faces = [(i, i + 1, i + 12, i + 11) for k in range(10) for i in range(11 * k, 11 * k + 10)]
@@ -284,7 +288,7 @@ def test_deforming_meshes(world, measured, people):
 
 
 def test_light_exactly_on_a_wall(world, measured):
-    """A light sensor in the plane of a wall and a lamp across: the inverse-square law."""
+    """A light sensor in the plane of a wall, with a lamp across: the inverse-square law."""
     lamp = world.bpy.data.lights.new("lamp", "POINT")
     lamp.energy, lamp.shadow_soft_size = 10.0, 0.0
     world.link("lamp", lamp, (0, 0, -2.0))
@@ -303,11 +307,11 @@ def test_light_exactly_on_a_wall(world, measured):
 
 @pytest.mark.parametrize("fps", [1, 5, 24, 60, 240])
 def test_weight_at_any_frame_rate(physics, measured, fps):
-    """A box at rest, its physics stepped by Blender at the scene's rate."""
+    """Blender steps the physics of a box at rest at the scene's rate."""
     physics.on_floor(20, fps)
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
-    # A step of the engine of 4 ms at most.
+    # The physics engine steps by at most 4 ms.
     physics.scene.rigidbody_world.substeps_per_frame = max(10, 240 // fps)
     error = float(np.abs(physics.read().known() / (5.0 * 9.81) - 1.0).max())
     measured("Pressure", f"a box of 5 kg at rest at {fps} fps: force, relative", error, 1e-3, "")

@@ -15,8 +15,11 @@ ops = bpy.ops.angen
 
 @pytest.fixture
 def collection(world):
-    """A collection outside the scene: a switch "Door" in a housing, and a leaf "leaf" that opens
-    at frame 25; the beam is 0.2 m long to the leaf, and the housing's front 1 cm before it."""
+    """Return a collection outside the scene with a switch "Door" and a leaf.
+
+    The leaf opens at frame 25, and the beam to it is 0.2 m long. The front of the switch's housing
+    is 1 cm before it.
+    """
     sensor = world.switch("Door", range_max=0.5, threshold=0.3)
     sensor.angen_sensor.room = "hall"
     housing = world.wall(0.01, "housing", 0.1)
@@ -35,7 +38,7 @@ def instance(world, collection, name, at, turn=0.0):
 
 @pytest.fixture
 def flats(world, collection):
-    """Two instances of it, of which only the second has a wall of its own 0.1 m ahead."""
+    """Add two instances of the collection; only the second has a wall 0.1 m ahead."""
     instance(world, collection, "A", (0, 0, 0))
     instance(world, collection, "B", (10, 0, 0), 90)
     wall = world.wall(0.1, "wall")
@@ -57,11 +60,11 @@ def test_each_instance_senses_at_its_own_place(flats, each_caster):
 
 
 def test_a_sensor_meets_the_housing_of_the_other_instance(world, collection):
-    """Each passes through its own housing alone, though both are the same object."""
+    """Rays pass only through the sensor's own housing, though both are the same object."""
     instance(world, collection, "A", (0, 0, 0))
     instance(world, collection, "B", (0, 0, -0.1))
     recording = world.run(1, 2)
-    # The housing of B is a centimetre before B's place.
+    # The housing of B is a centimetre before B.
     assert world.series(recording, "A/Door", "range_m") == pytest.approx([0.11] * 2, abs=2e-5)
     assert world.series(recording, "B/Door", "range_m") == pytest.approx([0.1] * 2, abs=2e-5)
 
@@ -148,7 +151,7 @@ def test_a_click_on_its_row_selects_the_instance(flats):
 
 @pytest.fixture
 def linked(world, collection, tmp_path):
-    """The collection linked from another file and instanced twice, as File → Link does."""
+    """Link the collection from another file, and instance it twice, as File → Link does."""
     collection.instance_offset = (1, 0, 0)
     path = world.save_library(tmp_path / "library.blend", collection)
     world.scene.frame_end = 48
@@ -170,7 +173,7 @@ def test_a_linked_home_is_simulated(linked, tmp_path):
 
 
 def test_an_override_takes_the_place_of_an_instance_of_a_linked_home(linked, tmp_path):
-    """It moves as in the library, at the instance's place, and keeps that in a file."""
+    """It moves as in the library, at the instance's place, also in a saved file."""
     ops.sensor_show(name="South/Door")
     assert ops.instance_override() == {"FINISHED"}
     real = next(s for s in linked.sensors() if not s.holders)
@@ -202,7 +205,7 @@ def into(collection, world, *objects):
 
 
 def test_pads_in_instances_feel_who_stands_on_them(world, physics):
-    """Each what stands on it; also who is in the instance, and so stands on the pad of each."""
+    """Each pad carries the person on it; a person in the instance stands on the pad of each."""
     physics.frames(6)
     physics.solid("floor", (50, 50, 0.5), (0, 0, -0.5))
     pad = physics.pad("plate", (0.3, 0.3, 0.005))
@@ -222,7 +225,7 @@ def test_pads_in_instances_feel_who_stands_on_them(world, physics):
 
 @pytest.mark.parametrize("method", ["FOUR_WALL", "ILLUMINANCE"])
 def test_a_light_sensor_in_an_instance_is_not_in_its_housings_shade(world, method):
-    """It reads what a sensor of the scene reads there, whose housing does not shade it either."""
+    """It reads the same as a sensor of the scene, whose housing gives no shade either."""
     lamp = bpy.data.lights.new("lamp", "SUN")
     lamp.energy = 2.0
     world.link("lamp", lamp).rotation_euler.y = radians(-45)

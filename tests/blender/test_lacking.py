@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the home needs and does not have is named: on standard error, in the report, in the panel;
-and a check of such a home fails. So is what another version of the extension saved."""
+"""Missing parts of a home are named on standard error, in the report and in the panel.
+
+A check of such a home fails. Data of other versions of the extension are named too.
+"""
 
 import json
 from functools import partial
@@ -33,13 +35,13 @@ def open_again(tmp_path):
 
 @pytest.fixture
 def panel():
-    """What the sidebar tells of it."""
+    """Return the sidebar's texts on missing parts."""
     return lambda: " ".join(CACHE.lacks)
 
 
 @pytest.fixture
 def driven(world, open_again):
-    """A wall that a driver of Python moves before a switch, which Blender does not run unasked."""
+    """Add a wall before a switch, with a driver in Python that needs the user's permission."""
     curve = world.wall(0.02).driver_add("location", 0)
     curve.driver.type = "SCRIPTED"
     curve.driver.expression = "noise.random() * 0 + frame / 12 - 1"
@@ -74,7 +76,7 @@ def test_drivers_that_the_user_allows(driven, tmp_path):
 
 @pytest.mark.slow
 def test_drivers_that_fail_half_way(world, open_again):
-    """At frame 30; Blender lets it stand still from there on."""
+    """The driver fails at frame 30; then Blender keeps its last value."""
     curve = world.wall(0.02).driver_add("location", 0)
     curve.driver.type = "SCRIPTED"
     curve.driver.expression = "0 * round(1 / (30 - frame), 3)"
@@ -87,7 +89,7 @@ def test_drivers_that_fail_half_way(world, open_again):
 
 @pytest.fixture
 def linked(world, tmp_path, open_again):
-    """A door that is linked from another file, before a switch."""
+    """Link a door from another file, before a switch."""
     door = world.wall(0.02, "door")
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "door.blend"), copy=True)
     bpy.data.objects.remove(door)
@@ -109,7 +111,7 @@ def test_a_missing_library(linked, tmp_path, panel):
     assert done.returncode == 0 and len(told(done)) == 1
     assert "'door.blend' is missing" in told(done)[0] and str(tmp_path) in told(done)[0]
     assert done.stdout.splitlines()[0] == "time_s,frame,sensor,kind,field,value"
-    # The same events as before, as it happens, are no proof.
+    # The events happen to be the same as before, which proves nothing.
     (tmp_path / "log.csv").write_text(done.stdout, newline="")
     assert told_by("check", linked, log).returncode == 1
     bpy.ops.wm.open_mainfile(filepath=str(linked))
@@ -175,7 +177,7 @@ def test_a_mesh_cache(world, open_again, tmp_path):
 
 
 def stored(obj):
-    """The group as the file has it."""
+    """Return the property group as the file stores it."""
     if hasattr(obj, "bl_system_properties_get"):
         return obj.bl_system_properties_get()["angen_sensor"]
     return obj["angen_sensor"]

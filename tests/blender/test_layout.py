@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layouts in a home: what `list --json` prints gives the same sensors again; whatever is wrong is
-told in a line, and changes nothing."""
+"""Layouts in a home: `list --json` gives the same sensors again, a wrong one changes nothing."""
 
 import json
 import re
@@ -19,7 +18,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs" / "layouts.md"
 
 @pytest.fixture
 def listed(world):
-    """What `list --json` prints of the scene."""
+    """Return the output of `list --json` of the scene."""
 
     def run():
         return json.loads(json.dumps([describe(s) for s in world.sensors()], allow_nan=False))
@@ -29,7 +28,7 @@ def listed(world):
 
 @pytest.fixture
 def apply(tmp_path):
-    """Applies a layout, given as text or as what JSON holds."""
+    """Apply a layout, given as text or as data for JSON."""
 
     def run(layout, remove=False):
         path = tmp_path / "home.json"
@@ -46,8 +45,10 @@ def error(addon_part):
 
 @pytest.fixture(params=[1.0, 0.01])
 def home(request, world):
-    """A door that opens and its switch, which hangs on the frame; a detector on a wall; a pad of
-    40 × 50 cm under a box of 2 kg, and one that measures that box alone."""
+    """Add a door with its switch on the frame, a detector on a wall, and two pads.
+
+    One pad of 40 × 50 cm is below a box of 2 kg; the other measures only that box.
+    """
     world.scene.unit_settings.scale_length = metres = request.param
     u = 1 / metres
     frame = world.link("Frame", None, (u, 2 * u, 0.3 * u))
@@ -82,7 +83,7 @@ def home(request, world):
 
 
 def delete_all(world):
-    """As a user deletes sensors and their housings."""
+    """Delete sensors and their housings, as a user does."""
     for sensor in world.sensors():
         bpy.data.objects.remove(sensor.object)
     assert not world.sensors()
@@ -153,7 +154,7 @@ def test_sensors_are_added_changed_and_removed(world, listed, apply):
     new = told["new"]
     assert new["location"] == [1, 0.5, 2] and new["parent"] == "Door"
     assert new["parameters"]["hold_time"] == 4 and new["parameters"]["range_max"] == 7
-    # Its −Z axis is what was along the door's X.
+    # Its −Z axis was along the door's X.
     assert (bpy.data.objects["new"].matrix_world.to_3x3().col[2] + Vector((0, 1, 0))).length < 1e-6
     door.location.x = 200
     world.update()
@@ -191,7 +192,7 @@ WRONG = [
 
 @pytest.fixture
 def crowded(world):
-    """Sensors of all sorts that a layout could trip over."""
+    """Add sensors of many sorts that may disturb a layout."""
     world.switch("Switch")
     world.wall(3.0)
     world.sensor("PRESSURE", "pad", world.box((1, 1, 0.1), name="pad"))
@@ -227,7 +228,7 @@ def test_sensors_that_hang_on_each_other_stand_where_the_layout_says(world, list
     apply(layout)
     found = listed()
     assert [s["location"] for s in found] == [[1, 0, 0], [0, 1, 0]]
-    # Only the parent is moved: what hangs on it stays where the layout has it.
+    # Only the parent is moved: its child stays at its place in the layout.
     found[1]["location"] = [5, 5, 5]
     assert apply(found).changed == ["b"]
     assert listed() == found
@@ -235,7 +236,7 @@ def test_sensors_that_hang_on_each_other_stand_where_the_layout_says(world, list
 
 @pytest.fixture
 def linked(world, tmp_path):
-    """Links a file with a switch "Door" in a collection, or overrides it."""
+    """Link or override a file's collection with a switch "Door"."""
     devices = world.aside("devices", world.switch("Door"))
     path = world.save_library(tmp_path / "library.blend", devices)
 
@@ -318,7 +319,7 @@ def test_others_that_cannot_be_switched_are_told_with_the_line(world, home, appl
 
 
 def test_what_blender_does_not_do_is_taken_back(crowded, listed, apply, error):
-    """Nothing stands anywhere on a parent without size."""
+    """A parent of zero scale allows no place for its child."""
     crowded.link("point", None).scale = (0, 0, 0)
     before, objects = listed(), sorted(bpy.data.objects.keys())
     layout = [

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A light scene that is kept from update to update gives the same bits as a new one, whatever of
-the scene changes; and nothing of it is left, whatever ends a run half-way."""
+"""A light scene reused from update to update gives the same bits as a new one.
+
+It holds for all changes of the scene. A run that ends halfway leaves nothing behind.
+"""
 
 import math
 import random
@@ -17,7 +19,7 @@ from tiers import mostly_slow
 
 @pytest.fixture
 def room(world):
-    """Everything that a home has, standing still; an empty passes through, and is animated."""
+    """Add all types of objects of a home, at rest; an animated empty passes through."""
     box = world.box((4, 4, 4), name="room")
     box.data.materials.append(material(0.5, name="paint"))
     lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1)
@@ -42,7 +44,7 @@ def curves(datablock, path):
 
 
 def step(datablock, path, before, after, at=5, index=-1):
-    """Keys that change a property at one frame and hold before and after."""
+    """Set keys that change a property at one frame, and hold before and after."""
     owner, _, name = path.rpartition(".")
     struct = datablock.path_resolve(owner) if owner else datablock
     for frame, value in ((1, before), (at, after)):
@@ -99,13 +101,13 @@ STEPS = {
 }
 
 
-# A look says whether anything that light depends on has changed since the last one.
+# Checks whether any input of the light has changed since the last check.
 
 LAST = 10
 
 
 class Watch:
-    """Looks for changes at each frame, as a run does; told by handlers, as the extension is."""
+    """Checks for changes at each frame, as a run does, with the extension's handlers."""
 
     def __init__(self):
         self.changes, self.state = part("changes").LightChanges(), None
@@ -160,7 +162,7 @@ def test_a_driver_is_found_when_its_value_changes(room, watch):
 
 
 def test_a_person_that_stands_still_is_no_change(room, watch):
-    """An armature's mesh is evaluated anew at every frame."""
+    """Blender evaluates an armature's mesh at every frame."""
     mesh = room.mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], "person")
     person = room.link("person", mesh, (0, 0, -1))
     armature = room.link("bones", bpy.data.armatures.new("bones"))
@@ -245,7 +247,7 @@ def test_a_setting_within_a_node_is_found(room, watch):
 
 @pytest.mark.parametrize("seed", mostly_slow(range(6), 0, 1))
 def test_no_change_of_the_light_is_ever_missed(room, watch, seed):
-    """Random steps at random frames, and the light itself measured at each frame."""
+    """Random steps at random frames, with the light measured at each frame."""
     rng = random.Random(seed)
     ways = rng.sample(sorted(STEPS), 3)
     for way in ways:
@@ -282,7 +284,7 @@ FRAMES = (1, 4, 5, 6, 2, 5)
 
 
 def two_and_a_meter():
-    """One among the lamps, one that looks at the screen through open air, and a lux meter."""
+    """Return three requests: among the lamps, at the screen through open air, and a lux meter."""
     return [
         request("a", facing((0, 1, 0), (0.3, -1, 0.2)), method="FOUR_WALL", samples=16),
         request("b", facing((1, 0, 0), (-0.7, 1, 0)), method="FOUR_WALL", samples=16, clip_end=1.9),
@@ -298,7 +300,7 @@ def kept(room):
 
 
 def both_at(frame, kept):
-    """What both read at a frame, with and without what was kept."""
+    """Return the readings at a frame with the reused scene and with a new one."""
     scene, layer = bpy.context.scene, bpy.context.view_layer
     scene.frame_set(frame)
     with_kept = part("light.probe").measure(scene, layer, two_and_a_meter(), 1.0, kept)
@@ -393,10 +395,10 @@ def test_things_added_removed_or_moved_by_physics_between(room, kept):
     assert len({both_at(frame, kept) for frame in range(1, 13)}) > 1
 
 
-# What ends a run half-way (undo, redo, another file), and how much it keeps meanwhile
+# Ends of a run halfway (undo, redo, another file), and the memory that it keeps until then
 
 
-# Not images: Blender puts an empty "Render Result" into files that it saves and undoes.
+# Not images: Blender adds an empty "Render Result" to files that it saves and undoes.
 KINDS = (
     "scenes", "objects", "meshes", "materials", "lights", "cameras", "collections", "worlds",
     "actions", "node_groups",
@@ -405,13 +407,13 @@ KINDS = (
 
 @pytest.fixture
 def each_frame_is_told(monkeypatch):
-    """As of frames that take long."""
+    """Report each frame, as for frames that take long."""
     monkeypatch.setattr(stage, "TELL_EVERY", -1.0)
 
 
 @pytest.fixture
 def sensed_room(world, each_frame_is_told):
-    """With two light sensors that have references; one that undo moves back."""
+    """Add two light sensors with references; undo moves one of them back."""
     box = world.box((4, 4, 4), name="room")
     box.data.materials.append(material(0.7, name="paint"))
     data = lamp(world, "POINT", at=(0, 0, 1), shadow_soft_size=0.1).data
@@ -440,7 +442,7 @@ def held():
 
 
 def half_way(world):
-    """A run after a few frames, with scenes kept; and its recording."""
+    """Run a few frames, with light scenes kept; return the run and its recording."""
     recording = Recording()
     run = simulate(world.scene, world.sensors(), 1, 48, recording)
     while recording.frame_end < 3:
@@ -450,7 +452,7 @@ def half_way(world):
 
 
 def test_what_takes_long_is_told_before_and_can_be_left(sensed_room):
-    """Each picture is a step of its own: whoever asked can stop between two, and nothing stays."""
+    """Each picture is one step: the caller can stop between two, and no data stay."""
     before = held()
     doing = [
         progress.doing
@@ -495,7 +497,7 @@ ENDS = (undo, undo_and_redo, undo_and_redo_of_a_step_made_amid, save_and_open)
 @pytest.mark.parametrize("ends", ENDS)
 @pytest.mark.parametrize("how", mostly_slow(["closed", "gone on with"], "gone on with"))
 def test_nothing_is_left_of_a_run(sensed_room, ends, how, tmp_path):
-    """What was recorded stays; a run that is gone on with says that it cannot."""
+    """The recording so far stays; continuing the run raises an error."""
     before = held()
     run, recording = half_way(sensed_room)
     ends(tmp_path)

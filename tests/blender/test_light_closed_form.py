@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Illuminance by Cycles against closed forms, also of the sample light.blend.
+"""Illuminance by Cycles against closed forms, also in the sample light.blend.
 
-The efficacy is 1, so that it is in W/m².
+The efficacy is 1, so illuminances are in W/m².
 """
 
 import math
@@ -20,7 +20,7 @@ SOFT = 0.3
 
 
 def form_factor(size_x, size_y, distance):
-    """Of a parallel rectangle centred over a small face (Hottel; four corners)."""
+    """Return the form factor of a parallel rectangle centred over a small face (Hottel)."""
     a, b = size_x / 2 / distance, size_y / 2 / distance
     p, q = math.hypot(1, a), math.hypot(1, b)
     return 4 / (2 * math.pi) * (a / p * math.atan(b / p) + b / q * math.atan(a / q))
@@ -30,7 +30,7 @@ def form_factor(size_x, size_y, distance):
 def test_a_point_lamp_is_its_power_over_the_sphere(world, tilt):
     lamp(world, "POINT", energy=10.0)
     normal = (math.sin(tilt), 0, math.cos(tilt))
-    # The face stands 1 mm ahead of the sensor.
+    # The measured face is 1 mm ahead of the sensor.
     way = Vector((0, 0, 2)) - 0.001 * Vector(normal)
     expected = 10 / (4 * math.pi) * way.dot(normal) / way.length**3
     found = lux(request(matrix=facing(normal), samples=16))
@@ -47,7 +47,7 @@ def test_a_ball_of_a_lamp(world, soft):
 
 @pytest.mark.parametrize(("off", "share"), [(0.0, 1.0), (0.35, 1.0), (0.85, 0.5), (1.3, 0.0)])
 def test_a_spot_lamp_has_the_intensity_of_a_point_lamp_inside_its_smooth_edge(world, off, share):
-    """Half the smoothstep is where the cosine is in the middle of its edge."""
+    """The smoothstep is one half where the cosine is in the middle of the edge."""
     blend, cone = 0.5, 1.8
     edge = math.cos(cone / 2)
     if share == 0.5:
@@ -107,12 +107,12 @@ def test_a_glowing_mesh_is_its_radiance_times_the_form_factor(world):
 
 @pytest.mark.parametrize("reflects", [0.5, 0.8])
 def test_inside_a_white_sphere_light_goes_round(world, figure, reflects):
-    """Indirect Φ ρ / (A (1 − ρ)) everywhere, and the direct light of the lamp in the middle."""
+    """Φ ρ / (A (1 − ρ)) everywhere indirectly, and the direct light of the central lamp."""
     ball(world, 2.0, material(reflects))
     lamp(world, "POINT", at=(0, 0, 0), energy=100.0)
     direct = 100 / (4 * math.pi * 2**2)
     expected = direct * (1 + reflects / (1 - reflects))
-    # A face on the wall, which looks to the middle.
+    # A face on the wall that looks to the centre.
     matrix = facing((1, 0, 0), (-1.99, 0, 0))
     found = lux(request(matrix=matrix))
     figure(abs(found / expected - 1), "of the light")
@@ -158,7 +158,7 @@ def test_shadows(world):
     lamp(world, "POINT", at=(1, 0, 2))
     plate(world, 0.2, (0, 0, 1), (0, 0, -1), material(0.001))
     expected = 1 / (4 * math.pi * 5) * 2 / math.sqrt(5)
-    # Cycles chooses one lamp a path: half of its paths find the shaded one.
+    # Cycles chooses one lamp per path: half of its paths choose the shaded one.
     assert lux(request(samples=1024)) == pytest.approx(expected, rel=0.1)
 
 
@@ -209,7 +209,7 @@ def test_too_far_from_the_origin_is_refused(world):
         lux(request(matrix=facing((0, 0, 1), (2e5, 0, 0))))
 
 
-# Light of all kinds
+# All types of light
 
 
 CANDELA = (100.0, 75.0, 50.0, 25.0, 0.0)
@@ -249,7 +249,7 @@ def test_an_ies_lamp_shines_as_its_table_says(world, tilt, share):
 
 
 def test_a_lamp_whose_nodes_look_at_its_direction(world):
-    """Strength by a ray's normal: a lamp that shines to one side of the world alone."""
+    """The strength depends on a ray's normal: the lamp shines to one side of the world only."""
     light = lamp(world, "POINT", at=(0, 0, 0))
     tree, shader = emission(light)
     geometry, split = (
@@ -269,7 +269,7 @@ def test_a_lamp_whose_nodes_look_at_its_direction(world):
 
 
 def test_light_linking_a_lamp_shines_on_its_receivers_alone(world):
-    """What is bounced off the wall comes; the sensor's own face is no receiver."""
+    """Light reflected by the wall arrives; the sensor's own face is no receiver."""
     light = lamp(world, "POINT", at=(0, 0, 1), energy=10.0)
     wall = plate(world, 8.0, (0, 0, 2), (0, 0, -1), material(0.5))
     plain = lux(request(samples=4096))
@@ -277,7 +277,7 @@ def test_light_linking_a_lamp_shines_on_its_receivers_alone(world):
     light.light_linking.receiver_collection = only
     only.objects.link(wall)
     found = lux(request(samples=4096))
-    # A large plate over the lamp: an image of the lamp at twice the distance, Lambertian.
+    # A large plate over the lamp gives an image of the lamp at twice the distance, Lambertian.
     direct = 10 / (4 * math.pi)
     assert plain - found == pytest.approx(direct, rel=0.02)
     assert found > 0.05 * direct
@@ -295,7 +295,7 @@ def test_a_lamp_that_a_blocker_list_lets_through(world):
 
 
 def test_an_image_as_the_world(world):
-    """White above, black below: π looking up, 0 looking down, half of it to the side."""
+    """White above, black below: π looking up, 0 looking down, half of it sideways."""
     image = bpy.data.images.new("half", 64, 32, float_buffer=True, is_data=True)
     pixels = np.zeros((32, 64, 4), np.float32)
     pixels[16:, :, :3] = 1.0
@@ -316,7 +316,7 @@ def test_an_image_as_the_world(world):
 
 
 def test_an_object_that_only_shadows(world):
-    """Unseen by all rays but those to lamps: it takes the lamp away and sends nothing back."""
+    """Only shadow rays see it: it shades the lamp, and reflects nothing."""
     lamp(world, "POINT", at=(0, 0, 2))
     shade = plate(world, 1.0, (0, 0, 1), (0, 0, -1), material(0.8))
     for rays in ("camera", "diffuse", "glossy", "transmission", "volume_scatter"):
@@ -327,7 +327,7 @@ def test_an_object_that_only_shadows(world):
 
 
 def instanced(world, thing):
-    """An instance, 5 m aside of nothing else, of a collection that is in no scene."""
+    """Instance, 5 m aside, a collection that is in no scene."""
     source = world.aside("source", thing)
     empty = world.instance("instance", source)
     return empty
@@ -368,7 +368,7 @@ print("MEASURED")
 
 
 def test_a_process_that_measured_ends():
-    """The wheel hangs at its end where a handler of Python's is left after a render."""
+    """Blender's module hangs at its end if a Python handler is left after a render."""
     script = RUN.format(root=str(Path(__file__).resolve().parents[2]))
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
@@ -376,11 +376,11 @@ def test_a_process_that_measured_ends():
     assert "MEASURED" in done.stdout and done.returncode == 0, done.stderr
 
 
-# Each sensor of light.blend reads its closed form, computed here from the file's own objects
+# Each sensor of light.blend reads its closed form, computed from the file's own objects
 
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_blends" / "light.blend"
-# The face stands this far ahead of its sensor.
+# The measured face is this far ahead of its sensor.
 AHEAD = 1e-3
 NAMES = ("point", "spot", "area", "glowing plate", "ball", "sun and sky")
 
@@ -400,7 +400,7 @@ def height(name, sensor):
 
 
 def square(side, distance):
-    """Form factor of a square of this side over the middle of which a small face lies."""
+    """Return the form factor of a square of this side centred over a small face."""
     a = side / 2 / distance
     return 4 / math.pi * a / math.hypot(1, a) * math.atan(a / math.hypot(1, a))
 
@@ -428,7 +428,7 @@ def glowing_plate():
 
 
 def in_a_ball():
-    """Light of the lamp, straight, and what went round: Φ ρ / (A (1 − ρ)) everywhere."""
+    """Return the direct light of the lamp and its interreflections, Φ ρ / (A (1 − ρ))."""
     power, reflects = bpy.data.objects["Lamp ball"].data.energy, 0.8
     radius = bpy.data.objects["Ball"].dimensions.z / 2
     straight = power / (4 * math.pi * height("Lamp ball", "ball") ** 2)
@@ -445,7 +445,7 @@ def under_the_sky():
 EXPECTED = dict(
     zip(NAMES, (point, spot, area, glowing_plate, in_a_ball, under_the_sky), strict=True)
 )
-# Each path looks at one of all the file's lamps, which makes noise also in direct light.
+# Each path samples one of all lamps in the file, so direct light has noise too.
 TOLERANCE = {"ball": 0.02}
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light through window panes, against Fresnel's equations; and the four one-pixel views: 8-bit
-luminance in percent, clip distances, field of view."""
+"""Light through window panes against Fresnel's equations, and the four one-pixel views.
+
+The views give 8-bit luminance in percent, within clip distances and a field of view.
+"""
 
 import math
 
@@ -10,13 +12,13 @@ import numpy as np
 import pytest
 from light_stage import facing, lamp, material, measure, part, percent, plate, request, sky
 
-# Of a plane-parallel pane with an index of refraction of 1.5, from the front.
+# The reflectance of a plane-parallel pane with a refractive index of 1.5, from the front.
 REFLECTED = ((1.5 - 1.0) / (1.5 + 1.0)) ** 2
 PANE = (1 - REFLECTED) / (1 + REFLECTED)
 
 
 def reflectance(angle, index=1.5):
-    """Fresnel's for unpolarised light."""
+    """Return Fresnel's reflectance for unpolarised light."""
     inside = math.asin(math.sin(angle) / index)
     if angle == 0.0:
         return REFLECTED
@@ -70,7 +72,7 @@ def test_the_sun_shines_through_a_pane(world, make, degrees):
 
 @pytest.mark.parametrize("kind", ["POINT", "AREA"])
 def test_a_lamp_shines_through_once(world, kind):
-    """Neither twice, by shadow rays and by light paths that happen to meet the lamp."""
+    """Its light counts once, though shadow rays and light paths both may reach the lamp."""
     data = bpy.data.lights.new("lamp", kind)
     data.energy = 100.0
     if kind == "AREA":
@@ -86,7 +88,7 @@ def test_a_sky_shines_through_once(world):
     world.scene.world.use_nodes = True
     world.scene.world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
     pane(world, glass(), size=(300, 300, 0.006))
-    # What it keeps of the upper half, it reflects of the lower one.
+    # The pane reflects of the lower half as much light as it keeps of the upper half.
     assert stage.lux() == pytest.approx(math.pi, rel=0.005)
 
 
@@ -149,7 +151,7 @@ def test_the_users_material_is_as_before(world):
 
 
 def ball(world):
-    """A solid ball, which gathers light."""
+    """Add a solid ball, which focuses light."""
     bpy.ops.mesh.primitive_uv_sphere_add(radius=0.4, location=(0, 0, 1))
     bpy.context.object.name = "pane"
     bpy.context.object.data.materials.append(glass())
@@ -194,7 +196,7 @@ COUNT = 100 / 255
 
 
 def walls(world, *radiances, distance=2.0, size=1.0):
-    """Glowing walls ahead of a sensor's −Z, −X, +Z, +X."""
+    """Add glowing walls ahead of a sensor's −Z, −X, +Z, +X."""
     x, z = UPRIGHT[:3, 0], UPRIGHT[:3, 2]
     for way, radiance in zip((-z, -x, z, x), radiances, strict=False):
         glow = material(glows=radiance)
@@ -276,13 +278,13 @@ def test_the_view_is_a_square_of_the_field_of_view(world, angle):
 
 
 def test_a_white_wall_under_a_lamp(world):
-    """Radiance ρ E / π."""
+    """Its radiance is ρ E / π."""
     x, z = UPRIGHT[:3, 0], UPRIGHT[:3, 2]
     for way in (-z, -x, z, x):
         plate(world, 1.0, tuple(way * 2), tuple(-way), material(0.5))
     lamp(world, "POINT", at=(0, 0, 0), energy=100.0)
     radiance = 0.5 / math.pi * 100 / (4 * math.pi * 4)
-    # A hundredth of it goes from wall to wall.
+    # A hundredth of the light goes from wall to wall.
     assert look(samples=4096) == pytest.approx(100 * radiance, rel=0.03)
 
 
@@ -308,7 +310,7 @@ def test_no_lamp_shines_through_a_wall_in_eevee(world, method):
 
 
 def test_what_a_sensor_sees_does_not_depend_on_the_others(world):
-    """Views that cross each other's far ends among them: there a path meets one surface more."""
+    """Some views cross each other's far ends, where a path hits one surface more."""
     box = world.box((9, 9, 4))
     box.data.materials.append(material(0.5))
     lamp(world, "POINT", at=(1, 1, 1), energy=3000.0)
@@ -324,7 +326,7 @@ def test_what_a_sensor_sees_does_not_depend_on_the_others(world):
 
 
 def test_fog_in_the_world_counts_from_where_it_sees(world):
-    """To a glowing wall at 4 m, from the near end of its views."""
+    """The path goes to a glowing wall at 4 m, from the near end of the views."""
     fog = sky(world, 0.0).node_tree
     absorbs = fog.nodes.new("ShaderNodeVolumeAbsorption")
     absorbs.inputs["Density"].default_value = 0.2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A reference takes noise out of the readings of a run, and adds no error of its own."""
+"""A reference reduces the noise of a run's readings, and adds no error."""
 
 import bpy
 import numpy as np
@@ -8,7 +8,7 @@ from light_stage import facing, key_lamp, lamp, lit_room, material, measure, obj
 from tiers import mostly_slow
 
 FEW, MANY = 256, 2048
-# Of the readings in this room, most of it where the screen has come close to a sensor.
+# Relative error in this room; most of it arises when the screen is close to a sensor.
 NOISE = 0.08
 
 
@@ -49,7 +49,7 @@ def plain(samples, method="ILLUMINANCE"):
 def test_the_first_frame_is_read_as_by_many_paths(room, scenes, method):
     bpy.context.scene.frame_set(1)
     many, few = plain(MANY, method), plain(FEW, method)
-    # A count of the 8-bit pixels of four walls may fall to either side.
+    # A count of the 8-bit pixels of four walls may round either way.
     assert in_a_run(scenes, method) == pytest.approx(many, rel=1e-5, abs=0.1)
     assert np.abs(few / many - 1).max() > 0.005
 
@@ -111,7 +111,7 @@ CHANGES = {
 
 @pytest.mark.parametrize("what", mostly_slow(CHANGES))
 def test_no_change_makes_a_reading_wrong(room, scenes, what):
-    """Against so many paths that they hardly err, and against a reading without a reference."""
+    """Compared with readings of very many paths, and with readings without a reference."""
     CHANGES[what]()
     engine, errors, without = part("light.engine"), [], []
     try:
@@ -136,7 +136,7 @@ def rms(errors):
 
 @pytest.mark.parametrize("few", [32, FEW])
 def test_other_sensors_do_not_count(room, scenes, few):
-    """Also where it is looked at more closely."""
+    """It holds also with more light paths."""
     CHANGES["a screen's glow"]()
     scene, layer = bpy.context.scene, bpy.context.view_layer
     for frame in (1, 9):
@@ -148,7 +148,7 @@ def test_other_sensors_do_not_count(room, scenes, few):
 
 
 def night(world):
-    """Daylight at the first frame, none from the fifth on; with a wall around the sensors."""
+    """Set daylight at the first frame, none from the fifth on, with a wall around the sensors."""
     node = next(n for n in bpy.context.scene.world.node_tree.nodes if n.type == "BACKGROUND")
     move(node.inputs["Strength"], "default_value", (50.0, 0.0))
     for name in ("room", "screen"):
@@ -160,7 +160,7 @@ def night(world):
 
 
 def shut(world):
-    """A black box is shut about one of the sensors."""
+    """Close a black box about one of the sensors."""
     box = world.box((0.2, 0.2, 0.2), (0.3, -1, 0.2), "box")
     box.data.materials.append(material(0.001, name="black"))
     world.key(box, "location", {1: (0, 0, 9), 5: (0.3, -1, 0.2)})
@@ -214,7 +214,7 @@ def test_a_reference_holds_nothing_of_the_frame_it_was_made_at(room, scenes, cha
 
 
 def test_a_sun_that_does_not_reach_a_room_does_not_disturb_it(room, scenes):
-    """By its own power it would have most shadow rays, and few paths would find the other lamps."""
+    """By its power it would get most shadow rays, and few paths would find the other lamps."""
     true = plain(MANY)
     sun = lamp(room, "SUN", at=(0, 0, 9), energy=300.0)
     bpy.context.scene.frame_set(1)
@@ -226,7 +226,7 @@ def test_a_sun_that_does_not_reach_a_room_does_not_disturb_it(room, scenes):
 
 
 def test_suns_lamps_and_glowing_things_add_up(room):
-    """A window in the ceiling lets sun and sky in; what glows is a good part of the light."""
+    """Sun and sky come in by a roof window; glowing surfaces give much of the light."""
     nodes = bpy.data.materials["screen"].node_tree.nodes
     next(n for n in nodes if n.type == "EMISSION").inputs["Strength"].default_value = 1.0
     hole = room.box((2, 2, 2), at=(-1, 0, 2), name="hole")
@@ -245,7 +245,7 @@ def test_suns_lamps_and_glowing_things_add_up(room):
 
 
 def test_a_portal_needs_a_world(room, scenes):
-    """Blender 5.2 crashes when a portal leads nowhere, as in a part of a reference it would."""
+    """Blender 5.2 crashes with a portal without a world, as in a part of a reference."""
     lamp(room, "AREA", at=(0, 0, 3), size=1.0).data.cycles.is_portal = True
     lamp(room, "SUN", at=(0, 0, 9))
     bpy.context.scene.frame_set(1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light sensors in runs and while scrubbing; and the sample of the light control."""
+"""Light sensors in runs and during scrubbing; and the sample of the light control."""
 
 import math
 from importlib import import_module
@@ -19,7 +19,7 @@ from tiers import mostly_slow
 
 @pytest.fixture
 def lamp(world):
-    """A face that looks up, 2 m below a point lamp of 100 W that is switched off at frame 13."""
+    """Add a face that looks up, 2 m below a point lamp of 100 W that goes off at frame 13."""
     data = bpy.data.lights.new("lamp", "POINT")
     data.energy = 100.0
     data.shadow_soft_size = 0.0
@@ -57,14 +57,14 @@ def test_a_lamp_is_followed_and_a_still_scene_rendered_once(world, lamp, monkeyp
     lux = world.series(recording, "lux", "illuminance_lux")
     lit = world.series(recording, "lux", "lit")
     assert lit == [1] * 12 + [0] * 12
-    # The face stands 1 mm ahead of the sensor, off the wall that it may be on.
+    # The measured face is 1 mm ahead of the sensor, off the wall that the sensor may be on.
     assert lux[0] == pytest.approx(683.0 * 100.0 / (4 * math.pi * 1.999**2), rel=1e-3)
     assert lux[:12] == [lux[0]] * 12 and lux[12:] == [0.0] * 12
     assert len(calls) == 2, "once with the lamp on, once with it off"
 
 
 def film(folder, name, brightness):
-    """A sequence of pictures, each of one brightness."""
+    """Write a sequence of images, each of one brightness."""
     for frame, value in enumerate(brightness, 1):
         image = bpy.data.images.new("one", 2, 2, float_buffer=True)
         image.colorspace_settings.name = "Non-Color"
@@ -84,7 +84,7 @@ def film(folder, name, brightness):
     mostly_slow([(False, False), (False, True), (True, False)], (False, False), (True, False)),
 )
 def test_a_film_on_a_screen_is_followed(world, lamp, tmp_path, grouped, refreshed, reference):
-    """Blender's list of updates does not tell of it. `grouped`: its node is in a node group."""
+    """Blender's list of updates lacks it. `grouped`: its node is in a node group."""
     bpy.data.objects.remove(bpy.data.objects["lamp"])
     world.scene.angen_light_reference = reference
     glow = material(glows=1.0)
@@ -98,7 +98,7 @@ def test_a_film_on_a_screen_is_followed(world, lamp, tmp_path, grouped, refreshe
     picture = of.nodes.new("ShaderNodeTexImage")
     picture.image, picture.image_user.frame_duration = film(tmp_path, "film", (0.1, 0.5, 0.2)), 3
     picture.image_user.use_auto_refresh = refreshed
-    # Such a node is told otherwise when to show what.
+    # The compositor's image node has its own frame settings.
     compositing = bpy.data.node_groups.new("compositing", "CompositorNodeTree")
     compositing.nodes.new("CompositorNodeImage").image = picture.image
     if grouped:
@@ -118,8 +118,11 @@ def told(world):
 
 
 def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkeypatch):
-    """Nothing is rendered in the frame handler, and nothing is estimated there: what is shown and
-    what drivers read was measured once the playhead stood, as a run does it."""
+    """The frame handler renders and estimates nothing.
+
+    Panels and drivers read the last measurement, which was made with the playhead at rest, as in a
+    run.
+    """
     recorded = world.series(world.run(), "lux", "illuminance_lux")
     state.CACHE.clear()
     calls = counted(monkeypatch)
@@ -155,7 +158,7 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
 
 
 def test_at_rest_as_many_paths_are_traced_as_a_reference_has(world, lamp):
-    """Few paths without a reference would say that it is lit where a run says dark."""
+    """Few paths without a reference would read light where a run reads dark."""
     room = world.box((6, 6, 5), name="room")
     room.data.materials.append(bpy.data.materials.new("paint"))
     world.box((1, 1, 0.05), at=(0, 0, 1.5), name="shade")
@@ -189,7 +192,7 @@ def test_at_rest_the_selected_sensor_comes_first(world, lamp):
 
 
 def test_measure_now_measures_at_this_frame_after_an_edit(world, lamp):
-    """Else an edit holds light back until the playhead was moved and rests."""
+    """Otherwise light waits after an edit until the playhead has moved and rests."""
     world.scene.angen_live = True
     bpy.context.view_layer.objects.active = lamp
     world.scene.frame_set(5)
@@ -237,7 +240,7 @@ def test_measure_now_says_why_it_cannot(world, lamp):
 
 
 def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatch):
-    """Simulate starts before the light of the frame under the playhead was measured."""
+    """Simulate starts before the light of the frame at the playhead was measured."""
     world.scene.angen_live = True
     world.update()
     world.scene.frame_set(5)
@@ -266,7 +269,7 @@ def test_what_cannot_be_measured_is_told(world, lamp):
 ADDON = "bl_ext.user_default.angen_sensors"
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_blends" / "light_control.blend"
 LAST = 330
-# Of the story: comes in, stands still for longer than the hold time.
+# The person of the story comes in, and stands still for longer than the hold time.
 ON, OFF = 141, 285
 
 
@@ -299,7 +302,7 @@ def changes(name, field):
 def test_the_detector_switches_the_lamp_and_the_light_sensor_sees_it(room, tmp_path):
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     assert changes("PIR room", "moved") == [(1, False), (ON, True), (OFF, False)]
-    # It looks twice a second; a driver shows a reading from the next frame on.
+    # The sensor measures twice a second; a driver shows a reading from the next frame on.
     assert changes("Light sensor room", "lit") == [(1, False), (145, True), (289, False)]
     lit = {ON + 20: 20.0, OFF + 20: 0.0, ON - 1: 0.0, OFF - 2: 20.0}
     assert {frame: energy(frame) for frame in lit} == pytest.approx(lit)

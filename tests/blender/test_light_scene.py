@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is there for light, what light does not depend on, and what a measurement leaves behind."""
+"""The objects that light depends on or not, and the state of the file after a measurement."""
 
 import math
 import tempfile
@@ -14,7 +14,7 @@ SUN = 1.0
 
 @pytest.fixture
 def shade(world):
-    """A sun, and a plate that shades the sensor."""
+    """Add a sun, and a plate that shades the sensor."""
     lamp(world, "SUN")
     return plate(world, 4.0, (0, 0, 1), (0, 0, -1), material(0.001))
 
@@ -91,7 +91,7 @@ def test_a_shown_object_stands_where_its_parent_and_constraints_put_it(world, sh
     assert not is_shaded()
 
 
-# Whole ones and parts, before the first, and late in a day; what is between is shaded.
+# Whole frames and fractions, before the first, and late in a day; frames in between are shaded.
 MOMENTS = (-1199.0, -721.5, -1.0, 0.0, 7.0, 7.25, 1000.1, 487705.0, 864001.0)
 
 
@@ -102,7 +102,7 @@ def test_light_is_that_of_the_very_frame(world, shade, moment, mapped):
     world.scene.render.frame_map_old, world.scene.render.frame_map_new = mapped
     world.scene.frame_set(whole, subframe=moment - whole)
     now = world.scene.frame_current_final
-    # There at that moment alone.
+    # The plate is there at that frame only.
     for at, x in ((now - 0.125, -5e4), (now, 0.0), (now + 0.125, 5e4)):
         shade.location.x = x
         shade.keyframe_insert("location", index=0, frame=at)
@@ -123,7 +123,7 @@ def test_a_sensor_looks_through_its_own_housing_and_every_light_sensors(world):
 
 @pytest.mark.parametrize("place", [(0, 0, -1), (0, 0, 1), (1, 0, 0), (-1, 0, 0), (0, 1, 0)])
 def test_a_sensor_exactly_on_a_wall_reads_its_room(world, place):
-    """Inside light only: 100 W in the middle; outside it is dark."""
+    """It gets only the light inside: 100 W in the middle; outside it is dark."""
     box = world.box((2, 2, 2))
     box.data.materials.append(material(0.001))
     lamp(world, "POINT", at=(0, 0, 0), energy=100.0)
@@ -159,7 +159,7 @@ def test_the_same_light_whatever_the_number_of_threads(world):
 
 @pytest.fixture
 def busy(world, shade, monkeypatch, tmp_path):
-    """A user at work: Edit Mode, a selection, hidden things, a sub-frame, handlers."""
+    """Set up a user at work: Edit Mode, a selection, hidden objects, a sub-frame, handlers."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     edited = world.box((1, 1, 1), at=(5, 0, 0))
     world.box((1, 1, 1), at=(9, 0, 0), name="hidden").hide_render = True

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of the user's scene that are no business of the light sensors, or that are: with and
-without a reference."""
+"""Scene settings that must not change the light sensors' readings, and settings that must.
+
+Each is tested with and without a reference.
+"""
 
 import bpy
 import pytest
@@ -18,7 +20,7 @@ def room(world):
 
 
 def read(reference=MANY, layer=None):
-    """Readings of both methods, in a run."""
+    """Return the readings of both methods in a run."""
     scene, layer = bpy.context.scene, layer or bpy.context.view_layer
     layer.update()
     kept = part("light.cycles").CyclesLight(reference)
@@ -48,7 +50,7 @@ def border(scene, layer):
 
 
 def compositor(scene, layer):
-    """One that makes everything black."""
+    """Set a compositor that makes everything black."""
     if hasattr(scene, "compositing_node_group"):
         tree = bpy.data.node_groups.new("comp", "CompositorNodeTree")
         tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
@@ -218,7 +220,7 @@ def lamp_bounces():
 
 
 def glow_of(owner, kind="OBJECT", tree=screen_tree, into="Strength"):
-    """A glow that a keyed property of something tells."""
+    """Make a glow that depends on a keyed property."""
 
     def change():
         key(owner(), "glow", (0.0, 9.0), '["glow"]')
@@ -243,14 +245,14 @@ LOOKED_AT = {
     "a lamp's bounces": lamp_bounces,
 }
 if bpy.app.version >= (4, 5):
-    # Blender 4.2 shows lamps no properties.
+    # Blender 4.2 gives lamps no properties.
     LOOKED_AT["lamp"] = glow_of(lambda: objects("point").data, tree=lamp_tree)
 
 
 @pytest.mark.parametrize("change", LOOKED_AT.values(), ids=LOOKED_AT)
 @pytest.mark.parametrize("reference", mostly_slow([0, 128], 128))
 def test_what_nodes_look_at_is_followed_in_runs(room, change, reference):
-    """A run reads what a measurement reads that knows nothing of the frames before."""
+    """A run reads the same as a measurement without knowledge of the frames before."""
     objects("screen").animation_data_clear()
     change()
     room.scene.angen_light_reference = reference
@@ -277,7 +279,7 @@ def test_each_view_layer_has_its_own_light(room, reference):
     first.layer_collection.children["inside"].exclude = True
     assert read(reference) == dark != lit
     first.layer_collection.children["inside"].exclude = False
-    # A run in a layer that is not the window's; Blender 4.5 crashed.
+    # A run in a view layer that the window does not show; Blender 4.5 crashed.
     settings = {"method": "ILLUMINANCE", "engine": "CYCLES", "samples": 16, "update_rate": 24.0}
     room.sensor("LIGHT", "meter", **settings).location = (0.3, -1, 0.2)
     room.scene.angen_light_reference = reference

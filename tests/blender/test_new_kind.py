@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A kind of sensor is one file: with nothing else changed it is in every place (new_kinds/). One is
-that of CONTRIBUTING.md's tutorial, as it stands there, and casts rays; the other casts none."""
+"""A kind of sensor is one file: with nothing else changed it is in every place (new_kinds/).
+
+One kind is that of CONTRIBUTING.md's tutorial, unchanged, and casts rays; the other casts none.
+"""
 
 import os
 import re
@@ -18,7 +20,7 @@ EXTENSION = ("angen_addon", "operators", "panels", "residents", "sensor_logic")
 
 @pytest.fixture
 def copy(tmp_path):
-    """The extension in another place, with two kinds more, and the tests of every place."""
+    """Copy the extension with two more kinds, and the tests of every place."""
     for folder in EXTENSION:
         leave = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=leave)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nothing that Blender evaluated is kept from one look at the scene to the next.
+"""No reference to evaluated data is kept from one evaluation of the scene to the next.
 
-Instances, and meshes that nodes make, are gone then: whoever asks a reference to one ends Blender.
-Originals, the objects of the file, may be kept, and the Depsgraph, which tells what is there now.
+Blender frees instances, and meshes that nodes make, at the next evaluation, and crashes on
+references to them. Originals, the objects of the file, may be kept, and the Depsgraph.
 """
 
 import gc
@@ -29,8 +29,7 @@ LEAVES = (types.ModuleType, type, str, bytes, int, float, bool, type(None))
 
 
 def kept_by(*roots):
-    """Everything of Blender that can be reached from some Python objects, each with the names of
-    the types on the way there."""
+    """Return all Blender data that some Python objects reach, each with the types on the way."""
     found, seen = [], set()
     waiting = [(root, type(root).__name__) for root in roots]
     while waiting:
@@ -42,7 +41,7 @@ def kept_by(*roots):
             found.append((thing, way))
             continue
         if isinstance(thing, types.FunctionType):
-            # Not its globals.
+            # Not the globals of a function.
             parts = [thing.__closure__, thing.__defaults__, thing.__kwdefaults__]
         else:
             parts = gc.get_referents(thing)
@@ -51,8 +50,8 @@ def kept_by(*roots):
 
 
 def evaluated(*roots):
-    """Those of them that must not be kept."""
-    # Not every evaluated datablock says that it is one: those of the file are in bpy.data.
+    """Return the data that must not be kept."""
+    # Not every evaluated datablock has `is_evaluated`: those of the file are in bpy.data.
     of_the_file = {datablock.as_pointer() for datablock in bpy.data.user_map()}
     wrong = []
     for thing, way in kept_by(*roots):
@@ -126,7 +125,7 @@ def test_a_plan_and_an_explanation_keep_nothing_evaluated(home):
     assert evaluated(plan) == []
 
 
-# What they read of it
+# The verbs that read evaluated data
 
 
 @pytest.fixture
@@ -151,7 +150,7 @@ def file(home, tmp_path):
     ids=lambda verb: "-".join(verb[:3:2]),
 )
 def test_every_verb_ends_well(file, verb):
-    """In a process of its own: what was kept too long ends Blender, with status -11."""
+    """In a separate process, because a kept reference crashes Blender (status -11)."""
     done = subprocess.run(
         [sys.executable, "-m", "angen_addon", verb[0], str(file), *verb[1:]],
         cwd=file.parent,
@@ -165,8 +164,10 @@ def test_every_verb_ends_well(file, verb):
 
 
 def test_what_was_removed_a_moment_ago_is_not_looked_at(world):
-    """Until Blender evaluates the scene again it lists what was removed, whose memory is free: a
-    timer that looked at it brought Blender down."""
+    """Blender lists removed objects until its next evaluation, though their memory is free.
+
+    A timer that read one crashed Blender.
+    """
     world.wall(0.3, "wall")
     world.switch()
     world.scene.frame_set(2)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whatever stands in a home, sensors meet of it what `scene.ray_cast` meets, or what the viewport
-shows where these differ."""
+"""Sensors hit the same surfaces as `scene.ray_cast`, whatever the geometry of a home.
+
+Where the viewport shows other surfaces, sensors hit those of the viewport.
+"""
 
 import bpy
 import numpy as np
@@ -9,14 +11,14 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import make_ca
 from odd_geometries import ODD
 from tiers import mostly_slow
 
-# Rays from a square above, straight down and aslant, none of them through an edge or a corner.
+# Rays from a square above, straight down and slanting, none through an edge or a corner.
 SIDE = 11
 REACH = 3.0
 AGREE = 2e-5
-# Both cast in single precision, of which so much is left this far from an object's own origin.
+# Both cast in single precision, whose rounding error this far from an object's origin is this.
 COARSE = {"huge": 0.01, "a_kilometre_off_its_origin": 5e-4}
-# What has no faces, so that neither Blender's rays nor the sensors' meet it. Hair, points, strokes
-# and smoke are drawn without any. A modifier or a simulation can leave none.
+# Objects without faces, which neither Blender's rays nor the sensors' hit. Hair, points, strokes
+# and smoke are drawn without faces. A modifier or a simulation can leave none.
 WITHOUT_FACES = {
     "boolean_that_leaves_nothing",
     "curve_without_bevel",
@@ -35,16 +37,16 @@ WITHOUT_FACES = {
     "vertices_alone",
     "volume",
 }
-# What the viewport does not show; and what is flattened to nothing, whose matrix has no inverse.
+# Objects that the viewport does not show, or that are flattened: their matrix has no inverse.
 NOT_MET = WITHOUT_FACES | {"disabled_in_viewports", "flattened", "hidden"}
-# `scene.ray_cast` meets what instances and is itself not shown, and of what is being edited the
-# bare mesh. Sensors meet what the viewport shows: the instances alone, and the modified mesh.
+# `scene.ray_cast` hits hidden instancers, and the unmodified mesh in Edit Mode. Sensors hit what
+# the viewport shows: only the instances, and the modified mesh.
 UNLIKE_BLENDER = {"instances_on_faces", "being_edited_with_a_modifier"}
 if bpy.app.version < (4, 3):
-    # There it passes through the surfaces of curves of the type Surface, which are shown.
+    # There it misses the surfaces of curves of the type Surface, which are shown.
     UNLIKE_BLENDER.add("surface")
 
-# What `make test` looks at of what changes, and what every kind of sensor reads there.
+# The changing geometries that `make test` covers, and those that every kind of sensor reads.
 CHANGING = ("built_half", "by_an_armature", "cloth", "mirrored", "nodes_on_a_curve", "text")
 READ = ("being_edited", "cloth", "hidden", "mesh_without_anything", "mirrored", "volume_as_mesh")
 
@@ -63,7 +65,7 @@ def agreed(name):
 
 
 def met_by_blender(scene, depsgraph):
-    """Ranges (n,) by `scene.ray_cast`."""
+    """Return ranges (n,) by `scene.ray_cast`."""
     found = []
     for start, way, reach in zip(*rays(), strict=True):
         hit, place, *_ = scene.ray_cast(depsgraph, start, way, distance=reach)
@@ -96,7 +98,7 @@ def test_it_is_met_as_blender_meets_it(world, caster, name):
 
 @pytest.mark.parametrize("name", mostly_slow(sorted(set(ODD) - UNLIKE_BLENDER), *CHANGING))
 def test_it_is_met_as_it_changes(world, caster, name):
-    """Frame by frame, as cloth falls and what is built grows; and after the object is moved."""
+    """Frame by frame, as cloth falls and a Build modifier grows; and after the object is moved."""
     obj = ODD[name](world)
     for frame in (1, 2, 3, 4, 8):
         world.scene.frame_set(frame)
@@ -111,7 +113,7 @@ def test_it_is_met_as_it_changes(world, caster, name):
 
 
 def test_a_face_instancer_that_is_not_shown_is_not_met(world, caster):
-    """Nine little boxes on a square that is not shown: rays between them go on."""
+    """Nine little boxes on a hidden square: rays between them go on."""
     ODD["instances_on_faces"](world)
     caster.update(world.update())
     between = np.array([[0.067, 0.067, 0.0], [0.0, 0.0, 0.0]])
@@ -120,7 +122,7 @@ def test_a_face_instancer_that_is_not_shown_is_not_met(world, caster):
 
 
 def test_what_is_edited_is_met_as_it_is_shown(world, caster):
-    """The middle of a cube's face stays in place as it is subdivided twice; its corner does not."""
+    """Two subdivisions leave the middle of a cube's face in place, but not its corner."""
     ODD["being_edited_with_a_modifier"](world)
     caster.update(world.update())
     at = np.array([[0.0011, 0.0013, 0.0], [0.19, 0.19, 0.0]])
@@ -132,7 +134,7 @@ def test_what_is_edited_is_met_as_it_is_shown(world, caster):
 
 @pytest.mark.parametrize("name", mostly_slow(ODD, *READ))
 def test_a_switch_a_detector_and_a_pad_read_it(world, name):
-    """A run of every kind beside it ends, and with `scene.ray_cast` gives the same."""
+    """A run with every kind near it ends, and with `scene.ray_cast` gives the same."""
     ODD[name](world)
     world.scene.frame_end = 4
     world.switch(range_max=2.0)

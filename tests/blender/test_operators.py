@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators as a user calls them, and what they refuse."""
+"""The operators as a user calls them, and the errors that they report."""
 
 import csv
 
@@ -13,7 +13,7 @@ KINDS = ("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT")
 
 @pytest.fixture
 def door(world):
-    """A switch that a door opens at frame 13 and closes at frame 37, sensed at every frame."""
+    """Add a switch that a door opens at frame 13 and closes at frame 37, sensed at every frame."""
     world.door(13, 37)
     world.switch("Front door")
     world.pir("Hall, PIR", hold_time=0.1)
@@ -164,12 +164,12 @@ def test_export_into_a_missing_folder_is_told(door, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-# Settings of the active sensor go to the selected ones of its kind, and to no other
+# Settings of the active sensor are copied to the selected sensors of its kind, and to no others
 
 
 @pytest.fixture
 def sensors(world):
-    """Three switches and a motion detector, all selected, the first switch active."""
+    """Add three switches and a motion detector, all selected, the first switch active."""
     made = [world.switch(name) for name in ("one", "two", "three")] + [world.pir("pir")]
     world.update()
     for obj in made:

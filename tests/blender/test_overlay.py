@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the viewport draws is what detects, and follows the scene from frame to frame.
+"""The signs in the viewport are those of the sensing, and follow the scene from frame to frame.
 
-There is no GPU here: the drawing itself is seen in a real window (scripts/pictures).
+There is no GPU here; scripts/pictures shows the drawing itself in a real window.
 """
 
 import math
@@ -64,7 +64,7 @@ def test_rays_are_lit_exactly_where_the_detector_says_that_something_moved(world
 
 
 def test_following_changes_no_reading(world, field):
-    """A live run with the drawing and one without, and a recording made in between."""
+    """A live run with the drawing and one without, with a recording made in between."""
     sensor = make_pir(world)
     switch = world.switch(update_rate=24.0)
     world.switch("swept", update_rate=6.0, swept=True)
@@ -152,7 +152,7 @@ def test_every_state_has_a_look_and_no_two_the_same_shape():
         if icon != readings.DOUBTFUL
     }
     assert len(different) == len(looks) - 1
-    # Loud is only what is set up wrong, not what a jump of the playhead makes unsure.
+    # Only wrong settings are loud, not readings that a jump of the playhead makes uncertain.
     assert looks[readings.DOUBTFUL].colour == looks[readings.NOT_SURE].colour
     assert looks[readings.NOT_SURE].colour == looks[readings.UNKNOWN].colour
     assert looks[readings.WRONG].colour != looks[readings.DOUBTFUL].colour
@@ -163,7 +163,7 @@ def test_every_state_has_a_look_and_no_two_the_same_shape():
 
 
 def test_every_meaning_is_coloured(world, field):
-    """One of each kind, all that they draw, in all states."""
+    """A sensor of each kind, with all its signs, in all states."""
     make_pir(world)
     random_walk(world)
     world.switch()
@@ -178,7 +178,7 @@ def test_every_meaning_is_coloured(world, field):
     for icon in looks:
         one = readings.ReadingText("", icon, "", pad)
         passing = [picture.passing(seen, one, 1.0) for seen in found.seen]
-        # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
+        # The detector's fan has a scanned tilt and lit rays, the pad has its force.
         assert sorted(map(len, passing)) == [0, 0, 0, 0, 1, 2 if icon == readings.ACTIVE else 1]
         for seen, more in zip(found.seen, passing, strict=True):
             assert seen.figures
@@ -193,7 +193,7 @@ def test_every_meaning_is_coloured(world, field):
 def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     world, field, addon_part, monkeypatch
 ):
-    """A switch whose flag moves from frame 40 on, and two that see nothing move."""
+    """The flag of one switch moves from frame 40 on; nothing moves before the other two."""
     draw = addon_part("angen_addon.view.overlay.draw")
     readings = addon_part("panels.readings")
     row = addon_part("angen_addon.view.overlay.picture").SensorRow
@@ -207,7 +207,7 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     joined = draw.Joined()
 
     def sent(frame, icon="RADIOBUT_OFF"):
-        """How many points the GPU is given anew, of how many that are drawn, in how many parts."""
+        """Return how many points go to the GPU again, of how many drawn, in how many parts."""
         found = field(frame)
         given.clear()
         rows = [row(seen, readings.ReadingText("", icon), False) for seen in found.seen]
@@ -227,17 +227,17 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     assert sent(90, "RADIOBUT_ON")[0] == every, "another colour"
 
 
-# The figures drawn for sensors are what detects
+# The figures drawn for sensors are those of the sensing
 
 
 def ends(seen, back=0.0):
-    """(n, 3) m: where its rays end, or so far before that."""
+    """Return the ends (n, 3) of a sensor's rays in m, or points `back` before them."""
     met = seen.rays.bundles.values()
     return np.concatenate([m.origins + m.directions * (m.ranges - back)[:, None] for m in met])
 
 
 def drawn(seen, meaning, what="lines"):
-    """All lines, or fills, of a meaning."""
+    """Return all lines, or fills, of a meaning."""
     parts = [getattr(figure, what).get(meaning) for figure in seen.figures]
     kept = [part for part in parts if part is not None and len(part)]
     return np.concatenate(kept) if kept else np.empty((0, 2, 3))
@@ -264,7 +264,7 @@ def test_the_rays_drawn_are_those_that_the_detector_casts(world, field, sweep, s
 
 
 def off_lines(points, lines):
-    """How far (m) the farthest of some points is from the nearest of lines (n, 2, 3)."""
+    """Return the greatest distance (m) of points from the nearest of lines (n, 2, 3)."""
     start, way = lines[:, 0], lines[:, 1] - lines[:, 0]
     to_point = points[:, None] - start
     share = (to_point * way).sum(axis=2) / np.maximum((way * way).sum(axis=1), 1e-12)
@@ -334,7 +334,7 @@ def test_the_views_of_a_light_sensor_are_those_of_its_cameras(world, field):
 
 @pytest.mark.parametrize("scale", [1.0, 0.01])
 def test_zones_are_drawn_where_the_rays_in_them_end(world, field, scale):
-    """On a wall that leans, and apart from each other: each zone holds the rays cast in it."""
+    """On a leaning wall, without overlap: each zone contains the rays cast in it."""
     world.scene.unit_settings.scale_length = scale
     lens = world.pir("lens", update_rate=24.0)
     lens.angen_sensor.pir.model, lens.angen_sensor.pir.range_max = "PYROELECTRIC", 60.0
@@ -360,7 +360,7 @@ def test_zones_are_drawn_where_the_rays_in_them_end(world, field, scale):
             sides = np.cross(edges, np.roll(edges, -1, axis=0))
             sides *= np.sign(sides @ edges.mean(axis=0))[:, None]
             assert (rays @ sides.T > -1e-6).all()
-        # A centimetre before the wall, where all rays of a zone meet it.
+        # A centimetre before the wall, which all rays of a zone hit.
         hit = (met.ranges < met.reach).reshape(count, -1).all(axis=1)
         places = corners + ways / size * 0.01
         assert hit.any()
@@ -375,7 +375,7 @@ def test_zones_are_drawn_where_the_rays_in_them_end(world, field, scale):
 def test_zones_of_a_lens_end_at_walls_and_at_the_detection_distance(
     world, field, scale, wall, reach
 ):
-    """The rays of the lens look 50 m far, since a warm wall there counts."""
+    """The rays of the lens reach 50 m, because warm walls there count."""
     world.scene.unit_settings.scale_length = scale
     world.pir("lens", model="PYROELECTRIC", range_max=reach)
     world.wall(wall / scale, size=1000.0 / scale)
@@ -393,7 +393,7 @@ def test_zones_of_a_lens_end_at_walls_and_at_the_detection_distance(
 
 @pytest.mark.parametrize("kind", ["lens", "ranger"])
 def test_no_zone_is_drawn_through_the_edge_of_a_wall(world, field, kind):
-    """The left half of what they see is behind a wall at 2 m, the right half ends at 4 m."""
+    """The left half of the view ends at a wall at 2 m, the right half at 4 m."""
     if kind == "lens":
         world.pir("lens", model="PYROELECTRIC", range_max=5.0)
     else:
@@ -420,13 +420,13 @@ def test_a_pads_arrow_is_as_long_as_its_force():
         points = np.concatenate(
             [figure.lines["force"][:1].reshape(-1, 3), figure.fills["force"][0]]
         )
-        # From the tail of its shaft to its tip, which stands on the centre of pressure.
+        # From the tail of its shaft to its tip on the centre of pressure.
         assert np.ptp(points[:, 2]) == pytest.approx(length, abs=1e-6)
         tip = points[points[:, 2].argmin()]
         assert tip == pytest.approx([1.1, 1.8, 3.01], abs=1e-5)
 
 
-# Where the viewport writes beside its sensors
+# The places of labels beside the sensors in the viewport
 
 
 OFF = 8.0
@@ -488,7 +488,7 @@ def test_what_is_selected_or_hovered_has_its_label_in_any_crowd(arranged):
 
 
 def test_what_is_active_has_its_label_where_idle_ones_crowd_it(arranged):
-    """Idle sensors nearer to the eye take all room beside the last; active, it takes theirs."""
+    """Nearer idle sensors leave no space beside the last; once active, it takes theirs."""
     sizes = [(150.0, 17.0)] * len(CLOSE)
     hidden = set(range(len(CLOSE))) - set(arranged(CLOSE, sizes))
     assert hidden
@@ -501,7 +501,7 @@ def test_what_is_active_has_its_label_where_idle_ones_crowd_it(arranged):
 
 
 def test_a_label_stays_until_an_active_sensor_needs_its_place(labels_of):
-    """As the playhead moves: two sensors so near that only one can have a label."""
+    """The playhead moves before two sensors with space for one label."""
     idle, active = readings.IDLE, readings.ACTIVE
     shown = [labels_of(*icons) for icons in ((idle, idle), (idle, active), (idle, idle))]
     assert shown == [{0}, {1}, {1}]
@@ -536,7 +536,7 @@ def labels_of(world, addon_part):
 
 
 def test_what_lies_over_a_view_of_a_small_window(addon_part):
-    """As Blender 4.3 has it at 1280 × 720, sidebar and toolbar open."""
+    """Blender 4.3 at 1280 × 720, with sidebar and toolbar open."""
     part = types.SimpleNamespace
     regions = [
         ("HEADER", 0, 666, 1057, 27), ("TOOL_HEADER", 0, 639, 1057, 27),
@@ -552,7 +552,7 @@ def test_what_lies_over_a_view_of_a_small_window(addon_part):
     found = covered(area, area.regions[-1], space, preferences)
 
     def free(x, y):
-        """A place in the picture, from its upper left."""
+        """Return whether a point of the picture, from its upper left, is free."""
         low = 720 - y - 75
         return not any(r[0] < x < r[2] and r[1] < low < r[3] for r in found)
 
@@ -572,8 +572,7 @@ def test_what_lies_over_a_view_of_a_small_window(addon_part):
 
 @pytest.fixture
 def view(world):
-    """The context of a 3D view of 400 × 300 pixels, 100 a metre, that looks along +Y at the
-    origin."""
+    """Return the context of a 3D view of 400 × 300 pixels, 100 per metre, along +Y."""
     part, bpy_context = types.SimpleNamespace, bpy.context
     matrix = Matrix.Translation((0, 0, -5)) @ Matrix.Rotation(-math.pi / 2, 4, "X")
     lens = Matrix.Diagonal((1 / 2, 1 / 1.5, -0.01, 1.0))
@@ -602,7 +601,7 @@ def pixels(place):
 
 @pytest.fixture
 def click(view, addon_part):
-    """Clicks on a place in the world, as Blender calls the operator: what it returns."""
+    """Click on a place in world space, as Blender calls the operator; return its result."""
     run = addon_part("operators.sign_select").ANGEN_OT_sign_select.invoke
 
     def at(place, shift=False, off=(0, 0), button="LEFTMOUSE"):
@@ -617,7 +616,7 @@ def click(view, addon_part):
 
 @pytest.fixture
 def signs(field, addon_part):
-    """Draws the sensors' signs, and a label to the right of each, without a GPU."""
+    """Draw the sensors' signs, and a label to the right of each, without a GPU."""
     board = addon_part("angen_addon.view.overlay.labels").Board()
 
     def draw():
@@ -686,7 +685,7 @@ def test_a_press_on_one_of_many_selects_it_alone_when_released(world, view, sign
 
 
 def test_a_housing_stands_for_its_sensor(world, click, addon_part):
-    """A click on it selects the sensor; panels and operators take it for the sensor."""
+    """A click on it selects the sensor; panels and operators treat it as the sensor."""
     sensor = world.pir("hall")
     housing = world.box((0.5, 0.5, 0.5), (0, 0, 0), name="housing")
     lens = world.box((0.2, 0.2, 0.2), (0, -0.4, 0), name="lens")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`import angen_sensors`, as an installed package has it, in processes of its own."""
+"""`import angen_sensors` as an installed package, in separate processes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 
 @pytest.fixture
 def home(world, tmp_path) -> Path:
-    """A wall a metre ahead of a detector, which moves from frame 12 on; a lit lamp."""
+    """Add a wall a metre ahead of a detector, which moves from frame 12 on, and a lit lamp."""
     world.sensor("PIR", "PIR hall", update_rate=24.0, sweep="ALL")
     wall = world.wall(1.0)
     for frame, z in ((1, -1.0), (11, -1.0), (12, -1.5), (48, -3.0)):
@@ -30,7 +30,7 @@ def home(world, tmp_path) -> Path:
 
 @pytest.fixture
 def run(tmp_path):
-    """Runs a script beside the home where the package is importable; returns what it printed."""
+    """Run a script beside the home with the package importable; return its output."""
     packages = tmp_path / "packages"
     packages.mkdir()
     packages.joinpath("angen_sensors").symlink_to(ROOT)
@@ -101,7 +101,7 @@ def test_it_works_in_a_thread_and_in_spawned_workers(home, run) -> None:
         "    thread = threading.Thread(target=lambda: found.append(work().events))\n"
         "    thread.start(); thread.join()\n"
         "    print(len(found), all(f == found[0] for f in found), len(found[0]) > 2, flush=True)\n"
-        # Blender's module crashes where another thread than its own takes it down.
+        # Blender's module crashes if another thread than its own ends it.
         "    os._exit(0)\n"
     )
     assert out.split() == ["4", "True", "True"]
@@ -130,7 +130,7 @@ def test_a_new_sensor_stands_and_looks_as_asked_for_and_is_saved(home, run, tmp_
         "new = angen_sensors.open('saved.blend').sensor('New')\n"
         "print(new.pose.round(6).tolist(), new.range_max, new.kind)\n"
     )
-    # It looks along its −Z, so +Y of the home; its own +Y is up.
+    # It faces along its −Z, the home's +Y; its own +Y is up.
     pose = [[1.0, 0.0, 0.0, 1.0], [0.0, 0.0, -1.0, 2.0], [0.0, 1.0, 0.0, 3.0], [0.0, 0.0, 0.0, 1.0]]
     assert out.strip().replace("-0.0,", "0.0,") == f"{pose} 2.5 PIR"
 
@@ -174,7 +174,7 @@ WRONG = [
 
 
 def test_errors_are_one_clear_line(home, run) -> None:
-    """All in one process: an error leaves the package as it was."""
+    """All errors in one process: each leaves the package as before."""
     out = run(
         "import angen_sensors\n"
         f"for line in {[line for line, _ in WRONG]!r}:\n"

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What panels warn of, and what they say of weights: the same as the probe weighs, and as the
-command line says on standard error."""
+"""Warnings and weights in panels agree with the contact probe and with standard error."""
 
 import bpy
 import pytest
@@ -142,7 +141,7 @@ def test_the_weight_panel_knows_simulated_bodies(physics):
     assert "rigid body" not in drawn("ANGEN_PT_physics_weight").text, "a passive one has no weight"
 
 
-# What the panel says of weights is what the probe weighs
+# Weights in the panel are those of the contact probe
 
 
 @pytest.fixture
@@ -151,7 +150,7 @@ def weights(addon_part):
 
 
 def person(world):
-    """An armature with a body deformed by it, hair on the body, and a hat parented to a bone."""
+    """Add an armature with a deformed body, hair on the body, and a hat parented to a bone."""
     rig = world.link("rig", bpy.data.armatures.new("rig"))
     body = world.box((1, 1, 1), name="body")
     body.modifiers.new("armature", "ARMATURE").object = rig
@@ -163,7 +162,7 @@ def person(world):
 
 
 def probed(world):
-    """Names of the surfaces that weigh with each bearer, as the probe has it."""
+    """Return the names of the surfaces that weigh with each bearer, by the contact probe."""
     depsgraph = world.update()
     probes = Probes(world.scene)
     probes.look(depsgraph, None)
@@ -178,7 +177,7 @@ def probed(world):
 
 
 def told(world, weights):
-    """The same, as a panel has it."""
+    """Return the names of the surfaces that weigh with each bearer, by the panel."""
     layer = bpy.context.view_layer
     found = {
         obj.name: sorted(s.name for s in weights.weighed_with(obj, layer).surfaces)
@@ -224,12 +223,12 @@ def test_an_animated_mass_is_a_mass(world, weights):
     assert told(world, weights) == probed(world) == {"rig": ["body", "hat"]}
 
 
-# Without a window, what keeps a pad from its reading is said on standard error
+# Without a window, standard error says what keeps a pad from its reading
 
 
 @pytest.fixture
 def simulate(world, tmp_path, capsys):
-    """Simulates the present scene by the command line and gives what it said."""
+    """Simulate the present scene by the command line; return standard error."""
 
     def run(*arguments):
         bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))

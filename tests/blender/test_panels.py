@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What panels and the table of sensors show, drawn into a layout that checks the names it is given.
+"""Panels and the table of sensors, drawn into a layout that checks all names.
 
-There is no window here: that every icon, property, operator and menu exists in this version of
-Blender is what the layout below makes sure of.
+There is no window here: the layout checks that every icon, property, operator and menu exists in
+this version of Blender.
 """
 
 import csv
@@ -79,7 +79,7 @@ def test_presets_are_in_the_header_with_a_tick(world):
 
 
 def test_while_a_run_drives_the_frames_no_old_reading_is_shown(physics):
-    """The readings that stand are of the frame before the run."""
+    """The last readings belong to the frame before the run."""
     ops.simulate()
     physics.scene.frame_set(40)
     cache.running, cache.working = True, ("angen.simulate", 0.25, "25 %, about 10 s left")
@@ -226,7 +226,7 @@ def test_a_live_pad_is_shown_in_full(physics):
 
 
 def everything(world):
-    """What a panel could have changed."""
+    """Return all data that a panel could change."""
     groups = [obj.angen_sensor for obj in bpy.data.objects]
     groups += [group.pressure for group in groups] + [obj.angen_load for obj in bpy.data.objects]
     names = [(group, prop.identifier) for group in groups for prop in group.bl_rna.properties]
@@ -269,7 +269,7 @@ SHOW = 1 << 30
 
 @pytest.fixture
 def home(world):
-    """Five sensors in two rooms, and things that are none."""
+    """Add five sensors in two rooms, and objects that are no sensors."""
     world.wall(0.02)
     world.box((1, 1, 1), (9, 9, 9), name="a box")
     made = [
@@ -288,7 +288,7 @@ def home(world):
 
 
 def table(**settings):
-    """Names in the table, from top to bottom."""
+    """Return the names in the table, from top to bottom."""
     chosen = SimpleNamespace(**{"sort": "NAME", "search": "", "reverse": False, **settings})
     objects = list(bpy.context.view_layer.objects)
     flags, places = arranged(objects, bpy.context.scene, chosen, SHOW)
@@ -304,7 +304,7 @@ def table(**settings):
         ({"reverse": True}, ["odd", "Motion a", "lamp", "Door c", "Door b"]),
         ({"sort": "ROOM"}, ["Door b", "lamp", "Motion a", "Door c", "odd"]),
         ({"sort": "KIND"}, ["Motion a", "Door b", "Door c", "odd", "lamp"]),
-        # What is wrong comes first: 'odd' can never open, 'Door c' is open, 'lamp' is off.
+        # Errors come first: 'odd' can never open, 'Door c' is open, 'lamp' is off.
         ({"sort": "STATE"}, ["odd", "Door c", "Door b", "Motion a", "lamp"]),
     ],
 )
@@ -380,7 +380,7 @@ def region(kind, x, width, height=1000):
 
 
 def framed(show, middle, radius, *regions):
-    """The view of an area with these regions, moved to a place."""
+    """Move the view of an area with these regions to a place; return the view."""
     view = SimpleNamespace(
         view_perspective="CAMERA", view_location=None, view_distance=0.0, view_rotation=Quaternion()
     )
@@ -391,8 +391,11 @@ def framed(show, middle, radius, *regions):
 
 
 def test_what_is_shown_is_beside_the_sidebar(addon_part):
-    """A quarter of the window is covered: the middle of the rest is an eighth left of its middle,
-    and the place is seen there; the whole sphere fits."""
+    """The place is in the centre of the part that the sidebar leaves free.
+
+    A quarter of the window is covered: the centre of the rest is an eighth left of the window's.
+    The whole sphere fits.
+    """
     show, middle = addon_part("operators.show"), Vector((5, 6, 5))
     regions = region("WINDOW", 100, 1000, 800), region("UI", 850, 250, 800)
     view = framed(show, middle, 2.0, *regions)
@@ -401,13 +404,13 @@ def test_what_is_shown_is_beside_the_sidebar(addon_part):
     assert view.view_location.yz == middle.yz
     half = math.atan(0.75)
     assert view.view_distance * math.sin(half) == pytest.approx(1.25 * 2.0)
-    # A sidebar that lies beside the window, not over it, takes nothing.
+    # A sidebar beside the window, not over it, covers nothing.
     view = framed(show, middle, 2.0, regions[0], region("UI", 1100, 250, 800))
     assert view.view_location == middle
 
 
 def test_an_event_is_a_row_of_the_log_everywhere(world, tmp_path):
-    """The panel, a jump and the report count what the CSV has after the first update."""
+    """The panel, a jump and the report count the rows of the CSV after the first update."""
     wall = world.box((2, 2, 0.1), at=(0, 0, -1), name="wall")
     world.key(wall, "location", {1: (0, 0, -3), 40: (0, 0, -1)})
     sensor = world.sensor("DISTANCE", "ranger", threshold=2.0)
@@ -443,7 +446,7 @@ def test_an_event_is_a_row_of_the_log_everywhere(world, tmp_path):
 
 
 def test_an_event_is_named_in_words_not_by_fields(addon_part):
-    """Where only the validity of a pad's reading has changed."""
+    """Only the validity of a pad's reading has changed."""
     kind = addon_part("sensor_logic.kinds").KINDS["PRESSURE"]
     columns = {name: [0.0, 0.0] for name in ("pressed", "force_n")}
     columns |= {"partners": ["", ""], "valid": [True, False]}

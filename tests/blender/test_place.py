@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a sensor stands on a surface, and which way it looks, all from hit point and normal; and
-the housing that it has."""
+"""Sensors on surfaces: their place and direction by hit point and normal, and their housing."""
 
 import itertools
 import math
@@ -169,7 +168,7 @@ def test_the_normal_faces_the_user_however_the_object_is_scaled(world, meets, sc
 
 
 def test_backs_of_faces_are_passed_where_the_view_culls_them(world, meets):
-    """A room whose faces look inwards, seen from outside."""
+    """A room whose faces point inwards, seen from outside."""
     ceiling = [(-2, -2, 2), (2, -2, 2), (2, 2, 2), (-2, 2, 2)]
     world.link("room", world.mesh(ceiling, [(3, 2, 1, 0)]))
     world.box((1, 1, 1), name="table")
@@ -208,7 +207,7 @@ def test_one_places_through_a_ceiling_shown_as_an_outline_but_also_on_it(world, 
     assert looked(1, 1) == "ceiling", "there is nothing behind it"
 
 
-# Its height, told and typed
+# Its height, shown and typed
 
 
 @pytest.fixture
@@ -218,7 +217,7 @@ def heights(addon_part):
 
 @pytest.fixture
 def told(world, heights):
-    """What the header says of a place under a ray, and the height there (m)."""
+    """Return the header's text on a place under a ray, and the height there (m)."""
 
     def look(kind, origin, direction, typed=""):
         depsgraph, scale = world.update(), world.scene.unit_settings.scale_length
@@ -294,7 +293,7 @@ def test_keys_that_are_a_height_and_keys_that_are_not(world, heights):
     assert typed.metres(world.scene) is None
 
 
-# The operator as a script calls it, and as it is repeated from the panel of the last operation
+# The operator called by a script, and repeated from the panel of the last operation
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -341,7 +340,7 @@ def test_a_placed_motion_detector_sees_past_its_own_housing(world):
     assert ranges[middle] + 0.05 == pytest.approx(3 - lens, abs=1e-4)
 
 
-# Housings are closed bodies of the sizes in the data sheets; their lines are no surface
+# Housings are closed bodies of the sizes in the data sheets; their lines are not hit by rays
 
 
 @pytest.fixture
@@ -417,7 +416,7 @@ def test_the_fork_does_not_stop_its_own_beam_but_a_flag_in_it_does(world):
 
 @pytest.mark.parametrize("preset", ["FSR_402", "FSR_406"])
 def test_what_stands_on_a_small_resistor_presses_on_it(world, preset):
-    """A cube of 1 kg on a disk half a millimetre thin: the contact solver finds it."""
+    """A cube of 1 kg on a disk half a millimetre thick: the contact solver finds the contact."""
     bpy.ops.rigidbody.world_add()
     for name, size, z, kind in (("floor", 1.0, -0.5, "PASSIVE"), ("cube", 0.01, 0.00545, "ACTIVE")):
         obj = world.box((size,) * 3, (0, 0, z), name)

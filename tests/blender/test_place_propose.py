@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Coverage maps and proposals as users meet them: in the scene, by operators, on the command
-line."""
+"""Coverage maps and proposals in the scene, by operators and on the command line."""
 
 import csv
 import math
@@ -25,7 +24,7 @@ CELL = 0.5
 
 @pytest.fixture
 def flat(world: Any) -> Any:
-    """A room of 5 m by 4 m with a ceiling, a tall shelf in the middle, and a detector."""
+    """Add a room of 5 m by 4 m with a ceiling, a tall shelf in the middle, and a detector."""
     world.hall(5.0, 4.0, 2.5)
     world.box((0.3, 2.4, 2.2), (2.5, 2.0, 1.1), "shelf")
     pir = world.sensor("PIR", "pir", update_rate=10.0, rays=24, vertical_step=0.4, range_max=6.0)
@@ -39,7 +38,7 @@ def flat(world: Any) -> Any:
 
 @pytest.fixture
 def search(flat: Any) -> Any:
-    """The generator of a proposal."""
+    """Return the generator of a proposal."""
     motion = MOTIONS["STEP"]
 
     def make(count: int, cell: float = CELL, **wish: Any) -> Any:
@@ -143,11 +142,11 @@ def test_polls_say_what_to_do(world: Any) -> None:
         ops.place_propose()
 
 
-# Whether a map is of the home as it is
+# Fresh and stale maps
 
 
 def _map(world: Any) -> Any:
-    """The shown map."""
+    """Return the shown map."""
     world.update()
     (found,) = [
         o

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sensors, places and residents name has the place where it is, also where viewports do not
-show it; or its lack is an error that names it."""
+"""Objects that sensors, places and residents name have a place, also where viewports hide them.
+
+An object without a place is an error that names it.
+"""
 
 import bpy
 import pytest
@@ -11,7 +13,7 @@ from test_places import Flat
 
 
 def left_out(world, obj):
-    """Puts an object into a collection of its own that the view layer leaves out."""
+    """Put an object into a separate collection that the view layer excludes."""
     made = bpy.data.collections.new("left out")
     world.scene.collection.children.link(made)
     world.scene.collection.objects.unlink(obj)
@@ -35,7 +37,7 @@ def closed_eye(world, obj):
 
 @pytest.fixture
 def door(world):
-    """A contact at (2, 0, 0), whose magnet on the leaf goes from 1 cm to 1 m away at frame 5."""
+    """Add a contact at (2, 0, 0), whose magnet on the leaf goes 1 m away at frame 5."""
     leaf = world.box((0.1, 0.1, 0.1), (0, 0, 5), "leaf")
     world.key(leaf, "location", {1: (0, 0, 5), 5: (0, 1, 5)}, "CONSTANT")
     magnet = world.link("magnet", None, (2.0, 0.01, -5))
@@ -89,7 +91,7 @@ def test_a_sensor_that_keys_hide_is_refused(world):
 
 @pytest.mark.parametrize("hide", [None, disabled, collection_disabled, closed_eye])
 def test_a_place_that_viewports_hide_is_where_it_stands(world, addon_part, hide):
-    """Also where nothing ever evaluated it, as in a file that was just opened."""
+    """It holds for an object that was never evaluated, as in a file that was just opened."""
     flat = Flat(world)
     flat.chair.angen_place.use = "SIT"
     west = world.link("West", None, (1.5, 3.0, 0.0))

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places of residents: what marks say of doors and seats, which of them nobody gets to, and the
-rooms of places and of sensors."""
+"""Places of residents: marks of doors and seats, unreachable places, and rooms."""
 
 import json
 
@@ -20,7 +19,7 @@ from mathutils import Matrix, Vector
 from panel_layout import drawn
 
 WALLS = [
-    # Middle and size in m: a flat of two rooms, with a doorway from 1.5 to 2.4 m between them.
+    # Centre and size in m: a flat of two rooms, with a doorway from 1.5 to 2.4 m between them.
     ((3.0, 2.0, -0.05), (6.2, 4.2, 0.1)),
     ((3.0, -0.05, 1.25), (6.2, 0.1, 2.5)),
     ((3.0, 4.05, 1.25), (6.2, 0.1, 2.5)),
@@ -33,7 +32,7 @@ WALLS = [
 
 
 class Flat:
-    """In the left room a chair with its back to the wall, in the right one a bed."""
+    """A flat with a chair, its back to the wall, in the left room and a bed in the right one."""
 
     def __init__(self, world, metres=1.0, origin=(0, 0, 0)):
         self.world, self.metres, self.origin = world, metres, Vector(origin)
@@ -59,7 +58,7 @@ class Flat:
         return self.world.box([s / self.metres for s in size], self.at(at), name)
 
     def door(self, scale=(1, 1, 1)):
-        """Its hinge is its origin, at y = 1.5, on the face that it opens to: the left room."""
+        """Add a door whose origin is its hinge, at y = 1.5, on the face to which it opens: left."""
         x, y, z = (1 / s for s in scale)
         leaf = self.world.box((0.04 * x / self.metres, 0.88 * y / self.metres,
                                2.0 * z / self.metres), name="Door")  # fmt: skip
@@ -86,7 +85,7 @@ def test_a_seat_a_bed_and_the_door_between_them(flat, addon_part):
         obj.angen_place.use = use
     found = flat.read(addon_part)
     seat, bed, door = found.places["Seat"], found.places["Bed"], found.doors["Door"]
-    # What was guessed: the back is to the wall, the head at the board.
+    # The guesses: the back is to the wall, the head at the board.
     assert np.allclose(flat.shown(seat.target), (0.5, 0.5, 0.45), atol=0.08)
     assert seat.yaw == pytest.approx(0.0, abs=1e-3)
     assert seat.height == pytest.approx(0.45, abs=0.02)
@@ -180,7 +179,7 @@ def test_two_floors_and_none(world, addon_part):
 
 
 def locked_in(world):
-    """A bed behind a door that nobody marked, and a way to it that ends there."""
+    """Add a bed behind an unmarked door, and a path to it that ends there."""
     flat = Flat(world)
     flat.door()
     flat.chair.angen_place.use, flat.bed.angen_place.use = "SIT", "LIE"
@@ -269,7 +268,7 @@ def test_the_command_tells_the_same(world, tmp_path, capsys):
     ("use", "count"), [("SIT", 3), ("LIE", 3), ("DOOR", 13), ("CURTAIN", 3), ("LAMP", 0)]
 )
 def test_arrows_of_a_leaf(world, addon_part, use, count):
-    """Of a seat along where one looks, of a door its swing, which begins at its free edge."""
+    """A seat has an arrow along its direction, a door its swing from the free edge on."""
     leaf = Flat(world).door()
     world.update()
     leaf.angen_place.use = use
@@ -309,7 +308,7 @@ def test_no_arrow_has_the_colour_of_a_sensors_state(addon_part):
 
 @pytest.fixture
 def studio(world):
-    """One open room of 6 x 4 m with a detector at each end, and a table and two chairs between."""
+    """Add one open room of 6 x 4 m with a detector at each end, a table and two chairs between."""
     world.box((6, 4, 0.1), (3, 2, -0.05), "Floor")
     for name, x, room in (("PIR a", 0.3, "sleeping"), ("PIR b", 5.7, "kitchen")):
         sensor = world.sensor("PIR", name)
@@ -356,7 +355,7 @@ ops = bpy.ops.angen
 
 @pytest.fixture
 def listed(world):
-    """The rooms by sensor as `list` and the report tell them."""
+    """Return the rooms by sensor in `list` and in the report."""
 
     def rooms():
         return {s.name: describe(s)["room"] for s in world.sensors()}

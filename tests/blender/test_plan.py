@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan of small homes of known measure: walls, storeys, and what each sensor sees of them."""
+"""The plan of small homes of known measure: walls, storeys, and the view of each sensor."""
 
 import math
 from typing import Any
@@ -19,13 +19,16 @@ def plan(addon_part: Any) -> Any:
 
 @pytest.fixture
 def drawn(world: Any, plan: Any) -> Any:
-    """The storeys of the scene at its first frame."""
+    """Return the storeys of the scene at its first frame."""
     return lambda frame=1: plan.storeys(world.scene, world.sensors(), frame)
 
 
 def room(world: Any, at: Any = (0.0, 0.0, 0.0), unit: float = 1.0, parent: Any = None) -> None:
-    """4 m by 3 m inside, walls 0.2 m thick and 2.6 m high, on a floor whose top is at `at`; the
-    inner south-west corner stands there. `unit`: Blender units in a metre."""
+    """Add a room of 4 m by 3 m inside, with walls 0.2 m thick and 2.6 m high, on a floor.
+
+    The top of the floor is at `at`, the inner south-west corner of the room. `unit`: Blender units
+    in a metre.
+    """
     w, d, t, h = *ROOM, 0.2, 2.6
     parts = {
         "floor": ((w + 2 * t, d + 2 * t, 0.2), (w / 2, d / 2, -0.1)),
@@ -41,7 +44,7 @@ def room(world: Any, at: Any = (0.0, 0.0, 0.0), unit: float = 1.0, parent: Any =
 
 
 def detector(world: Any, place: Any, turn: float = 0.0, **settings: Any) -> Any:
-    """A PIR that looks along +Y with +Z up, turned about Z."""
+    """Add a PIR that faces +Y with +Z up, turned about Z."""
     few = {"rays": 25, "horizontal_fov": math.radians(120), "range_max": 10.0, **settings}
     made = world.pir("pir", **few)
     made.location = place
@@ -85,7 +88,7 @@ def test_what_stands_in_the_way_leaves_a_dead_zone(world: Any, drawn: Any) -> No
 
 
 def test_tilted_fans_end_on_the_floor(world: Any, drawn: Any) -> None:
-    """2 m up, tilted by 45°: every ray of the second fan meets the floor 2 m ahead."""
+    """2 m up, tilted by 45°: every ray of the second fan hits the floor 2 m ahead."""
     world.box((40, 40, 0.2), (0, 0, -0.1), "floor")
     pir = detector(world, (0, 0, 2.0), vertical_fov=math.pi / 2, vertical_step=math.pi / 4)
     level, tilted = at(pir, drawn()).fans
@@ -182,7 +185,7 @@ def test_beams_and_pads(world: Any, drawn: Any) -> None:
 
 
 def test_the_zones_of_a_pyroelectric_detector_are_fans(world: Any, drawn: Any) -> None:
-    """Each as far as the detection distance, or to what stands in its way."""
+    """Each reaches as far as the detection distance, or to an obstacle."""
     world.box((30, 0.2, 30), (0, 3.1, 0), "wall")
     pir = detector(world, (0, 0, 2.0), model="PYROELECTRIC", range_max=6.0)
     parameters = read_parameters(world.sensors()[0], pir.angen_sensor)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is shown of a sensor says where it comes from: recorded, live, baked; how old it is, and
-why."""
+"""The source and age of shown readings: recorded, live or baked."""
 
 from importlib import import_module
 from types import SimpleNamespace
@@ -28,7 +27,7 @@ def cache():
 
 
 def told(name="Front door"):
-    """What the panels, the table and the overlay say of a sensor."""
+    """Return the text of panels, table and overlay on a sensor."""
     sensors = all_sensors(bpy.context.view_layer)
     (sensor,) = (s for s in sensors if s.name == name)
     return shown(sensor, bpy.context.scene)
@@ -44,7 +43,7 @@ def leaf():
 
 @pytest.fixture
 def door(world):
-    """A switch at 1 Hz; a door of 24 frames a second that opens at frame 13 and shuts at 37."""
+    """Add a switch at 1 Hz, and a door at 24 frames a second, open from frame 13 to 37."""
     obj = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
     world.key(obj, "location", {1: (0, 0, -0.02), 13: (1, 0, -0.02), 37: (0, 0, -0.02)}, "CONSTANT")
     world.switch("Front door", update_rate=1.0)
@@ -58,7 +57,7 @@ def door(world):
 
 
 def test_an_old_reading_says_how_old_it_is(door):
-    """At frame 48 the door has been shut for half a second; the switch looked at frame 25."""
+    """At frame 48 the door has been shut for half a second; the switch updated at frame 25."""
     ops.simulate()
     door.scene.frame_set(25)
     assert told().text.startswith("Open") and "ago" not in told().text
@@ -73,7 +72,7 @@ def test_an_old_reading_says_how_old_it_is(door):
 
 
 def test_no_live_reading_is_of_a_later_frame(door):
-    """Scrubbed back between two updates: what was read at frame 20 is of an open door."""
+    """Scrubbed back between two updates: the reading of frame 20 is of an open door."""
     door.scene.frame_set(20)
     assert told().text.startswith("Open")
     door.scene.frame_set(5)
@@ -95,7 +94,7 @@ def test_an_edit_makes_live_readings_old(door):
 
 
 def rest():
-    """As once the playhead and the user have stood still, where there is a window."""
+    """Follow the scene as if the playhead and the user had come to rest in a window."""
     for _ in range(20):
         cache().shown_at = 0.0
         if handlers._look() is None:
@@ -114,7 +113,7 @@ def test_an_edit_is_sensed_once_the_user_rests(door):
 
 
 def test_an_edit_beside_a_recording_that_it_makes_stale_is_sensed(door):
-    """Values are said to be live then."""
+    """Values are then shown as live."""
     ops.simulate()
     door.scene.frame_set(1)
     rest()
@@ -127,7 +126,7 @@ def test_an_edit_beside_a_recording_that_it_makes_stale_is_sensed(door):
 
 
 def test_light_is_not_measured_after_each_edit(door):
-    """It takes long: what is shown is old until the playhead was moved."""
+    """It takes long: the reading is old until the playhead has moved."""
     light = door.sensor("LIGHT", "light", samples=16)
     door.box((9, 9, 9), name="room")
     door.update()
@@ -152,7 +151,7 @@ def test_light_is_not_measured_after_each_edit(door):
 
 
 def test_after_undo_live_values_are_there_again(door):
-    """Where nothing is recorded; light, which takes long, once the playhead was moved."""
+    """Nothing is recorded; light, which takes long, is there once the playhead has moved."""
     door.sensor("LIGHT", "light", samples=16)
     door.update()
     door.scene.frame_set(20)
@@ -177,7 +176,7 @@ def test_before_the_start_nothing_is_read(door):
 
 
 def test_an_opened_file_shows_what_is_recorded(door, tmp_path):
-    """The file was saved by another frame's outputs, as by a run without a window."""
+    """The file was saved with the outputs of another frame, as after a run without a window."""
     door.scene.frame_set(20)
     ops.simulate()
     sensor().angen_sensor.active, sensor().angen_sensor.value = False, 7.0
@@ -194,7 +193,7 @@ def test_an_opened_file_shows_what_is_recorded(door, tmp_path):
 
 
 def test_baked_keys_never_pose_as_live_values(door):
-    """The door is moved away for good after the bake: it is open now, whatever the keys say."""
+    """After the bake the door is moved away for good: it is open, whatever the keys say."""
     ops.simulate()
     ops.bake_keyframes()
     door.scene.frame_set(1)
@@ -251,7 +250,7 @@ def test_unbake_of_the_selected_alone_and_its_undo(door, fcurves, capfd):
 
 
 def run_of(steps):
-    """The recording of a run that is left after so many steps."""
+    """Return the recording of a run that was left after so many steps."""
     recording = Recording()
     sensors = all_sensors(bpy.context.view_layer)
     run = simulate(bpy.context.scene, sensors, 1, 72, recording)
@@ -262,7 +261,7 @@ def run_of(steps):
 
 
 def stop(recording, early=True):
-    """What the operator says when Esc, or an error, ends the run that made `recording` so far."""
+    """Return the operator's report when Esc, or an error, ends the run that made `recording`."""
     operator, said = ANGEN_OT_simulate, []
     scene = bpy.context.scene
     stub = SimpleNamespace(_recording=recording, _scene_uid=scene.session_uid, _settings={})
@@ -299,7 +298,7 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
 
 @pytest.mark.parametrize("early", [True, False])
 def test_a_run_that_ends_in_its_first_frame_is_no_recording(door, early):
-    """As where the light of the first frame takes long: other sensors have read already."""
+    """The light of the first frame takes long, and other sensors have read already."""
     recording = run_of(9)
     recording.frame_end = 0
     assert stop(recording, early) == [

@@ -17,7 +17,7 @@ SEAT = 0.01 + 2 * 0.21 + 0.04
 
 
 def chair_on_pads(physics, simulated, mass=6.0):
-    """A chair on four pads; the names of the pads. Its seat is SEAT high."""
+    """Add a chair on four pads, its seat SEAT high; return the names of the pads."""
     physics.floor()
     names = [f"leg {number}" for number in range(4)]
     for name, (x, y) in zip(names, FEET, strict=True):
@@ -46,7 +46,7 @@ def test_a_sitter_on_a_chair(physics, simulated, at, sunk):
 
 
 def test_a_sitter_on_a_table_that_is_no_body_reaches_only_the_seat(physics):
-    """Furniture without physics and without a mass ends the way of the weight: it stands there."""
+    """Furniture without physics and without a mass carries the weight itself, and hands none on."""
     physics.frames(6)
     physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
     physics.pad("leg", (0.04, 0.04, 0.005), (0.2, 0.2, 0.005))
@@ -72,15 +72,17 @@ def test_standing_on_a_plate(physics, fps, kind):
 
 
 def new_shape(person, name):
-    """A shape key like the basis, off (from Blender 5.2 on, a new one is on)."""
+    """Add a shape key like the basis, off (from Blender 5.2 on, a new one is on)."""
     block = person.shape_key_add(name=name, from_mix=False)
     block.value = 0.0
     return block
 
 
 def walker(physics, speed=1.0, mass=70.0, last=48):
-    """A person of boxes who walks along x; one shoe stands while the other swings, which is
-    keyed on shape keys, so that it is one deformed mesh."""
+    """Add a person of boxes who walks along x.
+
+    One shoe stands while the other swings, which is keyed on shape keys of one deformed mesh.
+    """
     fps = physics.scene.render.fps
     step = fps // 2
     shoes = [((0.13, 0.05, 0.04), (0, y, 0.04)) for y in (-0.1, 0.1)]
@@ -121,8 +123,10 @@ def walker(physics, speed=1.0, mass=70.0, last=48):
 
 
 def test_walking_across_a_plate(physics):
-    """Feet alternate. Over the walk, plates side by side carry the weight between them; each
-    reads it only while a foot is on it, with no spike as the feet come and go."""
+    """Feet alternate, and plates side by side carry the weight of the walk together.
+
+    Each plate reads it only while a foot is on it, without spikes as feet come and go.
+    """
     physics.frames(60)
     physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
     names = []
@@ -143,7 +147,7 @@ def test_walking_across_a_plate(physics):
 
 
 def test_lying_on_a_bed_with_two_pads(physics):
-    """Head and foot of the mattress on a pad each: the weight lies where the body does."""
+    """Head and foot of the mattress on a pad each: the weight is below the body."""
     physics.frames(6)
     physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
     for name, x in (("head", -0.8), ("foot", 0.8)):
@@ -161,7 +165,7 @@ def test_lying_on_a_bed_with_two_pads(physics):
 
 
 def test_an_armature_with_a_deformed_mesh(physics):
-    """The armature has the mass, the mesh weighs: it bends with the bone, sits down and gets up."""
+    """The armature has the mass, its mesh the contacts: it bends, sits down and gets up."""
     physics.frames(30)
     physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
     physics.solid("stool", (0.2, 0.2, 0.2), (0, 0, 0.2))
@@ -207,7 +211,7 @@ def test_mass_of_a_parent_object(physics):
 
 
 def test_a_carried_body_on_another_on_a_rigid_one(physics):
-    """Weight goes down through all of them."""
+    """The weight is handed down through all of them."""
     physics.on_floor(10)
     physics.pad("plate", (0.3, 0.3, 0.005), kind="PASSIVE")
     physics.body("crate", (0.2, 0.2, 0.1), (0, 0, 0.11), 8.0)
@@ -216,7 +220,7 @@ def test_a_carried_body_on_another_on_a_rigid_one(physics):
     assert physics.read("plate").known(after=2) == pytest.approx(14 * G, rel=SUM)
 
 
-# Where it cannot be known
+# Unknown forces
 
 
 @pytest.mark.parametrize("height", [0.05, 0.5])
@@ -250,7 +254,7 @@ def test_someone_who_stands_elsewhere_is_no_problem(physics):
 
 @pytest.mark.parametrize("far", [1.0, 30.0])
 def test_a_teleport_is_no_spike(physics, figure, far):
-    """From the plate to far away and back, in a frame each; never an impact."""
+    """From the plate to far away and back, in a frame each, without an impact."""
     physics.frames(40)
     physics.solid("floor", (50, 50, 0.5), (0, 0, -0.5))
     physics.pad("plate", (0.3, 0.3, 0.005))
@@ -268,7 +272,7 @@ def test_a_teleport_is_no_spike(physics, figure, far):
 
 
 def test_crouching_changes_the_weight_for_a_moment(physics):
-    """The centre of mass goes down and up: m(g + a), and the weight over the whole."""
+    """The centre of mass goes down and up: m(g + a), and the weight on average."""
     physics.frames(48)
     physics.pad("plate", (0.4, 0.4, 0.005), kind="PASSIVE")
     shoe, body = ((0.15, 0.13, 0.02), (0, 0, 0.02)), ((0.15, 0.1, 0.5), (0, 0, 0.6))
@@ -305,7 +309,7 @@ def test_partner_of_a_carried_person_may_be_its_armature_or_its_mesh(physics):
 
 MASS, CUSHION, TOLERANCE = 70.0, 2.5, 0.03
 TOP = 0.47  # of the cushion, in m
-# By eye: how deep the seat is in the cushion and the shoes in the floor, in m.
+# Estimated by eye: how deep the seat is in the cushion, and the shoes in the floor, in m.
 SEAT_SUNK, SHOES_SUNK = 0.02, 0.01
 SITTER = ((0.17, 0.225, 0.07), (0, 0.235, TOP - SEAT_SUNK + 0.07))
 SHOES = [((0.05, 0.13, 0.04), (x, -0.2, 0.04 - SHOES_SUNK)) for x in (-0.1, 0.1)]
@@ -313,7 +317,7 @@ SHINS = [((0.05, 0.05, 0.17), (x, -0.15, 0.25)) for x in (-0.1, 0.1)]
 
 
 def person_of(trunk):
-    """Half sizes and middles of boxes; the sofa's back is at +y, `trunk` is the trunk's y."""
+    """Return half sizes and centres of boxes; the sofa's back is at +y, the trunk at `trunk`."""
     return [SITTER, ((0.17, 0.11, 0.3), (0, trunk, 0.89)), *SHINS, *SHOES]
 
 
@@ -321,7 +325,7 @@ PAD, LYING = ((0.31, 0.26, 0.006), (0, 0.385, 0.306)), ((0.385, 0.345, 0.079), (
 
 
 def sofa(physics):
-    """As the sample home's: a pad on a frame, and a cushion of 2.5 kg on the pad alone."""
+    """Add the sofa of the sample home: a pad on a frame, and a cushion of 2.5 kg on the pad."""
     physics.frames(4)
     physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
     physics.solid("frame", (0.9, 0.4, 0.1), (0, 0.4, 0.2))
@@ -330,7 +334,7 @@ def sofa(physics):
 
 
 def layer(boxes, sunk):
-    """The first moments (3,) over y of an elastic layer below boxes, pressed in as posed."""
+    """Return the first moments (3,) over y of an elastic layer below boxes, pressed in as posed."""
     found = np.zeros(3)
     for half, (_, y, _) in boxes:
         stiff = 4.0 * half[0] * half[1] * (1.0 + sunk / TOLERANCE)
@@ -339,8 +343,11 @@ def layer(boxes, sunk):
 
 
 def on_seat(person):
-    """N: what of the person's weight the seat carries. Person and cushion go down by p + q·y and
-    r + s·y on the layers below shoes, seat and cushion, until forces and moments are in balance."""
+    """Return the part of the person's weight on the seat, in N.
+
+    Person and cushion sink by p + q·y and r + s·y into the layers below shoes, seat and cushion,
+    until forces and moments are in balance.
+    """
     volumes = np.array([8.0 * np.prod(half) for half, _ in person])
     centre = volumes @ np.array([middle[1] for _, middle in person]) / volumes.sum()
     shoes, seat, pad = (
@@ -370,7 +377,7 @@ def test_the_pad_under_a_seat_and_the_feet_on_the_floor(physics, figure, trunk):
     assert set(pad.partners) == {"cushion"}
 
 
-# Who leaves the home, hidden from one frame to the next, disturbs no pad on the way out
+# A resident who leaves the home, hidden from one frame to the next, disturbs no pad
 
 
 def test_a_body_that_goes_away_from_a_pad_ends_no_run(world: Any) -> None:
@@ -389,14 +396,14 @@ def test_a_body_that_goes_away_from_a_pad_ends_no_run(world: Any) -> None:
     assert not any(force[11:])
 
 
-# People of several parts that come as an instanced collection weigh once each
+# People of several parts in an instanced collection weigh once each
 
 
 GUEST = 60.0
 
 
 def person(world, bearer):
-    """Two legs, and a body that they hang on: an empty, or a mesh that stands on its own foot."""
+    """Add two legs, and a body as their parent: an empty, or a mesh that stands on its own foot."""
     source = bpy.data.collections.new("person")
     if bearer == "MESH":
         body = world.box((0.1, 0.1, 1.0), (0, 0, 0.52), "body")

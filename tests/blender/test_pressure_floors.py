@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Floors carry whoever stands on them; thin pads carry what lies on them; and weights that no
-contact explains make a reading that is not valid, with the reason and a way out."""
+"""Floors carry people, thin pads carry the objects on them, and unexplained weights are errors.
+
+A weight without a contact makes a reading invalid, with the reason and a way out.
+"""
 
 import bpy
 import numpy as np
@@ -20,20 +22,20 @@ def plane(physics, name="floor", size=20.0, z=0.0):
 
 
 def room(physics):
-    """Floor, walls and ceiling, one mesh without thickness."""
+    """Add floor, walls and ceiling as one mesh without thickness."""
     obj = physics.solid("room", (10, 10, 1.25), (0, 0, 1.25))
     obj.data.flip_normals()
     return obj
 
 
 def finish(physics):
-    """A millimetre of vinyl on a slab."""
+    """Add a millimetre of vinyl on a slab."""
     physics.solid("slab", (10, 10, 0.15), (0, 0, -0.151))
     return physics.solid("finish", (10, 10, 0.0005), (0, 0, -0.0005))
 
 
 def walls(physics):
-    """A thin floor with walls, and a step beside: one mesh."""
+    """Add a thin floor with walls, and a step beside it, as one mesh."""
     parts = [((10, 10, 0.001), (0, 0, -0.001)), ((10, 0.05, 1.2), (0, 10, 1.2))]
     return physics.solid("shell", (), parts=[*parts, ((1, 1, 0.1), (3, 3, 0.1))])
 
@@ -52,8 +54,10 @@ def person(physics, at=(0, 0, 0), name="Person"):
 @pytest.mark.parametrize("passive", mostly_slow([None, "BOX", "CONVEX_HULL", "MESH"], None, "MESH"))
 @pytest.mark.parametrize("floor", FLOORS, ids=lambda f: f.__name__)
 def test_people_on_a_floor_spoil_no_pad(physics, floor, passive):
-    """A crate's pad; somebody beside it, somebody half on another mat 6 m away. The engine keeps a
-    crate off a mesh by a margin of 4 cm."""
+    """A crate's pad is valid beside one person, and another half on a mat 6 m away.
+
+    The engine keeps a crate off a mesh by a margin of 4 cm.
+    """
     physics.frames(8)
     ground = floor(physics)
     if passive and not (floor in (room, walls) and passive != "MESH"):
@@ -80,7 +84,7 @@ def test_one_foot_on_a_pad_on_any_floor(physics, floor, thick):
 
 @pytest.mark.parametrize("floor", FLOORS, ids=lambda f: f.__name__)
 def test_a_pad_let_into_the_floor(physics, floor):
-    """Flush with it; somebody stands on a step of the same mesh."""
+    """The pad is flush with the floor; a person stands on a step of the same mesh."""
     physics.frames(6)
     floor(physics)
     physics.pad(half=(0.2, 0.2, 0.004), at=(0, 0, -0.004))
@@ -100,7 +104,7 @@ COVERS = {
 @pytest.mark.parametrize("cover", COVERS)
 @pytest.mark.parametrize("floor", [plane, slab], ids=lambda f: f.__name__)
 def test_what_lies_on_the_pad_without_a_mass(physics, floor, cover, kind):
-    """Its weight and that of who is on it would be the pad's: told, with the way out."""
+    """Its weight and that of the person on it would go to the pad: an error, with the way out."""
     physics.frames(6)
     floor(physics)
     physics.pad(kind=kind)
@@ -128,8 +132,10 @@ def test_a_carpet_over_a_pad_is_stood_on_elsewhere(physics):
 @pytest.mark.parametrize("shape", mostly_slow(["BOX", "CONVEX_HULL", "CYLINDER"], "BOX"))
 @pytest.mark.parametrize("flipped", [True, False], ids=["inwards", "outwards"])
 def test_a_room_that_is_one_mesh_is_hollow(physics, flipped, shape):
-    """A plank with one end on a pad, the other on the room's floor; the pad's edge at −0.3, the
-    plank's own at 0.5. The engine keeps it 4 cm off the room."""
+    """A plank has one end on a pad, the other on the room's floor.
+
+    The pad's edge is at −0.3, the plank's at 0.5. The engine keeps it 4 cm off the room.
+    """
     physics.frames(60)
     shell = room(physics)
     if not flipped:
@@ -142,7 +148,7 @@ def test_a_room_that_is_one_mesh_is_hollow(physics, flipped, shape):
     assert pad.force[-12:] == pytest.approx(6 * G * 0.5 / 0.8, rel=0.005)
 
 
-# Pads thinner than anything else in the scene, under what is larger than they are
+# Pads thinner than any other object in the scene, under objects larger than they are
 
 
 MARGIN = 0.04  # of a mesh, which the engine keeps others off
@@ -151,7 +157,7 @@ PLACES = [(0, 0, 0), (3.3, -7.7, 2.5), (40.7, 12.3, 28.2), (1000.3, -700.7, 5.1)
 
 
 def box_on_pad(physics, thick, half=0.3, kind="PASSIVE", floor="BOX", at=(0, 0, 0)):
-    """5 kg on a pad of 0.2 × 0.2 m, a little aside, on a floor."""
+    """Add 5 kg on a pad of 0.2 × 0.2 m, a little aside, on a floor."""
     physics.frames(8)
     x, y, z = at
     ground = physics.solid("floor", (5, 5, 0.5), (x, y, z - 0.5))
@@ -181,7 +187,7 @@ def test_wherever_the_home_is(physics, thick, at):
 
 @pytest.mark.parametrize("thick", [1.5e-5, 2.5e-5])
 def test_too_thin_to_be_told_from_the_floor(physics, thick):
-    """A hundredth of a millimetre is neither level with the floor nor above it: told."""
+    """A hundredth of a millimetre is neither level with the floor nor above it: an error."""
     box_on_pad(physics, thick)
     physics.read().never_valid("'pad' and 'floor' differ in height by", "'box'", after=0)
 
@@ -194,11 +200,11 @@ def test_level_with_the_floor_it_carries_its_share_of_the_area(physics):
 
 
 def test_a_box_that_leans_over_the_pads_edge(physics):
-    """Its middle is beside the pad: it tips, and its far edge stands on the floor."""
+    """Its centre is beside the pad: it tips, and its far edge stands on the floor."""
     physics.on_floor(40)
     physics.pad(half=(0.1, 0.3, 0.00225), at=(-0.25, 0, 0.00225), kind="PASSIVE")
     physics.body("box", (0.3, 0.3, 0.1), (0, 0, 0.1045), 6.0)
-    # The pad's inner edge at −0.15, the box's own at 0.3.
+    # The pad's inner edge at −0.15, the box's at 0.3.
     assert physics.read().force[-8:] == pytest.approx(6 * G * 0.3 / 0.45, rel=0.02)
 
 
@@ -233,7 +239,7 @@ def test_a_crate_that_is_not_simulated_is_as_stiff_as_its_tolerance(physics, thi
 
 
 def test_one_leg_of_a_chair_on_a_sensor_of_18_mm(physics):
-    """The chair and who sits on it are not simulated; the other legs stand on the floor."""
+    """Chair and sitter are not simulated; the other legs stand on the floor."""
     physics.frames(4)
     physics.solid("floor", (5, 5, 0.5), (0, 0, -0.5))
     physics.pad("fsr", (0.009, 0.009, 0.000225), (0.2, 0.2, 0.000225))
@@ -245,12 +251,12 @@ def test_one_leg_of_a_chair_on_a_sensor_of_18_mm(physics):
     assert physics.read("fsr").known() == pytest.approx(76 * G / 4, rel=0.05)
 
 
-# Weights that no contact explains
+# Weights without a contact
 
 
 @pytest.fixture
 def crate(physics):
-    """5 kg on a pad."""
+    """Add 5 kg on a pad."""
     physics.on_floor(8)
     physics.pad(kind="PASSIVE")
     return physics.body("crate", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
@@ -337,8 +343,7 @@ def test_a_force_field_that_pushes_nothing(physics, wind, calm):
 
 @pytest.mark.parametrize("drop", [0.041, 0.1, 0.2])
 def test_an_active_mesh_that_hops_at_its_margin(physics, drop):
-    """98.1 N, held 3 cm above the pad; where it hops, as in Blender 4.5, the reading is not
-    valid."""
+    """98.1 N, held 3 cm above the pad; invalid where it hops, as in Blender 4.5."""
     physics.on_floor(60)
     physics.pad(half=(0.5, 0.5, 0.005), kind="PASSIVE")
     physics.body("crate", (0.1, 0.1, 0.1), (0, 0, 0.11 + drop), 10.0, shape="MESH")

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The force on pads under simulated bodies that move: drops, rolling, lifts, how time runs, the
-rigid-body cache and jumps of the playhead."""
+"""The force on pads under moving simulated bodies: drops, rolling, lifts, time and the cache."""
 
 import math
 
@@ -13,9 +12,9 @@ IMPULSE = 2e-3
 
 
 def impulse_error(physics, pad, body, mass):
-    """Relative error of the whole impulse by the momentum theorem: Σ F·Δt = m·g·T + m·Δv.
+    """Return the relative error of the impulse by the momentum theorem: Σ F·Δt = m·g·T + m·Δv.
 
-    The reading of frame 2 is the force from frame 1.5 on: by then the body falls already.
+    The reading of frame 2 is the force from frame 1.5 on, when the body falls already.
     """
     force = pad.known()
     physics.scene.angen_live = False
@@ -33,7 +32,7 @@ def impulse_error(physics, pad, body, mass):
 @pytest.mark.parametrize("bounce", [0.0, 0.5])
 @pytest.mark.parametrize("height", mostly_slow([0.1, 0.5, 2.0], 0.5))
 def test_impulse_of_a_drop(physics, height, bounce, fps):
-    """Momentum theorem: from rest to rest the pad gives m·g·T, whatever happens between."""
+    """Momentum theorem: from rest to rest the pad gives m·g·T, whatever happens in between."""
     physics.frames(int((1.6 + 2.0 * math.sqrt(height) * (1 + 2 * bounce)) * fps), fps)
     physics.floor(bounce=bounce)
     physics.pad(kind="PASSIVE", body={"bounce": bounce})
@@ -50,7 +49,7 @@ def test_impulse_of_a_drop(physics, height, bounce, fps):
 
 
 def roll(physics, shape):
-    """A round body that rolls along x down a slope of 3°, and its force on a level floor."""
+    """Return the force on a level floor of a round body that rolls along x down a slope of 3°."""
     physics.frames(40)
     tilt = math.radians(3)
     physics.scene.gravity = (9.81 * math.sin(tilt), 0, -9.81 * math.cos(tilt))
@@ -63,7 +62,7 @@ def roll(physics, shape):
 
 @pytest.mark.parametrize("shape", mostly_slow(["SPHERE", "CAPSULE", "CYLINDER"], "CYLINDER"))
 def test_rolling_across_a_pad(physics, shape):
-    """A pad set flush into the floor: on it all of the weight, before and after it none."""
+    """A pad flush with the floor: all of the weight on it, none before and after."""
     body, weight = roll(physics, shape)
     physics.floor()
     physics.pad(half=(0.1, 1, 0.005), at=(0, 0, -0.005))
@@ -82,9 +81,9 @@ def test_rolling_across_a_pad(physics, shape):
 
 @pytest.mark.parametrize(("fps", "most"), mostly_slow([(24, 0.5), (60, 0.15)], (24, 0.5)))
 def test_kinematic_lift(physics, fps, most):
-    """A box on a plate that goes up and down: m(g + a), the root of the mean square of the error.
+    """A box on a plate that moves up and down: m(g + a), by the rms of the error.
 
-    The plate carries the pad, 0.1 m at 1 Hz: 5 kg feel ± 19.7 N.
+    The plate carries the pad, 0.1 m at 1 Hz: 5 kg give ± 19.7 N.
     """
     last = 2 * fps
     physics.frames(last, fps)
@@ -116,8 +115,10 @@ def test_frame_rate_base(physics):
 
 @pytest.mark.parametrize("time_scale", mostly_slow([0.25, 0.5, 2.0], 0.5, 2.0))
 def test_time_scale(physics, time_scale):
-    """The engine's own time: the same drop, slower or faster. No force while it falls, and over
-    the whole the weight."""
+    """The engine's own time: the same drop, slower or faster.
+
+    There is no force during the fall, and the weight on average.
+    """
     last = int(1.2 * 24 / time_scale)
     physics.on_floor(last)
     physics.rigid.time_scale = time_scale
@@ -191,7 +192,7 @@ def test_other_gravity(physics, name):
 @pytest.mark.parametrize("axis", [0, 1], ids="xy")
 @pytest.mark.parametrize("sign", mostly_slow([-1, 1], 1))
 def test_gravity_along_another_axis(physics, axis, sign):
-    """The floor is a wall; the pad hangs on it and looks out of it."""
+    """The floor is a wall; the pad hangs on it and faces away from it."""
     gravity = np.zeros(3)
     gravity[axis] = sign * G
     physics.scene.gravity = gravity
@@ -203,7 +204,7 @@ def test_gravity_along_another_axis(physics, axis, sign):
 
 
 def test_animated_gravity_is_followed(physics):
-    """Gravity that grows is felt at once; the box is at rest all along."""
+    """Growing gravity counts at once, while the box stays at rest."""
     physics.on_floor(20)
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
@@ -222,7 +223,7 @@ EXACT = 1e-3
 
 @pytest.fixture
 def resting(physics):
-    """5 kg at rest on a pad, 30 frames."""
+    """Add 5 kg at rest on a pad, 30 frames."""
     physics.floor()
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 5.0)
@@ -231,7 +232,7 @@ def resting(physics):
 
 @pytest.fixture
 def falling(physics):
-    """5 kg fall on a pad and stay there, 30 frames."""
+    """Let 5 kg fall on a pad and stay there, 30 frames."""
     physics.floor()
     physics.pad(kind="PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.41), 5.0)
@@ -243,7 +244,7 @@ def falling(physics):
 
 @pytest.mark.parametrize("start", [1, 17, 40])
 def test_a_run_puts_everything_back(falling, start):
-    """Settings of the cache, of the world, and the frame; wherever the playhead stands."""
+    """Settings of the cache, of the world, and the frame, wherever the playhead was."""
     scene, rigid = falling.scene, falling.rigid
     rigid.point_cache.frame_start, rigid.point_cache.frame_end = 1, 77
     rigid.substeps_per_frame, rigid.solver_iterations, rigid.time_scale = 7, 13, 0.5
@@ -264,16 +265,16 @@ def test_a_run_puts_everything_back(falling, start):
 
 
 def test_a_run_steps_from_the_start_of_the_cache(falling):
-    """A late part, in a scene that was never played: as in the whole."""
+    """A late part of a scene that was never played reads as in the whole run."""
     part = falling.run(12, 15)["pad"]
-    falling.rigid.point_cache.frame_end = 999  # throws the cache away
+    falling.rigid.point_cache.frame_end = 999  # clears the cache
     whole = falling.read()
     assert part.force == pytest.approx(whole.force[11:15], rel=1e-9)
     assert part.valid.all()
 
 
 def test_a_cache_that_starts_before_the_scene(falling):
-    """Time of the scene begins at frame 20, when the box lies there already."""
+    """The scene begins at frame 20, when the box lies there already."""
     falling.rigid.point_cache.frame_start = 1
     falling.scene.frame_start, falling.scene.frame_end = 25, 32
     pad = falling.read()
@@ -300,7 +301,7 @@ def test_a_cache_shorter_than_the_scene(resting):
 
 
 def test_a_baked_cache_is_used_as_it_is(falling):
-    """Not stepped again, not thrown away; the readings are the same."""
+    """It is neither stepped again nor cleared; the readings are the same."""
     free = falling.read()
     cache = falling.rigid.point_cache
     cache.frame_end = 40
@@ -322,7 +323,7 @@ def shown(physics):
 
 
 def test_following_the_playhead_leaves_the_cache_alone(falling):
-    """What is played after a run is what was run."""
+    """Playback after a run shows the poses of the run."""
     box = falling.bpy.data.objects["box"]
     box.rigid_body.friction = 0.0
     falling.scene.gravity[0] = 2.0
@@ -346,7 +347,7 @@ def test_following_the_playhead_leaves_the_cache_alone(falling):
 
 
 def test_jumps_of_the_playhead_are_no_spikes(falling):
-    """After a jump the force is not known until three frames in a row were seen."""
+    """After a jump the force is unknown until three frames in a row were evaluated."""
     falling.read()
     highest = 0.0
     for frames in ((1, 2, 3), (28, 29, 30), (12, 13, 14), (25,), (3,), (27, 28, 29, 30)):
@@ -362,7 +363,7 @@ def test_jumps_of_the_playhead_are_no_spikes(falling):
 
 
 def test_a_cold_jump_is_not_valid(falling):
-    """Never simulated: Blender shows the body where it started."""
+    """Without a simulation Blender shows the body at its start."""
     falling.scene.frame_set(20)
     assert live_problem("pad")
     falling.scene.frame_set(21)
@@ -372,7 +373,7 @@ def test_a_cold_jump_is_not_valid(falling):
 
 
 def test_an_edited_mass_makes_the_cache_stale(resting):
-    """Live: the old poses with the new mass are not valid; never a spike."""
+    """Live: the old poses with the new mass are not valid, and give no spike."""
     for frame in range(1, 20):
         resting.scene.frame_set(frame)
     resting.bpy.data.objects["box"].rigid_body.mass = 50.0

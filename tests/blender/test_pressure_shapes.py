@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pads under rigid bodies of every collision shape, scaled, mirrored, parented and instanced, and
-at the ends of what scenes have: masses, distances, thin pads, units, and random piles."""
+"""Pads under rigid bodies of every collision shape, in extreme scenes, and under random piles."""
 
 import math
 
@@ -10,12 +9,12 @@ from pressure_scenes import G
 from tiers import mostly_slow
 
 SHAPES = ["BOX", "SPHERE", "CAPSULE", "CYLINDER", "CONE", "CONVEX_HULL", "MESH"]
-# Meshes and cones stand off by the engine's margin.
+# Meshes and cones have a gap of the engine's margin.
 MARGIN = {"CONE": 0.04, "MESH": 0.04}
 
 
 def shaped(physics, shape, at, mass=5.0, **place):
-    """A body of 0.2 units across, and as high, of a collision shape."""
+    """Add a body of 0.2 units across, and as high, of a collision shape."""
     if shape in ("BOX", "CONVEX_HULL", "MESH"):
         obj = physics.solid("body", (0.1, 0.1, 0.1), at)
     else:
@@ -27,7 +26,7 @@ def shaped(physics, shape, at, mass=5.0, **place):
 
 def assert_at_rest(pad, shape):
     if shape == "MESH":
-        # It hops now and then, and the reading is not valid then.
+        # It hops now and then, and the reading is invalid then.
         late = pad.frames > 20
         assert pad.force[late & pad.valid] == pytest.approx(5 * G, rel=0.025)
         assert (late & pad.valid).sum() > 5
@@ -40,10 +39,10 @@ def assert_at_rest(pad, shape):
 @pytest.mark.parametrize("ground", mostly_slow(["BOX", "CONVEX_HULL", "MESH"], "MESH"))
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_shape_at_rest(physics, shape, ground, kind):
-    """1 %, on a virtual pad flush with a floor of each shape and on a rigid pad on it."""
+    """1 %, on a virtual pad flush with a floor of each shape, and on a rigid pad on it."""
     if shape == "MESH" and ground == "MESH":
         pytest.skip("the engine never lets an active mesh rest on a mesh")
-    # Active meshes hop before they rest, so that the pad is wide.
+    # Active meshes hop before they rest, so the pad is wide.
     physics.frames(40 if shape == "MESH" else 16)
     physics.floor(shape=ground)
     thick = 0.01 if kind else 0.0
@@ -59,7 +58,7 @@ def test_every_shape_at_rest(physics, shape, ground, kind):
 @pytest.mark.parametrize("margin", [0.01, 0.1])
 @pytest.mark.parametrize("kind", [None, "PASSIVE"])
 def test_hulls_with_a_margin_of_their_own(physics, kind, margin):
-    """They stand off by it, which must not be a silent zero."""
+    """The margin is a gap to the pad, which must not give a silent zero."""
     physics.on_floor(14)
     thick = 0.01 if kind else 0.0
     physics.pad(half=(0.5, 0.5, 0.005), kind=kind, at=(0, 0, thick - 0.005))
@@ -71,7 +70,7 @@ def test_hulls_with_a_margin_of_their_own(physics, kind, margin):
 @pytest.mark.parametrize("mirrored", mostly_slow([False, True], True), ids=["", "mirrored"])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_scaled_bodies(physics, shape, mirrored):
-    """Scaled on the object, evenly for round shapes; mirrored too."""
+    """Scaled on the object, uniformly for round shapes; mirrored too."""
     physics.on_floor(40 if shape == "MESH" else 16)
     physics.pad(half=(0.6, 0.6, 0.005), kind="PASSIVE")
     even = shape in ("SPHERE", "CAPSULE", "CYLINDER", "CONE")
@@ -106,7 +105,7 @@ def test_scaled_and_mirrored_pads(physics, kind, scale):
 
 
 def test_a_parented_scaled_body(physics):
-    """Parent and child both scaled and turned; the engine sees the product."""
+    """Parent and child both scaled and turned; the engine gets the product."""
     physics.on_floor(20)
     physics.pad(half=(0.4, 0.4, 0.005), kind="PASSIVE")
     parent = physics.world.link("parent", None)
@@ -137,7 +136,7 @@ def test_a_pad_parented_to_something_that_is_scaled_and_turned(physics):
 @pytest.mark.parametrize("mirrored", [False, True], ids=["", "mirrored"])
 @pytest.mark.parametrize("scale", mostly_slow([1.0, 1.5], 1.5))
 def test_compounds(physics, scale, mirrored):
-    """A stool whose three feet are a box, a cylinder and a sphere: it stands in balance."""
+    """A stool whose three feet are a box, a cylinder and a sphere stands in balance."""
     physics.frames(16)
     spots = [(-0.2, -0.15), (0.2, -0.15), (0.0, 0.25)]
     sign = -1.0 if mirrored else 1.0
@@ -166,7 +165,7 @@ def test_compounds(physics, scale, mirrored):
             for pad, spot, size in zip(found, spots, 3 * [(sign, 1)[axis]], strict=True)
         )
         assert moment == pytest.approx(0.0, abs=0.01 * 6 * G * 0.2 * scale)
-    # Statics give the sphere's foot 3/8; the other two are up to 0.06 wide.
+    # By statics the sphere's foot carries 3/8; the other two are up to 0.06 wide.
     assert found[2].known(after=8) == pytest.approx(6 * G * 3 / 8, rel=0.1)
 
 
@@ -183,7 +182,7 @@ def test_a_chosen_part_of_a_compound_is_its_body(physics):
 
 
 def test_instanced_furniture_is_stood_on(physics):
-    """A stool that exists as an instance only holds the sitter up: nothing hovers."""
+    """A stool that is only an instance holds the sitter up: no body hovers."""
     physics.frames(6)
     physics.pad("plate", (0.3, 0.3, 0.005), (0, 0, 0.005))
     stool = physics.solid("stool", (0.2, 0.2, 0.2), (0, 0, 0.21))
@@ -227,7 +226,7 @@ def test_the_mesh_that_the_engine_takes(physics, source):
     assert physics.read().known(after=15) == pytest.approx(2 * G, rel=0.01)
 
 
-# Pads at the ends of what scenes have
+# Pads in extreme scenes
 
 
 EXACT = 1e-3
@@ -244,8 +243,10 @@ def test_masses(physics, mass):
 @pytest.mark.parametrize("ratio", mostly_slow([10, 100, 1000], 100))
 @pytest.mark.parametrize("heavy_below", [True, False])
 def test_mass_ratios(physics, ratio, heavy_below):
-    """The engine squeezes a light body out from under a heavy one; whatever they do, the pad below
-    has Σ m(g + a) of both, or says that it does not know."""
+    """The pad has Σ m(g + a) of a light body below a heavy one, or its reading is invalid.
+
+    The engine squeezes a light body out from under a heavy one.
+    """
     physics.frames(24)
     physics.pad(half=(2, 2, 0.25), at=(0, 0, -0.25), kind="PASSIVE")
     masses = (0.1 * ratio, 0.1) if heavy_below else (0.1, 0.1 * ratio)
@@ -287,7 +288,7 @@ def test_far_from_the_origin(physics, far, kind):
 @pytest.mark.parametrize("kind", [None, "PASSIVE"])
 @pytest.mark.parametrize("thick", mostly_slow([0.00045, 0.0001], 0.0001))
 def test_thin_pads(physics, thick, kind):
-    """A real sensor is 0.45 mm thick; the floor beside it carries its part of a body over both."""
+    """A real sensor is 0.45 mm thick; the floor beside it carries part of a body over both."""
     physics.on_floor(16)
     physics.pad(half=(0.15, 0.15, thick / 2), at=(0, 0, thick / 2), kind=kind)
     height = thick if kind else 0.0
@@ -315,7 +316,7 @@ def test_a_foil_without_thickness(physics):
     ids=["centimetres", "no units", "feet"],
 )
 def test_units(physics, system, unit, down):
-    """Lengths, and gravity, count a unit's length; without units, metres."""
+    """Lengths and gravity depend on the unit scale; without units they are metres."""
     physics.frames(12)
     settings = physics.scene.unit_settings
     settings.system, settings.scale_length = system, unit
@@ -338,8 +339,10 @@ def test_units(physics, system, unit, down):
 
 
 def pile(physics, seed, frames=24):
-    """Bodies on a wide pad; its weight in N. Seeds below 100 start as a stack, put down askew;
-    others fall and tumble."""
+    """Add bodies on a wide pad; return their weight in N.
+
+    Seeds below 100 start as a stack, put down askew; others fall and tumble.
+    """
     rng = np.random.default_rng(seed)
     tumbling = seed >= 100
     physics.frames(frames)
@@ -366,7 +369,7 @@ def pile(physics, seed, frames=24):
 
 
 def resting(physics, count=6):
-    """Whether nothing moved by 0.1 mm a frame over the last frames of the scene."""
+    """Return whether nothing moved by 0.1 mm per frame over the last frames of the scene."""
     bodies = [o for o in physics.scene.objects if o.rigid_body and o.rigid_body.type == "ACTIVE"]
     last = physics.scene.frame_end
     physics.scene.angen_live = False

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The force on pads under simulated bodies that rest, slide or are held by joints, against statics
-in closed form; and the sample of the pressure sensor."""
+"""The force on pads under bodies that rest, slide or are held by joints, against statics.
+
+Also the sample of the pressure sensor.
+"""
 
 import math
 from importlib import import_module
@@ -20,13 +22,13 @@ PADS = [pytest.param(None, id="virtual"), pytest.param("PASSIVE", id="passive")]
 @pytest.mark.parametrize("kind", PADS)
 @pytest.mark.parametrize("on_floor", [True, False], ids=["floor", "no floor"])
 def test_a_box_at_rest(physics, kind, on_floor):
-    """5 kg on a pad; the floor's own share of what is beside the pad is not the pad's."""
+    """5 kg on a pad; the floor carries the part beside the pad."""
     if not on_floor and kind is None:
         pytest.skip("nothing would hold it")
     if on_floor:
         physics.floor()
     thick = 0.01 if kind else 0.0
-    # A virtual pad is flush with the floor that holds the box.
+    # A virtual pad is flush with the floor that carries the box.
     physics.pad(kind=kind, at=(0, 0, thick - 0.005))
     physics.body("box", (0.1, 0.1, 0.1), (0.02, 0, thick + 0.1), 5.0)
     pad = physics.read()
@@ -37,7 +39,7 @@ def test_a_box_at_rest(physics, kind, on_floor):
 
 
 def test_half_a_box_on_the_pad(physics):
-    """A box over the edge of the pad, held by another pad of the same height."""
+    """A box over the edge of the pad, on another pad of the same height."""
     physics.pad(kind="PASSIVE", half=(0.1, 0.1, 0.005), at=(-0.1, 0, 0.005))
     physics.pad("other", (0.1, 0.1, 0.005), (0.1, 0, 0.005), "PASSIVE")
     physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.11), 4.0)
@@ -82,7 +84,7 @@ def test_a_partner_that_is_not_there_reads_nothing(physics):
 @pytest.mark.parametrize("subtract", [True, False])
 @pytest.mark.parametrize("kind", ["PASSIVE", "ACTIVE"])
 def test_own_weight(physics, kind, subtract):
-    """The pad's own 0.5 kg count only where they are asked for."""
+    """The pad's own 0.5 kg count only where the user includes them."""
     physics.floor()
     settings = {"mass": 0.5}
     pad = physics.pad(kind=kind, body=settings)
@@ -93,7 +95,7 @@ def test_own_weight(physics, kind, subtract):
 
 
 def test_own_weight_of_a_pad_under_a_chosen_floor(physics):
-    """What holds the pad up, chosen as its partner, feels the pad's load without the pad."""
+    """The support of the pad, chosen as its partner, carries the pad's load without the pad."""
     floor = physics.floor()
     pad = physics.pad(kind="ACTIVE", body={"mass": 0.5})
     pad.angen_sensor.pressure.partner_object = floor
@@ -116,7 +118,7 @@ def test_a_pad_on_the_chair_that_it_is_a_part_of(physics):
 
 
 def test_a_pad_glued_below_a_leg(physics):
-    """A virtual pad that is part of the leg: it feels what stands below."""
+    """A virtual pad that is part of the leg reads the force from below."""
     floor = physics.floor()
     box = physics.body("box", (0.1, 0.1, 0.1), (0, 0, 0.1), 5.0)
     down = {"rotation_euler": (math.pi, 0, 0)}
@@ -146,7 +148,7 @@ def test_a_table_with_four_legs(physics, load):
 
 
 def test_a_table_with_three_legs(physics):
-    """Statics alone decide; no foundation is needed."""
+    """Statics are enough; no elastic foundation is needed."""
     physics.floor()
     legs = np.array([(-0.4, -0.3), (0.4, -0.3), (0.0, 0.4)])
     for number, (x, y) in enumerate(legs):
@@ -165,7 +167,7 @@ def test_a_table_with_three_legs(physics):
 
 
 def on_slope(physics, degrees, friction):
-    """A box of 3 kg on a long pad that is a slope; and the place, its way down and its normal."""
+    """Add a box of 3 kg on a long sloping pad; return it with its direction down and its normal."""
     slope = math.radians(degrees)
     turned = {"rotation_euler": (0, slope, 0)}
     physics.pad(
@@ -182,7 +184,7 @@ def on_slope(physics, degrees, friction):
 
 @pytest.mark.parametrize("friction", [0.3, 0.2])
 def test_sliding_down_a_slope(physics, friction):
-    """m·g·cos 20°, while it slides as it should. The engine's own force trembles by 1 %."""
+    """m·g·cos 20°, while it slides. The engine's own force has a noise of 1 %."""
     physics.frames(20)
     physics.scene.angen_live = False
     box, at, down, exact = on_slope(physics, 20, friction)
@@ -202,9 +204,9 @@ def test_at_rest_on_a_slope(physics):
 
 
 def test_a_leaning_ladder(physics):
-    """Against a smooth wall: it holds the moment of the weight about the foot, the floor all of it.
+    """A smooth wall carries the moment of the weight about the foot, the floor all of the weight.
 
-    The engine's friction lets the foot creep: after 8 frames the wall holds 0.6 % more.
+    The engine's friction lets the foot creep: after 8 frames the wall carries 0.6 % more.
     """
     physics.frames(8)
     angle = math.radians(65)
@@ -213,7 +215,7 @@ def test_a_leaning_ladder(physics):
     long, thick = 1.0, 0.02
     along = np.array((math.cos(angle), 0, math.sin(angle)))
     across = np.array((math.sin(angle), 0, -math.cos(angle)))
-    # Its lower corner stands on the foot's pad; its upper corner touches the wall's.
+    # Its lower corner stands on the foot's pad; its upper corner touches the wall's pad.
     foot = -long * along + thick * across
     head = long * along + thick * across
     middle = np.array((0, 0, 0.01)) - foot
@@ -244,7 +246,7 @@ def test_a_leaning_ladder(physics):
 
 
 def joint(physics, kind, at, one, two, rotation=(0, 0, 0), **settings):
-    """A constraint at a place between two bodies, or one and the world."""
+    """Add a constraint at a place between two bodies, or a body and the world."""
     obj = physics.world.link(kind.lower(), None, at)
     obj.rotation_euler = rotation
     assert physics.rigid
@@ -259,7 +261,7 @@ def joint(physics, kind, at, one, two, rotation=(0, 0, 0), **settings):
 
 
 def wall(physics, at):
-    """Something that does not move, for a joint: a constraint needs two rigid bodies."""
+    """Add a still body for a joint, because a constraint needs two rigid bodies."""
     block = physics.solid("wall", (0.02, 0.02, 0.02), at)
     return physics.rigid_body(block, "PASSIVE")
 
@@ -281,7 +283,7 @@ def test_a_fixed_pair_is_one_body(physics):
 
 
 def test_a_load_fixed_to_the_side_of_a_body(physics):
-    """It hangs in the air beside the pad; all of its weight is felt."""
+    """It hangs in the air beside the pad; all of its weight counts."""
     physics.on_floor(12)
     physics.pad(kind="PASSIVE")
     one = physics.body("one", (0.1, 0.1, 0.05), (0, 0, 0.06), 5.0)
@@ -294,9 +296,9 @@ def test_a_load_fixed_to_the_side_of_a_body(physics):
 
 UPRIGHT, LEVER = (0, -np.pi / 2, 0), 0.4 / 0.796
 BOX, LID, BEAM = (0.1, 0.1, 0.1), (0.4, 0.2, 0.01), (0.4, 0.05, 0.01)
-# The pad's half size and middle; half the body's size, its height and mass; the joint, its place
+# The pad's half size and centre; half the body's size, its height and mass; the joint, its place
 # and that of the wall at its other end; its settings; and the force. A lid on a hinge, and a beam
-# on a ball, lie on the pad with their other end. A slider guides along z and holds nothing.
+# on a ball joint, lie on the pad with their other end. A slider guides along z and carries nothing.
 UNDER, AT_THE_END = ((0.15, 0.15, 0.005), None), ((0.004, 0.2, 0.05), (0.396, 0, 0.05))
 HELD = {
     "a lid on a hinge": (
@@ -339,7 +341,7 @@ def test_what_a_joint_leaves_to_the_pad(physics, name):
     ],
 )
 def test_what_a_joint_may_hold_is_not_known(physics, kind, place, end, settings):
-    """It could hang there, or stand on the pad, or anything between."""
+    """The body may hang there, or stand on the pad, or anything in between."""
     physics.on_floor(8)
     physics.pad(kind="PASSIVE")
     box = physics.body("box", BOX, (0, 0, 0.11), 5.0)
@@ -349,7 +351,7 @@ def test_what_a_joint_may_hold_is_not_known(physics, kind, place, end, settings)
 
 @pytest.mark.parametrize("end", ["nothing", "no body"])
 def test_a_joint_with_one_end_holds_nothing(physics, end):
-    """Blender makes no constraint of it: the box falls on the pad. Nor does one elsewhere."""
+    """Blender ignores such a constraint: the box falls on the pad. Nor does one elsewhere count."""
     physics.on_floor(20)
     physics.pad(kind="PASSIVE")
     weight = physics.body("weight", (0.05, 0.05, 0.05), (0, 0, 0.1), 5.0)
@@ -373,7 +375,7 @@ LEG_TOLERANCE = 0.1
 
 @pytest.fixture(scope="module")
 def readings():
-    """Columns (frames,) of every pad, and where the weight was (frames, 3)."""
+    """Return the readings of every pad as columns (frames,), and the weight's place (frames, 3)."""
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLE), load_ui=False)
     scene = bpy.context.scene
     recording = import_module(f"{ADDON}.sensor_logic.recording.tracks").Recording()
@@ -381,7 +383,7 @@ def readings():
     found = import_module(f"{ADDON}.angen_addon.scene.sensors").all_sensors(bpy.context.view_layer)
     for _ in simulation.simulate(scene, found, scene.frame_start, scene.frame_end, recording):
         pass
-    # The places alone are wanted now.
+    # Only the places are needed now.
     scene.angen_live = False
     weight = bpy.data.objects["Weight"]
     places = []

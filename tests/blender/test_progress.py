@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run in the window shows while it goes on, and how often Blender has its turn."""
+"""The progress of a run in the window, and how often Blender can redraw."""
 
 import contextlib
 import io
@@ -20,7 +20,7 @@ from panel_layout import Layout
 
 
 class Clock:
-    """Stands for the computer's: work and redrawing take the time that a test says."""
+    """A clock in place of the computer's: work and redrawing take the time that a test sets."""
 
     def __init__(self, monkeypatch, *modules):
         self.now = 100.0
@@ -33,13 +33,13 @@ class Clock:
 
 @pytest.fixture
 def parts(monkeypatch):
-    """The clock, and the parts that a run in the window is made of."""
+    """Return the clock, and the modules of a run in the window."""
     clock = Clock(monkeypatch, long_work, progress, home)
     return types.SimpleNamespace(clock=clock, progress=home, Progress=Progress)
 
 
 class Window:
-    """Stands for what a modal operator asks of a window: takes down timers and texts."""
+    """The parts of a window that a modal operator uses; it records timers and texts."""
 
     def __init__(self):
         self.timers, self.shares = 0, []
@@ -70,7 +70,7 @@ class Window:
 
 
 class Work(long_work.LongWork):
-    """Long work of a test's own; its results and reports are listed."""
+    """Long work defined by a test; it lists its results and reports."""
 
     bl_idname, bl_label = "angen.work", "Work"
 
@@ -90,8 +90,10 @@ def event(kind):
 
 
 def in_window(parts, steps, redraw):
-    """Runs steps (seconds each takes) in a window; each time that the work returns to Blender this
-    redraws for so many seconds. The seconds in all, when Blender had its turn, and the texts."""
+    """Run steps (the seconds of each) in a window that redraws each time that the work yields.
+
+    Returns the seconds in all, the times at which Blender could redraw, and the texts.
+    """
     clock = parts.clock
 
     def run():
@@ -196,19 +198,19 @@ def test_a_run_in_the_window_redraws_a_few_times_a_second_and_heeds_esc(parts, r
 
 
 def test_no_time_left_is_told_until_it_is_worth_something(parts):
-    """As the home: pictures of the light at the start take long, what follows does not."""
+    """As in the home: pictures of the light at the start take long, later frames do not."""
     _, _, texts = in_window(parts, [5.0, 5.0, 5.0, *[0.1] * 1000], 0.05)
     told = [text.partition("%")[2] for text in texts if text]
     assert told[1] == ", frame 1. Esc cancels"
     lefts = [text for text in told if "left" in text]
-    # It takes some 115 s in all; what the start alone says is an hour and more.
+    # It takes about 115 s in all; by the start alone it would be more than an hour.
     assert "h" not in "".join(lefts) and len(lefts) > len(told) / 2
     assert re.match(", about [123] min left, frame", lefts[0])
     assert lefts[-1].startswith(", about 5 s left")
 
 
 def test_the_time_left_of_a_day_falls_though_most_of_it_is_rest(parts, addon_part, monkeypatch):
-    """Movement from 6 to 9 and from 18 to 22 o'clock; 10 s of work an hour of it, none of rest."""
+    """Movement from 6 to 9 and from 18 to 22 o'clock: 10 s of work per hour of it, none of rest."""
     days = addon_part("residents.blender.command")
     clock = Clock(monkeypatch, days)
     hours = 3600.0 * np.array([[6.0, 9.0], [18.0, 22.0]])

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The warmth that a pyroelectric detector's rays meet in a scene, what it makes of it, and what
-users are told of it."""
+"""The warmth that a pyroelectric detector senses in a scene, its readings, and its messages."""
 
 import math
 
@@ -21,7 +20,7 @@ ZERO = 273.15
 
 
 def detector(world, **settings):
-    """One that looks along +Y, 1.2 m up."""
+    """Add a detector that faces +Y, 1.2 m up."""
     obj = world.pir("detector", model="PYROELECTRIC", **settings)
     obj.location, obj.rotation_euler = (0, 0, 1.2), (math.pi / 2, 0, 0)
     return obj
@@ -65,7 +64,7 @@ def test_events_of_a_wireless_detector_have_the_time_of_their_messages(
     assert changes[1].time - changes[0].time >= 1.0
     track = recording.tracks["detector"]
     assert (np.diff(np.array(track.times)) >= 0.0).all()
-    # Explained at the time that the log has, and still unknown just before.
+    # Explained at the time in the log, and still unknown just before.
     world.bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
     for time, frame in ((changes[0].time, changes[0].frame), (changes[0].time - 0.001, 1.0)):
         told = command("explain", "--sensor", "detector", "--time", f"{time:.6f}")[1]
@@ -93,7 +92,7 @@ def test_both_casters_and_each_unit_scale_say_the_same(world):
 
 
 def test_in_a_scene_it_says_what_it_says_alone(world):
-    """The whole way through Blender against the model with a box in closed form."""
+    """The way through Blender agrees with the model and a box in closed form."""
     detector(world, zone_rays=24)
     man(world, 28.0, 0.9)
     found = signals(world)
@@ -126,7 +125,7 @@ def test_a_man_as_warm_as_the_room_is_not_felt(world):
 
 
 def test_glass_hides_the_man(world):
-    """Window glass lets no warmth through."""
+    """Window glass is opaque to thermal radiation."""
     detector(world)
     man(world)
     assert np.abs(signals(world)).max() > 1.0
@@ -227,7 +226,7 @@ def test_a_lens_as_text(world):
     np.testing.assert_allclose(signals(world), of_text, atol=0.02)
 
 
-# The warmth of what a pyroelectric detector's rays meet
+# The warmth of the surfaces that a pyroelectric detector's rays hit
 
 
 SIGHT = 50.0
@@ -235,7 +234,7 @@ SIGHT = 50.0
 
 @pytest.fixture
 def probe(world):
-    """Looks along directions (n, 3) from a place; emission as the detector is told."""
+    """Return the emission along directions (n, 3) from a place, as the detector gets it."""
 
     class Probe:
         def __init__(self):
@@ -298,8 +297,10 @@ def test_object_collection_and_material(world, probe, target):
 
 
 def checkered(world, name="checkered"):
-    """A wall of 4 × 4 quads, 2 m wide, across +Y at y = 3, of four materials at 30 … 33 °C; the
-    fourth has no temperature. Which is where: by the column."""
+    """Add a wall of 4 × 4 quads, 2 m wide, across +Y at y = 3, of four materials at 30 … 33 °C.
+
+    The fourth material has no temperature. The column of a quad gives its material.
+    """
     points = [(x / 2 - 1, 0, z / 2 - 1) for z in range(5) for x in range(5)]
     faces = [
         (5 * z + x, 5 * z + x + 1, 5 * z + x + 6, 5 * z + x + 5) for z in range(4) for x in range(4)
@@ -334,7 +335,7 @@ def test_faces_of_what_moves_turns_and_is_subdivided(world, probe):
     obj = checkered(world)
     probe((0, 0, 0), COLUMNS)
     obj.location.x = 0.5
-    # Column by column the materials have moved by one; the last ray passes beside the wall.
+    # Each column has the material of its neighbour; the last ray passes beside the wall.
     moved = [(x + 0.5, 3, z) for x, _, z in COLUMNS]
     assert celsius(probe((0, 0, 0), moved)) == pytest.approx(EXPECTED)
     obj.location.x, obj.rotation_euler = 0, (0, math.pi, 0)
@@ -346,7 +347,7 @@ def test_faces_of_what_moves_turns_and_is_subdivided(world, probe):
 
 
 def test_faces_agree_with_blenders_own_ray_cast(world, probe):
-    """A sphere of random materials, met from all round."""
+    """A sphere of random materials, hit from all sides."""
     bpy = world.bpy
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=1.0)
     ball = bpy.context.object

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fast ray caster against Blender's own `scene.ray_cast`, on random scenes that change, on
-large meshes and on what is evaluated; and its rays that are met all at once."""
+"""The fast ray caster against `scene.ray_cast`: on random scenes, large meshes and bundles."""
 
 import math
 
@@ -43,7 +42,7 @@ def ranges(caster, sensor, origins, ways):
 
 
 def grazing(reference, sensor, origin, way):
-    """Whether the reference itself is undecided: a hair's breadth aside it says something else."""
+    """Return whether the reference is ambiguous: a tiny step aside gives another range."""
     aside = way.orthogonal().normalized()
     across = way.cross(aside)
     nearby = [origin + offset * 2e-6 for offset in (aside, -aside, across, -across)]
@@ -63,7 +62,7 @@ def test_same_ranges_as_scene_ray_cast(empty_scene, figure, seed, instances):
     frame = 1
     for _ in range(STEPS):
         frame = world.random.choice((frame + 1, frame + 1, frame, world.random.randrange(1, 24)))
-        # An edit tells the casters that anything may have changed: most steps are frames alone.
+        # After an edit the casters assume that anything changed, so most steps are plain frames.
         done = world.change() if world.random.random() < 0.4 else "frame"
         if done != "frame":
             bpy.context.view_layer.update()
@@ -87,7 +86,7 @@ def test_same_ranges_as_scene_ray_cast(empty_scene, figure, seed, instances):
     assert hits > compared / 8, "the scene is too empty to show anything"
 
 
-# Surfaces of so many triangles that a tree of Blender's would cost too much
+# Surfaces of so many triangles that Blender's own tree would cost too much
 
 
 TRIANGLES = 260_000
@@ -95,7 +94,7 @@ TRIANGLES = 260_000
 
 @pytest.fixture
 def ground(world):
-    """Hilly ground of 4 × 4 m 1.5 m below the sensors."""
+    """Add hilly ground of 4 × 4 m, 1.5 m below the sensors."""
     return world.link("ground", hills(TRIANGLES, 4.0), (0, 0, -1.5))
 
 
@@ -117,8 +116,7 @@ def test_ranges_are_those_of_blenders_own_ray_cast(world, ground, turn, scale):
 
 
 def test_instances_and_faces_of_large_meshes_are_told_apart(world):
-    """Two instances of a square of 370 × 370 faces of four corners, whose material changes from
-    column to column."""
+    """Two instances of a square of 370 × 370 quads, whose material changes by column."""
     side = 370
     points = [(x * 0.01, y * 0.01, 0.0) for y in range(side + 1) for x in range(side + 1)]
     first = [y * (side + 1) + x for y in range(side) for x in range(side)]
@@ -156,7 +154,7 @@ BEHIND = 0.4
 
 @pytest.fixture
 def beam(world, each_caster):
-    """Ranges of a switch at the origin that looks along −Z; the wall behind is 0.4 m off."""
+    """Return the ranges of a switch at the origin that faces −Z; a wall is 0.4 m behind."""
     world.wall(BEHIND, "behind")
     sensor = world.switch()
     return lambda: world.range(sensor)
@@ -167,7 +165,7 @@ def near(distance):
 
 
 def test_armature(world, beam, figure):
-    """A plate on a bone that turns by 90° about the bone's head, into the beam."""
+    """A plate on a bone turns by 90° about the bone's head, into the beam."""
     rig = world.rig("bone", (0.1, 0, 0), (0, 0, -0.3))
     plate = world.box((0.01, 0.05, 0.05), name="plate", at=(0.1, 0, -0.3))
     group = plate.vertex_groups.new(name="bone")
@@ -185,7 +183,7 @@ def test_armature(world, beam, figure):
 
 
 def test_moving_evaluated_geometry(world, each_caster):
-    """Shape key, bone and curve animation reach the sensors at each frame."""
+    """Sensors follow shape keys, bones and animated curves at each frame."""
     plate = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.3))
     plate.shape_key_add(name="basis")
     moved = plate.shape_key_add(name="nearer")
@@ -209,7 +207,7 @@ def test_moving_evaluated_geometry(world, each_caster):
     assert ranges == pytest.approx([0.295, 0.245, 0.195, 0.145, 0.095], abs=2e-5)
 
 
-# Rays that are met all at once, from one point or one way
+# Rays from one point, or parallel rays, that are cast all at once
 
 
 # Blender's hierarchy is in single precision.
@@ -217,7 +215,7 @@ TOLERANCE = 5e-6
 
 
 def lump(subdivisions=3):
-    """Vertices and triangles of a lumpy ball of 1 m."""
+    """Return vertices and triangles of a lumpy ball of 1 m."""
     mesh = bmesh.new()
     bmesh.ops.create_icosphere(mesh, subdivisions=subdivisions, radius=1.0)
     for vertex in mesh.verts:
@@ -239,8 +237,10 @@ def met_by(tree, starts, ways, length):
 
 
 def rays_at(random, at, spread, count, fan=False):
-    """Origins and directions of rays from a place, about the way to the origin, perhaps all in a
-    plane."""
+    """Return origins and directions of rays from a place, about the direction of the origin.
+
+    With `fan` they lie in a plane.
+    """
     ways = -at / max(np.linalg.norm(at), 1e-9) + spread * random.normal(size=(count, 3))
     if fan:
         normal = np.cross(at + 1e-3, random.normal(size=3))
@@ -251,8 +251,10 @@ def rays_at(random, at, spread, count, fan=False):
 
 
 def meet_shape(points, corners, origins, ways):
-    """How far rays go to a shape with `points` (3, n) at three frames at which it is the same, inf
-    where they miss it, and to which triangle."""
+    """Return the ranges of rays to a shape with `points` (3, n), and the triangles hit.
+
+    The shape is the same at three frames. A ray that misses it has the range inf.
+    """
     rays = RayBundle(origins, ways, np.full(len(ways), np.inf))
     shapes, still = np.stack([points] * 3), np.stack([np.eye(4)] * 3)
     hits = changing_shapes.meet(
@@ -282,7 +284,7 @@ def meet_shape(points, corners, origins, ways):
     ),
 )
 def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, count, far_off, fan):
-    """Far and near, within it and all around; the same triangle as a test of each with each."""
+    """Far, near, inside and all around; the triangles are those of a test of all pairs."""
     random = np.random.default_rng(1)
     points, corners = lump()
     tree, hits = tree_of(points, corners), 0
@@ -296,7 +298,7 @@ def test_rays_from_a_place_meet_a_shape_as_in_its_hierarchy(distance, spread, co
         assert apex == pytest.approx(at + far_off, abs=1e-6) or count == 1
         far, face = meet_shape(moved, corners, origins + far_off, ways)
         both = np.isfinite(far) & np.isfinite(expected)
-        # On the outline a hair's breadth decides.
+        # Rounding decides at the outline.
         assert (np.isfinite(far) != np.isfinite(expected)).sum() <= 1
         np.testing.assert_allclose(far[both], expected[both], atol=TOLERANCE)
         hits += both.sum()
@@ -325,14 +327,14 @@ def test_parallel_rays_hit_the_nearest_triangle_within_their_length(seed):
     undecided = np.isfinite(got) != np.isfinite(expected)
     assert undecided.sum() <= 2
     both = np.isfinite(got) & np.isfinite(expected)
-    # Towards the outline, where a surface is seen nearly edge on, single precision blurs more.
+    # Single precision blurs more at the outline, where surfaces are seen nearly edge on.
     error = np.abs(got[both] - expected[both])
     assert np.median(error) < 1e-6 and np.quantile(error, 0.98) < 2e-5
     assert 100 < both.sum() < 600
 
 
 def test_parallel_rays_leave_no_gap_along_edges():
-    """Straight onto the edges and corners of a grid of triangles."""
+    """Rays hit the edges and corners of a grid of triangles exactly."""
     side = np.linspace(0, 1, 6)
     corner = np.array([(x, y, 0.0) for x in side[:-1] for y in side[:-1]])
     a, b = np.array([0.2, 0, 0]), np.array([0, 0.2, 0])
@@ -395,7 +397,7 @@ def test_a_body_that_changes_shape_is_seen_at_each_frame(empty_scene):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_bundles_that_take_turns_miss_no_change(empty_scene, seed):
-    """Each bundle is cast now and then; whatever moved in between, it sees what is there."""
+    """Each bundle is cast now and then, and sees all movements in between."""
     world = RandomScene(seed, False)
     random = np.random.default_rng(seed)
     pair = RayCaster(), SceneRayCaster(world.scene)
@@ -414,6 +416,6 @@ def test_bundles_that_take_turns_miss_no_change(empty_scene, seed):
         fast, slow = (c.cast(sensor, which, origins, ways, np.full(30, 6.0)) for c in pair)
         wrong += int((np.abs(fast - slow) > 2e-5).sum())
         hits += int((slow < 6.0).sum())
-    # Grazing rays are undecided in single precision.
+    # Grazing rays are ambiguous in single precision.
     assert wrong <= hits / 100
     assert hits > 60

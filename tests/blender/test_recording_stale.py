@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording stays fresh as long as the scene is the one that it was made of, through undo and
-redo; and it is stale, and says of what, exactly while the scene is another."""
+"""A recording is fresh while its scene is unchanged, also through undo and redo.
+
+It is stale, with a reason, exactly while the scene is another one.
+"""
 
 from importlib import import_module
 
@@ -16,7 +18,7 @@ def home(world):
 
 
 def with_value(owner, **values):
-    """Sets attributes; names a datablock's path as `owner`."""
+    """Return an edit that sets attributes of a datablock; `owner` is its path."""
     for name, value in values.items():
         setattr(owner, name, value)
 
@@ -49,7 +51,7 @@ def add_a_collection(world):
 
 
 SETTINGS, SHOWN = "the scene's settings", "what is shown or hidden"
-# What is done, and what the reason names.
+# The edit, and the name in the reason.
 EDITS = {
     "move": (lambda w: move(named("shelf")), "'shelf'"),
     "move what is animated": (lambda w: move(named("door")), "'door'"),
@@ -130,7 +132,7 @@ def test_an_edit_makes_it_stale_and_its_undo_fresh(home, name):
     track = cache().recording(bpy.context.scene).track_of(named("Front door").session_uid)
     assert track is not None, "sensors are found after undo"
     if name == "move what is animated":
-        return  # what keys say is back in place at any evaluation
+        return  # keys restore their values at any evaluation.
     bpy.ops.ed.redo()
     assert "changed since" in stale()
 
@@ -211,7 +213,7 @@ def test_a_renamed_sensor_is_all_that_is_told(home, tmp_path):
     assert stale() == ""
 
 
-# What only says what is shown and what is done with results.
+# Settings that only concern the display and the use of results.
 OF_THE_VIEW = {
     "angen_coverage", "angen_day", "angen_live", "angen_overlay", "angen_recording",
     "angen_show_places", "angen_site", "angen_start", "angen_timeline",
@@ -223,7 +225,7 @@ def scene_settings():
 
 
 def change(scene, prop):
-    """Another value of a setting."""
+    """Set another value of a setting."""
     name, value = prop.identifier, getattr(scene, prop.identifier)
     if prop.type == "ENUM":
         value = next(item.identifier for item in prop.enum_items if item.identifier != value)
@@ -235,7 +237,7 @@ def change(scene, prop):
 
 
 def test_every_setting_of_the_scene_makes_it_stale_or_is_known_not_to(home):
-    """A new setting that was forgotten ends up here."""
+    """A new setting that no list has fails here."""
     bpy.types.Scene.angen_brand_new = bpy.props.FloatProperty()
     try:
         looked_at = {prop.identifier for prop in scene_settings()} - OF_THE_VIEW
@@ -323,7 +325,7 @@ BEFORE_A_FRAME = {
 
 @pytest.mark.parametrize("change", BEFORE_A_FRAME.values(), ids=BEFORE_A_FRAME)
 def test_what_a_script_changes_just_before_a_frame_makes_it_stale(home, change):
-    """Blender tells of no edit then: the change of frame does."""
+    """Blender reports no edit then: the change of frame finds it."""
     home.scene.frame_set(2)
     home.scene.frame_set(3)
     assert stale() == ""

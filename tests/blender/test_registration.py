@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Switching the extension on and off, and loading files, leaves Blender as it should be."""
+"""Enabling and disabling the extension, and loading files, leaves Blender as it was."""
 
 import subprocess
 import sys
@@ -16,7 +16,7 @@ HANDLERS = 13 + hasattr(bpy.app.handlers, "blend_import_post")
 
 
 def functions(owner):
-    """Names of what was appended to a menu."""
+    """Return the names of the functions appended to a menu."""
     return [f.__name__ for f in getattr(owner.draw, "_draw_funcs", [])]
 
 
@@ -82,7 +82,7 @@ def test_on_and_off_three_times(empty_scene):
 
 
 def test_nothing_is_printed_in_it(tmp_path):
-    """Blender prints what goes wrong while it registers and goes on."""
+    """Blender prints errors of the registration, and goes on."""
     program = (
         "import bpy\n"
         "print('bpy is here', flush=True)\n"
@@ -140,7 +140,7 @@ def test_a_file_keeps_the_sensors(world, tmp_path):
 
 
 def test_undo_and_redo(world):
-    """Undo makes all data anew: sensors come back, and handlers still work on them."""
+    """Undo replaces all data: sensors come back, and handlers still work on them."""
     world.update()
     bpy.ops.ed.undo_push(message="start")
     assert bpy.ops.angen.sensor_add(kind="OPTICAL_SWITCH") == {"FINISHED"}

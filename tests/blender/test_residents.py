@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Residents in Blender: added from the menu, of the right size, weighed and felt, moved by keys."""
+"""Residents in Blender: added from the menu, with size and weight, sensed, and keyed."""
 
 import bpy
 import numpy as np
@@ -17,7 +17,7 @@ def body(addon_part):
 
 
 def vertices(obj):
-    """The deformed mesh of an object in the world, (n, 3)."""
+    """Return the deformed mesh of an object in world space, (n, 3)."""
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = evaluated.to_mesh()
     points = np.empty(3 * len(mesh.vertices))
@@ -68,7 +68,7 @@ def test_several_live_in_one_home_and_undo_takes_the_last_away(world):
 
 @pytest.fixture
 def keyed(world, addon_part, body):
-    """A home with two residents, a door, a lamp and a cup, and ten minutes acted in it."""
+    """Return a home with two residents, a door, a lamp and a cup, and ten minutes acted in it."""
     for sort, frame in (("OLDER_ADULT", True), ("CAT", False)):
         bpy.ops.angen.resident_add(sort=sort, walking_frame=frame)
     rigs = {"Anna": bpy.data.objects["Older adult"], "Mimi": bpy.data.objects["Cat"]}
@@ -161,7 +161,7 @@ def test_a_turn_that_is_taken_back_shows_between_no_two_frames(world, addon_part
         timeline.Clip(5.0 * k, 5.0 * k + 5.0, lambda t, pose=pose: pose, still=True)
         for k, pose in enumerate(poses)
     ])  # fmt: skip
-    # A gesture that does nothing has a key put at each frame.
+    # A gesture without movement adds a key at each frame.
     line.gestures.append(timeline.Gesture(2.0, 8.0, 1.0, 1.0, lambda pose, _t, _w: pose))
     acted, places = (addon_part(f"residents.acting.{n}") for n in ("timeline", "places"))
     keys = KeyedStretch({"Anna": rig}, places.Places({}, {}, {}))

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recordings in awkward scenes and in files: fresh while no reading can differ, stale as soon as
-one can, and told in a line where they cannot be read."""
+"""Recordings in difficult scenes and in files.
+
+They are fresh while no reading can differ, stale as soon as one can, and an error is one line.
+"""
 
 import subprocess
 import sys
@@ -21,7 +23,7 @@ def save_and_open(path):
 
 @pytest.fixture
 def home(world):
-    """A door that opens before a switch, and a box; not yet recorded."""
+    """Add a door that opens before a switch, and a box, without a recording."""
     world.door(13)
     world.switch("Front door")
     world.box((1, 1, 1), at=(4, 0, 0), name="box")
@@ -38,7 +40,7 @@ def box():
     return bpy.data.objects["box"]
 
 
-# Scenes whose settings Blender itself changes from frame to frame, or as it saves and loads
+# Scenes whose settings Blender itself changes from frame to frame, or when it saves and loads
 
 
 def nodes_with_an_input(world):
@@ -87,7 +89,7 @@ def modified(kind, **settings):
 SCENES = {
     "particles": modified("PARTICLE_SYSTEM"),
     "cloth": modified("CLOTH"),
-    # Has a folder for its cache, which Save As writes as a relative path.
+    # It has a folder for its cache, which Save As writes as a relative path.
     "ocean": modified("OCEAN", resolution=4),
     "mesh cache": modified("MESH_CACHE"),
     "volume": lambda world: world.link("volume", bpy.data.volumes.new("volume")),
@@ -113,7 +115,7 @@ def test_what_blender_changes_itself_keeps_it_fresh(home, tmp_path, build):
     assert stale() == "", "in another folder"
 
 
-# Edits that a sensor can tell; each gives the edit itself
+# Edits that change a reading; each function returns the edit
 
 
 def disabled_then_enabled(world):
@@ -162,7 +164,7 @@ def test_what_a_sensor_can_tell_makes_it_stale(home, prepare):
     simulate(home)
     edit()
     home.update()
-    # Of an edit in a text Blender tells at no time.
+    # Blender never reports an edit of a text.
     home.scene.frame_set(20)
     assert stale()
 
@@ -244,7 +246,7 @@ def test_a_sensor_that_never_was_on(home, tmp_path):
     assert ops.export_report(filepath=str(tmp_path / "report.html")) == {"FINISHED"}
 
 
-# A file keeps its recording, and what cannot be read of one is told in a line
+# A file keeps its recording, and an unreadable recording is an error of one line
 
 
 @pytest.fixture
@@ -273,7 +275,7 @@ def test_a_file_keeps_it(kept_home, tmp_path):
 
 
 def test_a_sample_is_shipped_with_its_recording_and_timelines_at_its_length(kept_home, tmp_path):
-    """As its script saves it; live values are recorded ones as soon as it is opened."""
+    """Its script saves it; live values equal the recorded ones as soon as it is opened."""
     from sample_blends import build_angen
 
     ops.clear_recording()
@@ -318,8 +320,7 @@ def test_every_scene_keeps_its_own(kept_home, tmp_path):
 
 
 def damage(path, change):
-    """Saves the file with the text of its recording changed, as a Blender without the extension
-    could."""
+    """Save the file with a changed recording text, as Blender without the extension may."""
     store = import_module(f"{ADDON}.angen_addon.recording.store")
     store.put_into_file()
     (text,) = (t for t in bpy.data.texts if t.name.startswith(store.TEXT))
@@ -360,7 +361,7 @@ def test_what_cannot_be_read_is_told_and_dropped(kept_home, tmp_path, capfd, cha
 
 @pytest.fixture
 def newer(monkeypatch):
-    """From now on this is another Blender than that which made what was recorded before."""
+    """Make this another version of Blender than that of the recording."""
     kept = import_module(f"{ADDON}.angen_addon.recording.stored_recording")
     return lambda: monkeypatch.setattr(kept, "THIS_BLENDER", (9, 9))
 
@@ -371,7 +372,7 @@ def test_in_another_blender_it_holds_where_all_that_both_tell_alike_is_the_same(
     before = columns()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     newer()
-    # What a version tells of everything is different in the next one.
+    # The digest of everything differs between versions.
     fingerprint = import_module(f"{ADDON}.angen_addon.scene.changes")
     facts_of = fingerprint.facts_of
     monkeypatch.setattr(fingerprint, "facts_of", lambda datablock: [facts_of(datablock), "new"])
@@ -393,7 +394,7 @@ def test_in_another_blender_it_holds_where_all_that_both_tell_alike_is_the_same(
 def test_in_another_blender_it_is_stale_where_something_moved_or_it_was_stale(
     kept_home, tmp_path, newer
 ):
-    """A Blender without the extension saves a file with its recording, whatever was changed."""
+    """Blender without the extension saves a file with its recording, whatever has changed."""
     version = ".".join(map(str, bpy.app.version[:2]))
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     digests = dict(cache().kept(kept_home.scene).fingerprint.portable)
@@ -412,14 +413,14 @@ def test_in_another_blender_it_is_stale_where_something_moved_or_it_was_stale(
 
 
 def test_a_recording_of_an_earlier_version_of_the_extension_is_stale(kept_home, tmp_path):
-    """Its digests cannot be compared: they are of other facts."""
+    """Its digests have other inputs, and cannot be compared."""
     cache().kept(kept_home.scene).facts = 1
     save_and_load(tmp_path / "a.blend")
     assert stale() == "it was made by an earlier Ängen Sensors"
 
 
 def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(kept_home, tmp_path):
-    """Another process opens it, and saves it."""
+    """Another process opens the file, and saves it."""
     import subprocess
 
     path = tmp_path / "a.blend"

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ranges in a closed room against closed form; a sensor's own objects never stop its beam; and it
-sees what a user sees as solid in the viewport."""
+"""Ranges in a closed room against closed forms, own objects, and hidden objects.
+
+A sensor's own objects never stop its beam. Sensors see the objects that the viewport shows.
+"""
 
 import math
 
@@ -15,14 +17,14 @@ TURNS = [(0, 0, 0), (math.radians(90), 0, 0), (0.3, -1.1, 2.2), (-2.0, 0.7, 0.1)
 
 
 def exits(origins, directions, lo, hi):
-    """Distance (n,) at which rays from inside a box leave it."""
+    """Return the distance (n,) at which rays from inside a box leave it."""
     with np.errstate(divide="ignore"):
         far = np.maximum((lo - origins) / directions, (hi - origins) / directions)
     return far.min(axis=1)
 
 
 def turned(x, y, z):
-    """The rotation matrix of Blender's XYZ Euler angles."""
+    """Return the rotation matrix of Blender's XYZ Euler angles."""
 
     def about(axis, angle):
         i, j = [n for n in range(3) if n != axis]
@@ -35,7 +37,7 @@ def turned(x, y, z):
 
 
 def fan(rays, fov, tilts, step):
-    """Directions (tilts · rays, 3) in the sensor's frame, from the interface's words."""
+    """Return directions (tilts · rays, 3) in the sensor's axes, from its parameters."""
     found = []
     for k in range(tilts):
         for i in range(rays):
@@ -126,7 +128,7 @@ def test_a_beam_into_the_joint_of_two_panels_does_not_leak(world, each_caster, f
 
 
 PLACES = {"origin": (0, 0, 0), "1 km": (1000, -300, 20), "10 km": (7000, 7000, -1000)}
-# How far off a range may be where single precision stores places this coarsely (m).
+# The error of a range (m) where coordinates of single precision are this coarse.
 ROUNDING = {"origin": 5e-6, "1 km": 2e-4, "10 km": 2e-3}
 PARENTS = {
     "none": None,
@@ -139,7 +141,7 @@ PARENTS = {
 
 
 def put_under(world, parent_matrix, place):
-    """A parent at `place` with a matrix of its own, or None."""
+    """Return a parent at `place` with this matrix, or None."""
     parent = world.link("parent", None)
     # A matrix with shear needs two objects: their rotation between two scales.
     if parent_matrix is not None:
@@ -152,7 +154,7 @@ def put_under(world, parent_matrix, place):
 
 
 def housing(world, sensor):
-    """A box about the sensor, a lid before it as the box's child: both in the beam's way."""
+    """Add a box about the sensor, and a lid before it as the box's child, both across the beam."""
     box = world.box((0.02, 0.02, 0.02), name="box")
     lid = world.box((0.02, 0.02, 0.001), at=(0, 0, -0.05), name="lid")
     box.parent, lid.parent = sensor, box
@@ -182,7 +184,7 @@ def test_the_housing_of_a_parented_sensor(world, figure, place, kind):
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
 @pytest.mark.parametrize("place", PLACES)
 def test_a_sensor_that_is_a_mesh_itself(world, place, scale):
-    """Whatever its own scale: lengths of the sensor stay metres."""
+    """Lengths of the sensor are metres at any scale of its object."""
     box = world.box((0.1, 0.1, 0.1), at=PLACES[place], name="housing")
     box.scale = (scale, scale, scale)
     sensor = world.switch(obj=box)
@@ -214,7 +216,7 @@ GAP = {"threshold": 0.005, "range_max": 0.02, "range_min": 0.0005}
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
 @pytest.mark.parametrize("place", PLACES)
 def test_a_flag_of_half_a_millimetre_in_a_gap_of_five(world, place, scale):
-    """Two housings 5 mm apart, the flag in the middle, on a door that is parented and scaled."""
+    """Two housings 5 mm apart, the flag in between, on a door that is parented and scaled."""
     door = world.link("door", None, PLACES[place])
     door.scale = (scale, scale, scale)
     sensor = world.switch(**GAP)
@@ -230,14 +232,14 @@ def test_a_flag_of_half_a_millimetre_in_a_gap_of_five(world, place, scale):
         assert reads == pytest.approx(0.00225, abs=5e-6)
     flag.hide_viewport = True
     reads = world.range(sensor)
-    # The receiver is 5 mm off, as exactly as single precision can place it there.
+    # The receiver is 5 mm away, as exactly as single precision can place it there.
     assert reads == pytest.approx(0.005, abs=ROUNDING[place])
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.7])
 @pytest.mark.parametrize("place", PLACES)
 def test_a_slanted_card_far_from_its_origin(world, figure, place, turn):
-    """A triangle modelled far away, met where its plane is, from the stored vertices."""
+    """A triangle modelled far away is hit where the plane of its stored vertices is."""
     offset = PLACES[place]
     sensor = world.switch()
     sensor.location = offset
@@ -257,14 +259,14 @@ def test_a_slanted_card_far_from_its_origin(world, figure, place, turn):
 
 @pytest.mark.parametrize("angle", [0, 30, 45])
 def test_the_beam_passes_a_slit_beside_the_flag(world, each_caster, angle):
-    """Half a millimetre free on the flag's side is enough for the beam."""
+    """Half a millimetre free beside the flag is enough for the beam."""
     sensor = world.switch(**GAP)
     sensor.rotation_euler.z = math.radians(angle)
     world.box((0.02, 0.02, 0.0005), at=(0.0105, 0, -0.0025), name="flag")
     assert world.range(sensor) == pytest.approx(0.02, abs=1e-6)
 
 
-# Sensors see what a user sees as solid in the viewport, and nothing else
+# Sensors see the objects that are solid in the viewport, and nothing else
 
 
 NEAR, FAR = 0.1, 0.3
@@ -272,7 +274,7 @@ NEAR, FAR = 0.1, 0.3
 
 @pytest.fixture
 def screen(world):
-    """A wall before the far one, which a test hides in its way."""
+    """Add a wall before the far one; the test hides it in some way."""
     world.wall(FAR, "far")
     return world.wall(NEAR, "screen")
 
@@ -326,7 +328,7 @@ def test_ignored_objects(world, each_caster, screen):
 
 
 def test_an_ignored_objects_children_are_seen(world, each_caster, screen):
-    """A room's volume marker may have the furniture under it."""
+    """A room's volume marker may be the parent of furniture."""
     marker = world.box((5, 5, 5), name="marker")
     marker.angen_ignored = True
     screen.parent = marker
@@ -375,7 +377,7 @@ def test_sensors_in_an_excluded_collection_report_nothing(world):
 
 
 def test_a_sensor_that_is_hidden_with_the_eye_still_senses(world, each_caster, screen):
-    """Users hide their sensors from view; `enabled` is what switches them off."""
+    """Users hide their sensors from view; `enabled` switches them off."""
     moves = {1: (0, 0, 0), 5: (0, 0, -0.04)}
     one = world.switch("one")
     two = world.switch("two")
@@ -393,7 +395,7 @@ def test_a_sensor_that_is_hidden_with_the_eye_still_senses(world, each_caster, s
 
 @pytest.mark.parametrize("of", ["object", "collection"])
 def test_a_sensor_that_blender_does_not_place_is_refused(world, of):
-    """Disabled in viewports it is not evaluated: it would sense at the origin."""
+    """Blender does not evaluate objects disabled in viewports: it would sense at the origin."""
     sensor = world.switch()
     sensor.location = (1, 2, 3)
     collection, _ = in_collection(world, sensor)
@@ -405,7 +407,7 @@ def test_a_sensor_that_blender_does_not_place_is_refused(world, of):
 
 
 def test_a_sensor_is_placed_where_a_hidden_parent_carries_it(world, screen):
-    """A parent that is disabled in viewports is evaluated for its child's sake."""
+    """Blender evaluates a disabled parent for its child."""
     parent, sensor = world.link("parent", None), world.switch()
     sensor.parent = parent
     parent.hide_viewport = True
@@ -416,7 +418,7 @@ def test_a_sensor_is_placed_where_a_hidden_parent_carries_it(world, screen):
 
 
 def test_a_child_of_a_hidden_parent_is_seen(world, each_caster, screen):
-    """Hiding a parent hides it alone."""
+    """Hiding a parent hides only the parent."""
     marker = world.box((5, 5, 0.01), at=(0, 0, -0.05), name="marker")
     marker.hide_viewport = True
     screen.parent = marker

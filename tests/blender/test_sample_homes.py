@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Both sample homes as their scripts build them: each place that is marked can be reached. And the
-script that furnishes homes of others."""
+"""The sample homes as their scripts build them: every marked place can be reached.
+
+Also the script that furnishes homes of other people.
+"""
 
 import subprocess
 import sys
@@ -23,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture
 def builders(empty_scene, monkeypatch):
-    """The scripts' modules, which need the extension under its plain name too."""
+    """Return the scripts' modules, which import the extension under its plain name too."""
     monkeypatch.syspath_prepend(str(ROOT / "sample_blends"))
     load_extension()
     import build_angen
@@ -40,7 +42,7 @@ def builders(empty_scene, monkeypatch):
         del sys.modules[name]
 
 
-# Its rooms, what slides, where one rests, and its week.
+# Its rooms, sliding doors, resting places, and week.
 ANGEN = (
     "angen", 7, {"Curtain north", "Curtain south"}, {"Bed", "Sofa east", "Sofa west"}, "week.toml",
 )  # fmt: skip
@@ -52,7 +54,7 @@ ATELIER = (
 
 
 def reached(rooms, sliding, rests):
-    """The places of the open home, each of which can be reached."""
+    """Return the places of the open home, and assert that each can be reached."""
     bpy.context.view_layer.update()
     depsgraph = bpy.context.evaluated_depsgraph_get()
     found = read_places(bpy.context.scene, depsgraph)
@@ -63,7 +65,7 @@ def reached(rooms, sliding, rests):
     assert len(set(found.storeys[0].rooms)) == rooms + 1
     assert {door.name for door in found.doors.values() if door.slides} == sliding
     assert rests <= {p.name for p in found.places.values() if p.use in ("SIT", "LIE")}
-    # The toilet and its like are where the seat is, wherever the home stands.
+    # The toilet and other seats are where the seat is, wherever the home stands.
     seat = found.places["Toilet"]
     assert seat.height == pytest.approx(0.42, abs=0.02)
     assert np.linalg.norm(seat.target[:2] - seat.at[:2]) == pytest.approx(0.57, abs=0.1)
@@ -94,7 +96,7 @@ def test_every_place_is_reached_and_a_day_lived(builders, home, rooms, sliding, 
 
 
 def _live(found, text):
-    """The second day of the home's own week: as busy as real homes are, and all of it acted."""
+    """Act the second day of the home's own week: as busy as real homes, and complete."""
     routine = read(text, "week.toml")
     segments = timetable(routine, date(2026, 3, 2), 2, 1)
     bodies = {
@@ -110,12 +112,12 @@ def _live(found, text):
         assert low < share < high, name
         assert (15 if bodies[name].is_cat else 29) <= len(done) <= 91, name
         assert {one.place for one in done} <= {"", *found.places}
-    # What a hand opens it shuts again.
+    # Residents shut again what they open.
     for name, swings in acted.swings.items():
         assert swings[-1].after == found.doors[name].closed, name
 
 
-# The script that puts a person and sensors into homes of others, on one that is quickly made
+# The script that adds a person and sensors to homes of other people, on a simple home
 
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts" / "foreign_homes"

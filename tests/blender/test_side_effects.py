@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run leaves the user's scene as it found it, evaluates no frame in vain, and holds no more
-memory than its readings."""
+"""A run leaves the scene unchanged, evaluates no frame in vain, and keeps only readings."""
 
 import bpy
 import pytest
@@ -12,7 +11,7 @@ from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Reco
 
 @pytest.fixture
 def busy(world):
-    """A user in the middle of something: sub-frame, selection, Edit Mode, hidden things."""
+    """Set up a user at work: sub-frame, selection, Edit Mode, hidden objects."""
     mover = world.box((1, 1, 1), at=(0, 0, -2), name="mover")
     world.key(mover, "location", {1: (0, 0, -2), 48: (1, 0, -2)})
     edited = world.box((1, 1, 1), at=(5, 0, 0), name="edited")
@@ -38,7 +37,7 @@ def test_a_run_leaves_everything_as_it_was(busy):
 def test_so_does_the_operator(busy):
     before = busy.state()
     assert bpy.ops.angen.simulate() == {"FINISHED"}
-    # The mark of its recording alone, by which undo brings a former one back.
+    # Only the mark of its recording, by which undo restores an earlier one.
     assert busy.scene.angen_recording == CACHE.kept(busy.scene).mark
     busy.scene.angen_recording = 0
     assert busy.state() == before
@@ -72,7 +71,7 @@ def test_so_does_a_run_that_fails_half_way(busy):
 
 @pytest.mark.usefixtures("frame_by_frame")
 def test_a_run_ends_where_another_scene_is_shown(busy):
-    """What was recorded is not taken for that scene's."""
+    """The recording is not taken for that scene's."""
     scene, before = busy.scene, busy.state()
     recording = Recording()
     run = simulate(scene, busy.sensors(), 1, 48, recording)
@@ -89,8 +88,7 @@ def test_a_run_ends_where_another_scene_is_shown(busy):
 
 
 def frames_evaluated(world, run):
-    """The frames at which the scene was evaluated during a run, without the last, which puts
-    the playhead back."""
+    """Return the frames evaluated during a run, without the last, which resets the playhead."""
     seen = []
 
     def note(scene, depsgraph):
@@ -136,7 +134,7 @@ def test_every_frame_is_evaluated_where_a_simulation_needs_it(world, what):
 
 
 def test_a_falling_body_is_where_blender_drops_it(world):
-    """Free fall in Bullet's steps of 1/600 s, seen by a switch that samples once a second."""
+    """Free fall in Bullet's steps of 1/600 s, before a switch that samples once a second."""
     body = world.box((0.2, 0.2, 0.2), at=(0, 0, -1))
     world.update()
     bpy.context.view_layer.objects.active = body
@@ -156,7 +154,7 @@ def test_an_empty_scene_runs_and_records_nothing(world):
 
 
 def test_memory_grows_by_the_readings_alone(world):
-    """Python's own count of memory: a run of twice as many frames holds twice the readings."""
+    """By Python's own count: a run of twice as many frames keeps twice the readings."""
     import gc
     import tracemalloc
 

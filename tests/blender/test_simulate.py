@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""*Simulate* loses no recording: it keeps what is fresh, asks before it replaces more than it
-brings, and undo brings the former recording back."""
+"""*Simulate* loses no recording: it keeps a fresh one, asks before a loss, and undo restores it."""
 
 from types import SimpleNamespace
 
@@ -20,7 +19,7 @@ ops = bpy.ops.angen
 
 @pytest.fixture
 def home(world):
-    """A door that opens before a switch with noise and a detector that holds."""
+    """Add a door that opens before a switch with noise, and a detector with a hold time."""
     world.door(13)
     world.switch("Switch", noise_sigma=0.01)
     world.pir("PIR", hold_time=1.0, noise_sigma=0.01)
@@ -30,7 +29,7 @@ def home(world):
 
 
 def simulate(first, last, **given):
-    """Simulates, as a step of undo."""
+    """Simulate, as a step of undo."""
     return ops.simulate("EXEC_DEFAULT", True, frame_start=first, frame_end=last, **given)
 
 
@@ -121,7 +120,7 @@ def test_many_runs_keep_few_recordings(home):
 
 
 class Asked(LongWork):
-    """The operator as it is invoked in a window: takes down what it asks and tells."""
+    """The operator as it is invoked in a window; it records its question and its reports."""
 
     bl_idname, bl_label = ANGEN_OT_simulate.bl_idname, ANGEN_OT_simulate.bl_label
     frame_start = frame_end = -(2**31)
@@ -143,7 +142,7 @@ class Asked(LongWork):
         return {"RUNNING_MODAL"}
 
     def press(self, monkeypatch):
-        """Press the button; returns the question, if there is one."""
+        """Press the button; return the question, if there is one."""
 
         def run(operator, context, event):
             self.ran = True
@@ -192,7 +191,7 @@ def test_the_window_asks_nothing_where_nothing_is_lost(home, monkeypatch):
 
 @pytest.fixture
 def lit(home):
-    """The same with a lamp, and a light sensor of which few light paths are asked."""
+    """Add a lamp, and a light sensor with few light paths, to the home."""
     home.scene.angen_light_reference = 0
     lamp(home, "POINT", (0, 0, 3), energy=100.0)
     light = home.sensor("LIGHT", "Light", method="ILLUMINANCE", samples=16, update_rate=1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample home's story as a routine: the engine of days lives it in the file as it ships."""
+"""The sample home's story as a routine: the engine of days simulates it in the shipped file."""
 
 from datetime import date
 from pathlib import Path
@@ -14,7 +14,7 @@ from mathutils import Vector
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
 BEGINS, LASTS = 21.5 * 3600, 172.0
-# So long, until she leaves the kitchen, the evening is sensed too.
+# The evening is simulated for so long, until the resident leaves the kitchen.
 SENSED = 63.0
 ACTIVITIES = ["Coming home", "A rest", "Bathroom", "To bed"]
 ROOMS = ["living room", "living room", "bathroom", "bedroom"]
@@ -27,7 +27,7 @@ SWINGS = [
 
 @pytest.fixture(scope="module")
 def household():
-    """Whoever lives in the sample home, by its story, and what tells of doors and kitchen."""
+    """Return the residents of the sample home by its story, with its doors and kitchen."""
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "angen.blend"), load_ui=False)
     bpy.context.scene.angen_live = False
     plan = run.Plan.read(SAMPLES / "story.toml")
@@ -41,7 +41,7 @@ def household():
 
 
 def lived(household, keys):
-    """The day, as far as it was sensed."""
+    """Return the day, as far as it was simulated."""
     running = household.run(0, keys, (BEGINS, BEGINS + SENSED))
     while True:
         try:
@@ -59,7 +59,7 @@ def test_the_evening_is_lived_and_sensed(household):
         for swing in found
         if swing.start >= BEGINS
     )
-    # What a hand opens it shuts again.
+    # She shuts again what she opens.
     assert [name for _, name in swings] == SWINGS
     # The fridge, to its front.
     assert acted.swings["Fridge door"][0].after == pytest.approx(-1.8326, abs=1e-4)
@@ -77,7 +77,7 @@ def test_the_evening_is_lived_and_sensed(household):
     assert [e.sensor for e in opened] == ["Switch entrance", "Switch kitchen"]
     assert {(e.person, e.because.split()[0]) for e in opened} == {("anna", "Flag")}
     moved = [e.time for e in day.events if (e.kind, e.value) == ("PIR", True)]
-    # From when the kitchen's door is opened until it is shut behind her.
+    # From the opening of the kitchen's door until it is shut behind her.
     through = [s for s in acted.swings["Door kitchen"] if s.start >= BEGINS]
     assert through[0].start < moved[0] / 1e6 < moved[-1] / 1e6 < through[-1].end + 1.0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study of days: lived in the workers, judged by what was done."""
+"""A study of days: simulated in the workers, and judged by the truth."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -
     folder = home.parent
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     (folder / "score.py").write_text(SCORE, encoding="utf-8")
-    # Together: the home is lived once for both.
+    # Together: the days are acted once for both.
     run(folder, "--jobs", "1")
     assert not (folder / "out" / "days").exists()
     whole, alone = results(folder)
@@ -53,7 +53,7 @@ def test_days_are_those_of_angen_day_and_fewer_sensors_notice_less(home: Path) -
         assert kept.read_bytes() == (folder / "days" / name).read_bytes(), name
     assert (whole["people"], alone["people"]) == ("1.0", "1.0")
     assert whole["activities"] == alone["activities"]
-    # What is true does not depend on who looks. She sleeps in the right room, which the left
+    # The truth does not depend on the sensors. She sleeps in the right room, which the left
     # detector does not see.
     folders = [folder / "out" / "logs" / row["digest"] for row in (whole, alone)]
     for name in ("activities.csv", "people.csv"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel *Study*: what it writes is a study of this home."""
+"""The panel *Study* writes a study of this home."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from panel_layout import drawn
 
 @pytest.fixture
 def home(world, tmp_path):
-    """Two detectors and a switch, all selected, the first detector active; saved."""
+    """Add two detectors and a switch, all selected, the first detector active; save the file."""
     for name in ("PIR hall", "PIR bed"):
         world.pir(name)
     world.switch("Door")

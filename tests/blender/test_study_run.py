@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen study run`, as a user types it, with workers that are killed, missing or not alike."""
+"""`angen study run`, as a user types it, with workers that are killed, missing or different."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ RUNS = 8
 
 @pytest.fixture
 def folder(world, tmp_path) -> Path:
-    """A folder with a home, in which a wall moves before a detector, and a study of it."""
+    """Return a folder with a home, in which a wall moves before a detector, and a study of it."""
     world.sensor("PIR", "PIR hall", update_rate=24.0, sweep="ALL", rays=9)
     wall = world.wall(1.0)
     for frame, z in ((1, -1.0), (11, -1.0), (12, -1.5), (48, -3.0)):
@@ -73,7 +73,7 @@ def run(folder: Path, *options: str, status: int = 0, **how: object) -> str:
 
 
 def results(folder: Path) -> list[dict[str, str]]:
-    """The table without what each run takes another time for."""
+    """Return the table without the columns of times."""
     with open(folder / "out" / "results.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
@@ -104,7 +104,7 @@ def wait_until(reached: Callable[[], bool], driver: subprocess.Popen | None = No
 
 @pytest.fixture
 def daemon() -> Iterator[Callable[..., subprocess.Popen]]:
-    """Starts a scheduler or a worker, by Dask's own command, which ends with the test."""
+    """Start a scheduler or a worker by Dask's own command; it ends with the test."""
     started: list[subprocess.Popen] = []
 
     def begin(*words: str, path: Path | None = None) -> subprocess.Popen:
@@ -122,7 +122,7 @@ def daemon() -> Iterator[Callable[..., subprocess.Popen]]:
 
 @pytest.fixture
 def package(tmp_path) -> Path:
-    """A folder from which the package can be imported."""
+    """Return a folder from which the package can be imported."""
     found = tmp_path / "package"
     found.mkdir()
     (found / "angen_sensors").symlink_to(ROOT)
@@ -131,7 +131,7 @@ def package(tmp_path) -> Path:
 
 @pytest.fixture
 def scheduler(daemon, tmp_path) -> tuple[subprocess.Popen, str]:
-    """A scheduler, and its address."""
+    """Return a scheduler, and its address."""
     file = tmp_path / "scheduler.json"
     process = daemon(
         "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
@@ -152,7 +152,7 @@ def test_the_results_are_the_same_for_any_number_of_workers_order_and_engine(
     rows, logs = alone
     assert len(rows) == RUNS and not any(row["error"] for row in rows)
     assert [row["run"] for row in rows] == [str(n + 1) for n in range(RUNS)]
-    # Far enough to see the wall it sees it move; noise makes seeds differ.
+    # With a long range it sees the wall move; noise makes seeds differ.
     assert len({row["moves"] for row in rows}) > 2 and len(set(logs.values())) > 4
     anew(folder)
     # Backwards: the last values first.
@@ -171,7 +171,7 @@ def test_the_results_are_the_same_for_any_number_of_workers_order_and_engine(
 
 
 def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None:
-    """And what is there is not run again."""
+    """The same command again runs nothing."""
     (folder / "study.toml").write_text(
         'home = "home.blend"\nseeds = [0]\nkeep = "events"\n[vary]\n"PIR hall.enabled" = [true]\n'
     )
@@ -183,7 +183,7 @@ def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None
                 workers |= {child.pid} if "spawn_main" in " ".join(child.cmdline()) else set()
         time.sleep(0.3)
     assert driver.returncode == 0, driver.communicate()[1]
-    # None of them crashed, to be started anew without a word.
+    # No worker crashed and was silently restarted.
     assert len(workers) == 1
     (log,) = (folder / "out" / "logs").iterdir()
     assert log.read_bytes().decode() == command("simulate", "--quiet")[1]
@@ -208,7 +208,7 @@ def test_runs_that_fail_are_rows_and_what_is_there_is_not_run_again(folder) -> N
     assert "score.py:score: raised RuntimeError: too many (line 3)" in errors
     failed = sum(bool(row["error"]) for row in rows)
     assert f"{failed} of {RUNS} runs failed" in told
-    # Values more: only what is missing is run, and what failed is tried again.
+    # More values: only missing runs are made, and failed ones are tried again.
     before = (folder / "out" / "runs.jsonl").read_bytes()
     (folder / "study.toml").write_text(text.replace("0.01, 1.8", "0.01, 1.8, 0.7"))
     told = run(folder, "--jobs", "1", status=1)
@@ -248,7 +248,7 @@ def test_a_measure_that_fails_leaves_the_other_measures_of_its_row(folder) -> No
             "gives 'seed', which is another column",
             marks=pytest.mark.slow,
         ),
-        # Nobody would see that it changed.
+        # A change of it would go unnoticed.
         pytest.param(
             "import neighbour; return 1",
             "No module named 'neighbour'",
@@ -283,7 +283,7 @@ def test_killed_workers_and_a_killed_driver_lose_nothing(folder) -> None:
     workers[0].send_signal(signal.SIGKILL)
     reached = lines_at(folder)
     wait_until(lambda: lines_at(folder) > reached, driver)
-    # The driver too, and what it was about to write.
+    # The driver too, with the rows that it was about to write.
     below = psutil.Process(driver.pid).children(recursive=True)
     driver.kill()
     driver.communicate()
@@ -354,7 +354,7 @@ def test_workers_that_are_not_alike_are_refused(folder, daemon, scheduler, packa
 
 
 def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
-    """Functions that are sent to it would end it, again and again."""
+    """Functions sent to it would crash it, again and again."""
 
     class Client:
         def nthreads(self) -> dict[str, int]:
@@ -377,7 +377,7 @@ def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
 def test_a_worker_without_blenders_module_is_one_clear_line(
     folder, daemon, scheduler, package, tmp_path, where
 ) -> None:
-    """Its `bpy` is missing: another one, found before it, says so as Python would."""
+    """Another `bpy`, found first, raises the error that Python would raise."""
     (package / "bpy.py").write_text("raise ModuleNotFoundError(\"No module named 'bpy'\")\n")
     if where == "here":
         env = os.environ | {"PYTHONPATH": str(package)}

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that differ in their sensors alone live the home once: what each of them gives is what it
-gives alone, to the byte."""
+"""Runs that differ only in their sensors evaluate the home once, with the same bytes as alone."""
 
 from __future__ import annotations
 
@@ -45,8 +44,10 @@ sensors = ["*", ["PIR right"]]
 
 @pytest.fixture
 def plain_home(world: Any, tmp_path: Path) -> Path:
-    """Detectors, of which one has its housing in the other's view, a swept switch and light; a
-    wall moves before them, and a lamp goes on."""
+    """Add detectors, a swept switch and light; a wall moves before them, and a lamp goes on.
+
+    The housing of one detector is in the other's view.
+    """
     world.pir("PIR hall", sweep="ALL", range_max=1.8)
     warm = world.pir("PIR warm", model="PYROELECTRIC", warm_up_time=0.0)
     warm.location = (0.2, 0, -0.6)
@@ -68,7 +69,7 @@ def plain_home(world: Any, tmp_path: Path) -> Path:
 def lives_of(
     home: Path, text: str, addon_part: Callable[[str], Any], days_in: str = ""
 ) -> list[list[Any]]:
-    """The runs of a study beside a home, together with those that live it together."""
+    """Return the runs of a study beside a home, with those that are simulated together."""
     study, tasks, runs, engine = (
         addon_part(f"studies.{name}") for name in ("study", "tasks", "runs", "engine")
     )
@@ -88,7 +89,7 @@ def lives_of(
 
 
 def outcome(done: Any) -> tuple[Any, ...]:
-    """All but the seconds, which differ from one time to the next."""
+    """Return all of a result except the seconds, which vary."""
     return done.digest, done.values, done.error, done.files
 
 
@@ -99,7 +100,7 @@ def test_together_each_run_gives_what_it_gives_alone(
     home = request.getfixturevalue("plain_home" if text is PLAIN else "lived_home")
     worker = addon_part("studies.runs")
     lives = lives_of(home, text, addon_part)
-    # Where one stands is of the home, and so are the seed, and whether light is measured.
+    # A sensor's pose belongs to the home, as do the seed, and whether light is measured.
     sizes = sorted(len(life) for life in lives)
     assert sizes == ([4] * 4 + [8] * 4 if text is PLAIN else [4])
     objects = set(bpy.data.objects.keys())

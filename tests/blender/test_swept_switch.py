@@ -12,14 +12,14 @@ FRAME = 1 / 24
 
 
 def closed_at(world, recording, name="switch"):
-    """Frames of the updates that read closed."""
+    """Return the frames of the updates that read closed."""
     track = recording.tracks[name]
     opened = world.series(recording, name, "open")
     return [f for f, o in zip(track.frames, opened, strict=True) if not o]
 
 
 def pass_beam(world, obj, at=10.5, speed=1.0, depth=-0.1, origin=(0, 0, 0)):
-    """Keys: the object's origin is in the beam at frame `at`, m/s along x."""
+    """Set keys: the object's origin is in the beam at frame `at`, with `speed` (m/s) along x."""
     x, y, z = origin
     place = (at - 1) * FRAME * speed
     ends = {1: x - place, 24: x + 23 * FRAME * speed - place}
@@ -32,7 +32,7 @@ def card_past(world, width=0.01, name="card", **way):
     return pass_beam(world, world.box((width, 0.1, 0.001), name=name), **way)
 
 
-# What is caught
+# Flags that are detected
 
 
 def test_a_card_between_two_frames_is_caught(world, swept, each_caster):
@@ -52,7 +52,7 @@ def test_a_card_between_two_frames_is_caught(world, swept, each_caster):
     "width, speed", [(0.1, 1.0), (0.01, 0.05), (1e-3, 1.0), (1e-4, 20.0), (1e-5, 1.0)]
 )
 def test_flags_of_any_width_and_speed_are_caught_at_any_moment(world, swept, width, speed):
-    """Exactly at the updates whose interval, or whose moment, the flag is in the beam."""
+    """Exactly at the updates at which, or in whose interval, the flag is in the beam."""
     card_past(world, width=width, speed=speed, at=12.3)
     switches = 20
     for i in range(switches):
@@ -75,7 +75,7 @@ def test_a_slow_switch_watches_between_its_updates(world, swept, each_caster):
 
 
 def test_one_that_reaches_in_and_draws_back_is_caught(world, swept):
-    """At both updates it is where it was."""
+    """At both updates it is at the same place."""
     hand = world.box((0.1, 0.1, 0.01), name="hand")
     places = {1: (0.2, 0, -0.1), 6: (0.2, 0, -0.1), 8: (0.04, 0, -0.1), 10: (0.2, 0, -0.1)}
     world.key(hand, "location", places)
@@ -86,7 +86,7 @@ def test_one_that_reaches_in_and_draws_back_is_caught(world, swept):
 @pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (-2, -0.5, -3), (0.01, 20, 1)])
 @pytest.mark.parametrize("far", [0.0, 1e4])
 def test_mirrored_and_scaled_and_far_away(world, swept, scale, far):
-    """Positions of single precision are a millimetre apart 10 km from the origin."""
+    """Coordinates of single precision are a millimetre apart 10 km from the origin."""
     card = world.box([size / abs(s) for size, s in zip((0.01, 0.1, 0.01), scale, strict=True)])
     card.scale = scale
     pass_beam(world, card, origin=(far, -far, far), speed=2.0)
@@ -99,7 +99,7 @@ def test_mirrored_and_scaled_and_far_away(world, swept, scale, far):
 
 
 def test_the_sensor_that_moves_past_a_flag(world, swept):
-    """And one that turns past a pole, by 20° a frame."""
+    """One moves past the flag, one turns past a pole by 20° a frame."""
     world.box((0.01, 0.1, 0.001), at=(0, 0, -0.1), name="card")
     pass_beam(world, swept(), depth=0.0)
     world.box((0.01, 0.1, 0.01), at=(5.2, 0, 0), name="pole")
@@ -116,7 +116,7 @@ def test_the_sensor_that_moves_past_a_flag(world, swept):
 
 
 def test_what_moves_with_the_sensor_never_crosses(world, swept):
-    """A carriage turns and drives with switch and flag; a post it leaves behind is caught."""
+    """A carriage with switch and flag turns and drives; a still post is detected."""
     carriage = world.link("carriage", None)
     carriage.rotation_mode = "XYZ"
     flag = world.box((0.01, 0.1, 0.001), at=(0.012, 0, -0.1), name="flag")
@@ -131,8 +131,10 @@ def test_what_moves_with_the_sensor_never_crosses(world, swept):
 @pytest.mark.parametrize("radius", [0.3, 0.9])
 @pytest.mark.parametrize("hinge_is_origin", [True, False])
 def test_the_edge_of_a_door_that_is_flung(world, swept, radius, hinge_is_origin):
-    """40° a frame. Its tip is at the radius; a beam 0.1 mm beyond sees nothing, one 0.1 mm
-    nearer does, midway between two frames."""
+    """At 40° a frame, a beam 0.1 mm beyond the tip is open, one 0.1 mm nearer is broken.
+
+    The tip passes midway between two frames.
+    """
     door = world.box((0.001, 0.1, 0.001), name="door")
     pivot = world.link("hinge", None)
     pivot.rotation_mode = "XYZ"
@@ -149,13 +151,13 @@ def test_the_edge_of_a_door_that_is_flung(world, swept, radius, hinge_is_origin)
     world.key(pivot, "rotation_euler", {1: (0, 0, -5.5 * slope), 9: (0, 0, 2.5 * slope)})
     for name, x in (("in", radius - 1e-4), ("out", radius + 1e-3)):
         swept(name, threshold=0.3).location = (x, 0, 0)
-    # The flag is 0.1 m long across its way: its corners reach farther.
+    # The flag is 0.1 m wide: its corners reach farther.
     reach = math.hypot(radius, 0.05)
     swept("beyond").location = (reach + 1e-4, 0, 0)
     recording = world.run(1, 9)
     assert 7 in closed_at(world, recording, "in")
     assert closed_at(world, recording, "beyond") == []
-    # Its corners pass at angles to both sides: still within the same frame for the longer one.
+    # Its corners pass at angles to both sides, still within the same frame for the longer one.
     assert 7 in closed_at(world, recording, "out")
 
 
@@ -170,7 +172,7 @@ def test_an_aperture_is_covered_by_a_wide_flag_and_not_by_a_thin_one(world, swep
 
 
 def test_what_stands_in_part_of_the_slit_counts_too(world, swept):
-    """A strip that covers 4 of 9 rays stays open; with a thin flag before it, it closes."""
+    """A strip over 4 of 9 rays leaves it open; with a thin flag before the strip, it closes."""
     world.box((0.001, 0.1, 0.001), at=(-0.00055, 0, -0.2), name="strip")
     card_past(world, width=0.0003)
     swept(aperture_rays=9, aperture=0.001, hysteresis=0.0)
@@ -178,7 +180,7 @@ def test_what_stands_in_part_of_the_slit_counts_too(world, swept):
 
 
 def broken_by_a_corner(world, name, frame):
-    """Whether 2048 looks see the beam broken between the frame before and this one."""
+    """Return whether 2048 samples find the beam broken between the frame before and this one."""
     for obj in world.scene.objects:
         obj.angen_sensor.enabled = obj.name == name
         obj.angen_sensor.update_rate = 24 * 2048
@@ -189,8 +191,10 @@ def broken_by_a_corner(world, name, frame):
 
 @pytest.mark.parametrize("seed", mostly_slow(range(4), 0))
 def test_random_flags_against_64_substeps(world, swept, seed):
-    """Boxes that fly, and that swing about hinges, past 12 switches: what dense looks see, the
-    sweep sees, and nothing else."""
+    """Boxes that fly, or swing about hinges, past 12 switches.
+
+    The sweep finds exactly the flags that dense samples find.
+    """
     chance = np.random.default_rng(seed)
     world.scene.frame_end = 5
     for i in range(12):
@@ -229,7 +233,7 @@ def test_random_flags_against_64_substeps(world, swept, seed):
     assert broken >= 1, "the boxes met the beams"
 
 
-# What is not
+# Flags that are not detected
 
 
 def test_a_flag_that_stops_before_the_beam(world, swept):
@@ -251,7 +255,7 @@ def test_a_flag_behind_the_threshold_and_before_it(world, swept, beyond, closes)
 
 
 def test_nothing_is_late_where_a_flag_leaves(world, swept):
-    """Opening is told at the same update, swept or not."""
+    """Opening is at the same update, swept or not."""
     card_past(world, width=0.3, at=12.3)
     swept()
     swept("unswept", swept=False)
@@ -307,7 +311,7 @@ def test_switched_off_at_the_frame_before(world, swept):
     assert 10.0 not in list(recording.tracks["switch"].frames)
 
 
-# Swept switches while frames play, in parts of runs, and what is told of them
+# Swept switches in playback, in parts of runs, and in explanations
 
 
 @pytest.mark.parametrize("rate", [2.0, 10.0, 24.0, 60.0])

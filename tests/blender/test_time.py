@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time in the scene: sub-frames, playing, jumping and scrubbing, animated and driven parameters,
-and changes of which Blender tells in unusual ways."""
+"""Time in the scene: sub-frames, playback, jumps, scrubbing, and animated parameters.
+
+Also changes that Blender does not report, or reports in unusual ways.
+"""
 
 import random
 
@@ -10,7 +12,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenErr
 
 
 def walker(world, last=48):
-    """A box that walks past the sensors, there and back."""
+    """Add a box that walks past the sensors, there and back."""
     box = world.box((0.4, 0.4, 1.8), name="walker")
     box.rotation_euler.y = 0.1
     world.key(box, "location", {1: (-2, 0, -1.5), last / 2: (2, 0, -1.5), last: (-2, 0, -1.5)})
@@ -29,9 +31,9 @@ def recorded(recording, name, frame):
 
 @pytest.fixture
 def crossing(world):
-    """A card of 1 cm that crosses a beam at 1 m/s, in the middle between two frames.
+    """Add a card of 1 cm that crosses a beam at 1 m/s, midway between two frames.
 
-    It is in the beam for 10 ms, of the 42 ms of a frame.
+    It is in the beam for 10 ms of the 42 ms of a frame.
     """
     card = world.box((0.01, 0.1, 0.001), name="card", at=(0, 0, -0.1))
     metres_a_frame = 1 / 24
@@ -53,7 +55,7 @@ def test_a_card_between_two_frames_is_found_with_substeps(crossing, substeps):
     crossing.scene.angen_substeps = substeps
     log = crossing.log(crossing.run())
     assert [row[5] for row in log] == ["1", "0", "1"]
-    # Its edges pass at frame 10.5 ± 0.12; the log tells the first sub-frame at or after.
+    # Its edges pass at frame 10.5 ± 0.12; the log has the first sub-frame at or after.
     for row, crosses in zip(log[1:], (10.38, 10.62), strict=True):
         frame, time = float(row[1]), float(row[0])
         assert crosses <= frame < crosses + 1 / substeps
@@ -64,7 +66,7 @@ def test_a_card_between_two_frames_is_found_with_substeps(crossing, substeps):
 
 @pytest.mark.parametrize("start", [1, 10, 25])
 def test_a_part_of_a_run_has_the_readings_of_the_whole(world, start):
-    """t = 0 stays at the scene's start; without a scan to compare with there is no movement."""
+    """t = 0 stays at the scene's start; a first scan without a previous one is no movement."""
     walker(world)
     world.switch(update_rate=7.0, threshold=0.3, range_max=3.0, noise_sigma=0.01)
     whole, part = world.run(), world.run(start, 40)
@@ -108,7 +110,7 @@ def test_playing_in_a_loop_shows_the_same_each_time(world):
 
 
 def test_a_jump_is_never_movement(world, figure):
-    """Everything moved meanwhile, but no time passed."""
+    """All objects moved, but no time passed."""
     walker(world)
     sensors = [world.pir(), world.pir("all tilts", sweep="ALL", vertical_fov=0.6, hold_time=5.0)]
     jump = random.Random(3)
@@ -160,7 +162,7 @@ def test_scrubbing_shows_what_was_recorded(world):
 
 
 def test_drivers_follow_the_recording(world):
-    """An output drives a lamp, as users do; that must not count as an edit of the scene."""
+    """An output drives a lamp, as users do, which must not count as an edit of the scene."""
     walker(world)
     sensor = world.switch(threshold=1.6, range_max=3.0)
     lamp = world.link("lamp", None, at=(9, 9, 9))
@@ -180,7 +182,7 @@ def test_drivers_follow_the_recording(world):
     assert world.bpy.ops.angen.clear_recording.poll(), "the recording is still there"
 
 
-# Animated and driven parameters are read as they are at the frame; silent sensors stay silent
+# Animated and driven parameters are read at the frame; sensors that are off stay silent
 
 
 def test_an_animated_threshold_is_read_at_each_frame(world, each_caster):
@@ -205,7 +207,7 @@ def test_a_driven_parameter_is_read_evaluated(world):
     driver = sensor.driver_add("angen_sensor.optical_switch.threshold").driver
     driver.expression = "frame / 20"
     world.scene.frame_end = 6
-    # Frame 4 drives the threshold to 0.2 exactly, where the switch is still open.
+    # Frame 4 drives the threshold to exactly 0.2, at which the switch is still open.
     assert world.series(world.run(), "switch", "open")[:3] == [1, 1, 1]
     assert world.series(world.run(), "switch", "open")[4:] == [0, 0]
 
@@ -258,7 +260,7 @@ def test_a_sensor_at_nan_is_refused_by_name(world):
     ],
 )
 def test_parameters_out_of_range_reach_the_user(world, kind, name, value):
-    """Blender's property lets them be typed, so that the run can say what is wrong."""
+    """Blender's property accepts them, and the run reports the error."""
     world.sensor(kind, "Kitchen", **{name: value})
     with pytest.raises(error, match=rf"'Kitchen'.*{name}"):
         world.run()
@@ -270,14 +272,14 @@ def test_bad_parameters_of_a_sensor_that_is_off_do_not_matter(world):
     assert list(world.run().tracks) == ["switch"]
 
 
-# Changes that Blender tells nobody of, or tells in unusual ways
+# Changes that Blender does not report, or reports in unusual ways
 
 
 FAR = 0.5
 
 
 def nodes_that_instance(obj, from_frame):
-    """Geometry nodes that put a square across the beam, 0.1 m ahead, from a frame on."""
+    """Add geometry nodes that put a square across the beam, 0.1 m ahead, from a frame on."""
     tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     time = tree.nodes.new("GeometryNodeInputSceneTime")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sensors' history in the timeline: spans, events, what is drawn of them, and markers."""
+"""The sensors' timeline: spans, events, how they are drawn, and markers."""
 
 import random
 
@@ -19,7 +19,7 @@ ADDON = "bl_ext.user_default.angen_sensors"
 
 @pytest.fixture
 def made():
-    """A track of random readings: (kind, active, extra columns) with updates at these frames."""
+    """Make a track of random readings with updates at these frames."""
 
     def make(kind, frames, active, **columns):
         track = recording.Track("sensor", kind)
@@ -89,7 +89,7 @@ def view(**changed):
 
 @pytest.fixture
 def drawn():
-    """A history of one PIR or pad, with these spans."""
+    """Make a timeline of one PIR or pad, with these spans."""
 
     def make(spans, kind="PIR", room="hall", name="sensor", uid=1, frames=(), values=()):
         starts, ends, states = (np.array(column, float) for column in zip(*spans, strict=True))
@@ -108,14 +108,14 @@ def test_an_active_span_is_where_its_frames_are(drawn):
     picture = layout.strips(some, view(), frozenset())
     solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
     assert [(q[0], q[2]) for q in solid] == [(100.0, 200.0)]
-    # Twice as near: the same span is twice as long.
+    # Zoomed in twice: the same span is twice as long.
     picture = layout.strips(some, view(left=26.0, right=76.0), frozenset())
     solid = [q for q in picture.quads if q[4] == layout.COLOURS[0]]
     assert [(q[0], q[2]) for q in solid] == [(0.0, 200.0)]
 
 
 def test_states_differ_without_colour(drawn):
-    """Solid, hatched, dotted: by the shapes, whatever their colours are."""
+    """Solid, hatched and dotted shapes differ, whatever their colours."""
 
     def shapes(state):
         picture = layout.strips(drawn([(1, 101, state)]), view(), frozenset())
@@ -185,12 +185,12 @@ def test_rows_stand_by_room_and_kind_and_sensors_without_a_track_are_told_as_off
     assert found.row_of(pir.uid) is pir
 
 
-# Jumping
+# Jumps
 
 
 @pytest.fixture
 def jumper(world):
-    """A switch that opens and closes at frames 10, 20 and 30."""
+    """Add a switch that opens and closes at frames 10, 20 and 30."""
     leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
     places = {1: (0, 0, -0.02), 10: (1, 0, -0.02), 20: (0, 0, -0.02), 30: (1, 0, -0.02)}
     world.key(leaf, "location", places, "CONSTANT")
@@ -272,7 +272,7 @@ def test_keys_are_there_once_and_gone_when_switched_off(world):
 
 @pytest.fixture
 def home(world):
-    """A switch and a detector that see a door move at frames 10, 20 and 30; simulated."""
+    """Add a switch and a detector before a door that moves at frames 10, 20 and 30; simulate."""
     leaf = world.box((0.1, 0.1, 0.01), at=(0, 0, -0.02), name="door")
     places = {1: (0, 0, -0.02), 10: (1, 0, -0.02), 20: (0, 0, -0.02), 30: (1, 0, -0.02)}
     world.key(leaf, "location", places, "CONSTANT")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tutorials that need Blender alone; tests/readers has those that need other packages too."""
+"""The tutorials that need only Blender; tests/readers has those that need other packages too."""
 
 import sys
 from pathlib import Path

@@ -17,7 +17,7 @@ ops = bpy.ops.angen
 
 @pytest.fixture
 def lit(world):
-    """A lamp of 1445 lx above a light sensor by illuminance."""
+    """Add a lamp of 1445 lx above a light sensor by illuminance."""
     world.scene.angen_luminous_efficacy = 1.0
     lamp(world, "POINT", at=(0, 0, 10), energy=1445.0 * 4 * math.pi * 100)
     obj = world.sensor(
@@ -49,7 +49,7 @@ def test_light_by_illuminance_is_in_lux_wherever_it_is_shown(world, lit, tmp_pat
         assert "e+0" not in shown
 
 
-# Unit systems, units, scales, and what 4 m and the beam of 0.31 m are in them.
+# Unit systems, units, scales, and the texts of 4 m and of the beam of 0.31 m.
 SCENES = [
     ("METRIC", "METERS", 1.0, "4 m", "0.310 m"),
     ("METRIC", "CENTIMETERS", 0.01, "4 m", "31.0 cm"),
@@ -63,7 +63,7 @@ SCENES = [
 
 @pytest.fixture(params=SCENES, ids=lambda p: f"{p[1]} {p[2]:g}")
 def scaled(request, world):
-    """The scene's unit settings; returns metres a unit and the two texts."""
+    """Set the scene's units; return metres per unit and both texts."""
     system, unit, scale, *texts = request.param
     settings = world.scene.unit_settings
     settings.system, settings.length_unit, settings.scale_length = system, unit, scale
@@ -71,7 +71,7 @@ def scaled(request, world):
 
 
 def read(scene, field):
-    """The text of a field of lengths as Blender's interface makes it."""
+    """Return the text of a field of lengths as Blender's interface shows it."""
     owner, name = field
     assert owner.bl_rna.properties[name].unit == "LENGTH"
     settings = scene.unit_settings
@@ -82,7 +82,7 @@ def read(scene, field):
 
 
 def type_in(scene, field, text):
-    """What Blender's interface does with a text that is typed into a field of lengths."""
+    """Type a text into a field of lengths, as in Blender's interface."""
     owner, name = field
     settings = scene.unit_settings
     metres = bpy.utils.units.to_value(settings.system, "LENGTH", text)
@@ -156,15 +156,14 @@ def test_without_units_the_label_has_those_that_blender_leaves_out(world):
 
 
 def test_no_label_is_wider_than_its_column():
-    """Of the sidebar at its default width, 40 % of 235 pixels without margins; in Blender's own
-    font."""
+    """40 % of the sidebar's default 235 pixels without margins, in Blender's own font."""
     blf.size(0, 11.0)
     for kind in kinds.KINDS.values():
         units = {field.unit for field in kind.samples if field.used_when} or {""}
         for name, spec in parameters.specs(kind.parameters).items():
             of_reading = spec.unit == parameters.READING
             for unit in units if of_reading else (spec.unit,):
-                # What is ticked has the wider column of values.
+                # Checkboxes have the wider column of values.
                 room = 100 if isinstance(parameters.defaults(kind.parameters)[name], bool) else 78
                 for label in (spec.short or spec.label, *(s for *_, s in spec.other_labels)):
                     assert blf.dimensions(0, with_unit(label, unit))[0] <= room, label

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets set what they name and nothing else; what a user saves comes back, in Blender's own
-folder of presets, and goes when removed."""
+"""Presets set only the parameters that they name; user presets are saved, listed and removed."""
 
 import math
 from pathlib import Path
@@ -24,7 +23,7 @@ ops = bpy.ops.angen
 
 @pytest.fixture
 def user_preset():
-    """The module; the presets that a test saves are gone after it."""
+    """Return the module; remove the presets that a test saved."""
 
     def saved():
         return [file for kind in kinds.values() for file in module.user_presets(kind)]
@@ -142,12 +141,12 @@ def test_what_is_not_a_preset_changes_nothing(world, user_preset, capfd):
     assert (sensor.angen_sensor.pir.rays, sensor.angen_sensor.pir.sweep) == (12, "SAWTOOTH")
 
 
-# Presets set what they name and nothing else, and each can be told from the others
+# Presets set only the parameters that they name, and all differ from each other
 
 
 @pytest.fixture
 def presets():
-    """Each with its kind."""
+    """Return each preset with its kind."""
     kinds = KINDS.values()
     return [(kind, preset) for kind in kinds for preset in kind.presets]
 
@@ -159,7 +158,7 @@ def activate(world, obj):
 
 
 def all_values(world, obj):
-    """Every parameter of a sensor's kind, by name."""
+    """Return every parameter of a sensor's kind, by name."""
     kind = KINDS[obj.angen_sensor.kind]
     group = getattr(obj.angen_sensor, kind.attribute)
     names = specs(kind.parameters)

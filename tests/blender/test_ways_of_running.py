@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""However a run goes through its frames, it reads to the bit what one reads that looks at all of
-the scene anew at each frame; and sensors do not know of each other."""
+"""All ways of running give the same bits as evaluating the whole scene at each frame.
+
+And sensors do not depend on each other.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,7 @@ from tiers import mostly_slow
 
 
 def run(world: Any, edits: Any = None) -> tuple[Any, Any]:
-    """The tracks of a run, with `edits` made after some of its frames, and its last progress."""
+    """Return the tracks of a run with `edits` after some of its frames, and its last progress."""
     recording, scene, done = Recording(), world.scene, None
     for done in simulate(scene, world.sensors(), scene.frame_start, scene.frame_end, recording):
         if edits and round(done.frame) in edits:
@@ -38,8 +40,10 @@ def run(world: Any, edits: Any = None) -> tuple[Any, Any]:
 
 @contextmanager
 def everything_anew() -> Iterator[None]:
-    """Each frame is evaluated by itself, and each ray cast and each sensor read anew, beside a
-    handler of other code, which may change anything."""
+    """Evaluate each frame alone, cast each ray and read each sensor again.
+
+    A handler of other code, which may change anything, forces this.
+    """
     see_at = RayCaster.see_at
 
     def anew(self: Any, sensor: Any, bundle: Any, *rest: Any) -> Any:
@@ -64,7 +68,7 @@ def everything_anew() -> Iterator[None]:
                 functions.remove(act)
 
 
-# Frames that are kept and sensed at once, and from how many objects on movement has a scene.
+# Frames of a batch, and from how many objects on a run has a moving scene.
 BATCHES = {"of 1": (1, 10**9), "of 5": (5, 10**9), "alone": (256, 0), "of 5, alone": (5, 0)}
 USUAL = (
     "pauses_between_linear_keys", "between_frames", "a_sensor_that_moves", "noise_of_a_sensor",
@@ -100,7 +104,7 @@ def test_each_way_of_running_reads_the_same(
         monkeypatch.setattr(frames, "MOST_FRAMES", most)
         monkeypatch.setattr(skipping, "LEAST_OBJECTS", least)
         assert run(world)[0] == plain, f"in batches {batches}"
-    # What looks at the scene as a whole is not taken out of it.
+    # Nodes that read the whole scene keep their objects in it.
     assert len(bpy.data.scenes) == scenes
 
 
@@ -147,7 +151,7 @@ def test_a_run_that_is_left_keeps_what_it_looked_at(world, tmp_path, monkeypatch
 
 
 def test_what_leaves_for_far_away_in_one_step_is_missed_there(world):
-    """Where it is now, no ray comes near it: only that it was met says that it must be cast."""
+    """No ray passes near its new place: only the last hit shows that the ray must be cast again."""
     world.pir("pir")
     thing = world.box((1, 1, 1), (0, 0, -2), "thing")
     places = {1: (0, 0, -2), 5: (0, 0, -2.2), 9: (90, 0, 0), 13: (0, 0, -2), 17: (0, 70, 0)}
@@ -160,7 +164,7 @@ def test_what_leaves_for_far_away_in_one_step_is_missed_there(world):
 
 
 def place_sensors(world: Any) -> list[Any]:
-    """Detectors that stand, are carried, follow a constraint, have driven and keyed parameters."""
+    """Add detectors that are still, parented, constrained, with driven and keyed parameters."""
     random = np.random.default_rng(len(world.scene.objects))
     made = []
     for i in range(7):
@@ -190,7 +194,7 @@ def place_sensors(world: Any) -> list[Any]:
 @pytest.mark.parametrize("instances", [False, True])
 @pytest.mark.parametrize("seed", mostly_slow(range(3), 0))
 def test_random_scenes_and_edits_during_a_run(world, monkeypatch, seed, instances):
-    """Each kind of edit is seen at once, as by a run that looks at everything anew."""
+    """Each kind of edit counts at once, as in a run that evaluates everything again."""
     RandomScene(seed, instances)
     placed = place_sensors(world)
     world.scene.frame_end = LAST_FRAME
@@ -216,7 +220,7 @@ def test_random_scenes_and_edits_during_a_run(world, monkeypatch, seed, instance
         placed[0].location, placed[7].location = start, at
         thing.scale, thing.data, thing.hide_viewport = scale, data, False
 
-    # An edit amid a run counts from the frame that is read next.
+    # An edit during a run counts from the next frame that is read on.
     monkeypatch.setattr(frames, "MOST_FRAMES", 1)
     edits = {4: shorten, 8: switch_off, 12: switch_on, 16: exchange}
     found = run(world)[0]
@@ -234,12 +238,12 @@ def test_random_scenes_and_edits_during_a_run(world, monkeypatch, seed, instance
 
 @pytest.fixture
 def afresh():
-    """No test follows what another one left."""
+    """Clear what another test left."""
     state.CACHE.clear()
 
 
 def played(world: Any) -> dict[str, dict[float, Any]]:
-    """By name, the updates as they are shown while the playhead goes through the frames."""
+    """Return, by sensor, the updates shown while the playhead goes through the frames."""
     found: dict[str, dict[float, Any]] = {}
     for frame in range(world.scene.frame_start, world.scene.frame_end + 1):
         world.scene.frame_set(frame)
@@ -293,7 +297,7 @@ def test_a_run_of_one_sensor_reads_what_it_reads_among_all(world, command, tmp_p
     assert status == 0 and rows == [r for r in all_rows if r.split(",")[2] in ("sensor", "lux")]
     assert len(rows) > 4
     assert "simulated too, since drivers read their outputs: 'switch'" in told
-    # Only what is chosen is written.
+    # Only the chosen sensors are written.
     assert [path.name for path in (tmp_path / "samples").iterdir()] == ["lux.csv"]
 
 
@@ -316,12 +320,12 @@ CROWDED = (
 
 
 def furnish(world: Any, name: str, folder: Any) -> None:
-    """The scene with a lamp that moves, over six frames."""
+    """Build the scene with a moving lamp, over six frames."""
     SCENES[name][0](world, folder)
     if "switch" not in world.scene.objects:
         watched_bodies(world)
     world.scene.frame_end = 6
-    # Few paths, and more of them in the reference, as in an ordinary run.
+    # Few paths, and more of them in the reference, as in a usual run.
     world.scene.angen_light_reference = 16
     shine = lamp(world, "AREA", at=(0, 0, 3), energy=10.0, size=0.5)
     world.key(shine, "location", {1: (0, 0, 3), 6: (1, 0, 3)})
@@ -337,7 +341,7 @@ def add(world: Any, what: str) -> Any:
 
 
 def recorded(world: Any, *beside: str) -> dict[Any, str]:
-    """Every reading of a run, but of the sensors `beside`, to the bit."""
+    """Return every reading of a run to the bit, without the sensors `beside`."""
     return {
         (name, column): repr(list(values))
         for name, track in run(world)[0].items()
@@ -347,7 +351,7 @@ def recorded(world: Any, *beside: str) -> dict[Any, str]:
 
 
 def shown(world: Any, *beside: str) -> dict[Any, Any]:
-    """What the playhead shows at each frame, the light being measured there too; the same."""
+    """Return the readings at the playhead at each frame, with light measured, in the same form."""
     state.CACHE.live = None
     found = {}
     for frame in range(1, 7):
@@ -363,7 +367,7 @@ def shown(world: Any, *beside: str) -> dict[Any, Any]:
 
 @pytest.mark.parametrize("name", ["falling", "steps_on_a_pad", "part_is_hidden"])
 def test_sensors_without_cycles_change_nothing_in_a_run(world, name, tmp_path):
-    """The quick part of the test below."""
+    """Quick cases of the next test."""
     furnish(world, name, tmp_path)
     expected = recorded(world)
     for what in QUICK:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sensor stays whole through duplicate, copy and paste, append, link, override and undo."""
+"""A sensor survives duplicate, copy and paste, append, link, override and undo."""
 
 import bpy
 import pytest
@@ -16,7 +16,7 @@ ODD = {
 
 
 def make(world, kind):
-    """A sensor with settings of its own, placed on a wall that it follows."""
+    """Add a sensor with non-default settings, placed on a wall as its parent."""
     wall = world.box((0.2, 4, 3), at=(-0.1, 0, 1.5), name="wall")
     world.update()
     ops.sensor_place(kind=kind, location=(0, 1, 2), normal=(1, 0, 0), surface="wall", follow=True)
@@ -58,7 +58,7 @@ def test_duplicate(world, kind, linked):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_copy_and_paste(world, kind, tmp_path):
-    """As Ctrl C and Ctrl V do, which write a file and append it."""
+    """Ctrl C and Ctrl V write a file and append it."""
     sensor = make(world, kind)
     name = sensor.name
     path = tmp_path / "buffer.blend"
@@ -125,12 +125,12 @@ def test_a_fitted_door_is_undone_whole(world):
     assert bpy.data.objects["Flag leaf"].parent == bpy.data.objects["leaf"]
 
 
-# Sensors that come from another file
+# Sensors from another file
 
 
 @pytest.fixture
 def library(world, tmp_path):
-    """A file with a switch called "Door", 0.2 m from a wall, in a collection."""
+    """Save a file with a switch called "Door", 0.2 m from a wall, in a collection."""
     devices = world.aside("devices", world.switch("Door"), world.wall(0.2, "panel"))
     path = world.save_library(tmp_path / "library.blend", devices)
     world.scene.frame_end = 4

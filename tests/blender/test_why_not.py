@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a sensor reports something or nothing, in what a user reads: panels, Explain and the command
-line."""
+"""Why a sensor reports something or nothing, in panels, Explain and the command line."""
 
 import math
 
@@ -16,12 +15,12 @@ ops = bpy.ops.angen
 
 
 def asked(frame):
-    """What Explain says of the active sensor at a frame: the headline and all facts."""
+    """Return the headline and all facts of Explain for the active sensor at a frame."""
     bpy.context.scene.frame_set(frame)
     buttons = [text for text, *_ in drawn("ANGEN_PT_events").operators]
     assert "Why Not Now?" in buttons
     assert ops.explain(now=True) == {"FINISHED"}
-    # Lines are broken where they do not fit.
+    # Long lines are wrapped.
     return " ".join(drawn("ANGEN_PT_events").text.split())
 
 
@@ -32,7 +31,7 @@ def activate(obj):
 
 @pytest.fixture
 def passing(world):
-    """A detector with a warm-up of 60 s, and a box that passes in its view at every frame."""
+    """Add a detector with a warm-up of 60 s, and a box that moves in its view at every frame."""
     box = world.box((1, 1, 1), at=(-2, 0, -3), name="Box")
     world.key(box, "location", {1: (-2, 0, -3), 48: (2, 0, -3)})
     world.scene.frame_end = 48
@@ -84,7 +83,7 @@ def test_the_command_line_says_so_too(world, passing, capsys, tmp_path):
 def test_a_detector_that_is_blocked_says_so(world, passing):
     pir = passing.angen_sensor.pir
     pir.warm_up_time, pir.hold_time, pir.blocking_time = 0.0, 0.0, 30.0
-    # It stops for a while, so that the output goes off, and goes on.
+    # It stops for a while, so that the output goes off, and starts again.
     world.key(
         bpy.data.objects["Box"], "location", {10: (-1, 0, -3), 20: (-1, 0, -3), 48: (2, 0, -3)}
     )
@@ -187,7 +186,7 @@ def operators(world):
 
 
 def kept(world, addon_part, obj):
-    """What the panel shows at the playhead."""
+    """Return the panel's text at the playhead."""
     recording = CACHE.recording(world.scene)
     if recording is None:
         return None

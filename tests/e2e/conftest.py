@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A real Blender program with the built zip installed in it.
 
-BLENDER names the program; where Blender's Python module is missing, the one on PATH is taken.
+BLENDER names the program; where Blender's Python module is missing, the one on PATH is used.
 """
 
 import importlib.util
@@ -21,7 +21,7 @@ Angen = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.fixture(scope="session")
 def blender() -> str:
-    """The program, as an absolute path."""
+    """Return the program as an absolute path."""
     name = os.environ.get("BLENDER") or (
         None if importlib.util.find_spec("bpy") else shutil.which("blender")
     )
@@ -36,7 +36,7 @@ def blender() -> str:
 def run_blender(
     blender: str, tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[list[str]], subprocess.CompletedProcess[str]]:
-    """Runs the program with arguments; its folders held nothing before the zip was installed."""
+    """Run the program with arguments; its folders were empty before the zip was installed."""
     resources = tmp_path_factory.mktemp("blender_resources")
 
     def run(arguments: list[str]) -> subprocess.CompletedProcess[str]:
@@ -60,5 +60,5 @@ def run_blender(
 
 @pytest.fixture(scope="session")
 def angen(run_blender: Callable[[list[str]], subprocess.CompletedProcess[str]]) -> Angen:
-    """Runs the extension's command on a file: angen("home.blend", "list", "--json")."""
+    """Run the extension's command on a file: angen("home.blend", "list", "--json")."""
     return lambda file, *arguments: run_blender([str(file), "--command", "angen", *arguments])

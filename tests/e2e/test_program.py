@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The installed extension in a real Blender: its command line, days by two processes, and that
-what a user reads in panels, table, labels and Explain is what the exported files say."""
+"""The installed extension in a real Blender: its command line, and days by two processes.
+
+Also every number that a user reads in panels, table, labels and Explain equals that of the exported
+files.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ HOME = build_zip.ROOT / "sample_blends" / "angen.blend"
 
 @pytest.fixture(scope="module")
 def sensors(angen: Angen) -> list[dict[str, Any]]:
-    """The sample home's sensors, as the command lists them."""
+    """Return the sample home's sensors, as the command lists them."""
     done = angen(HOME, "list", "--json")
     assert done.returncode == 0, done.stderr
     found: list[dict[str, Any]] = json.loads(done.stdout)
@@ -35,14 +38,16 @@ def sensors(angen: Angen) -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def quick(sensors: list[dict[str, Any]]) -> list[str]:
-    """Options that leave out the light sensors: their pictures take most of the time, and are not
-    the same in every version of Blender."""
+    """Return options that leave out the light sensors.
+
+    Their pictures take most of the time, and differ between versions of Blender.
+    """
     return [f"--sensor={sensor['name']}" for sensor in sensors if sensor["kind"] != "LIGHT"]
 
 
 @pytest.fixture(scope="module")
 def event_log(angen: Angen, quick: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The events of the whole story, with the extension installed from its zip."""
+    """Return the events of the whole story, with the extension installed from its zip."""
     path = tmp_path_factory.mktemp("events") / "events.csv"
     done = angen(HOME, "simulate", *quick, "--events", str(path))
     assert done.returncode == 0, done.stderr
@@ -146,7 +151,7 @@ def test_days_tell_who_opened_the_entrance_when_somebody_left(angen: Angen, tmp_
     assert left
     for moment in left:
         assert any(abs((moment - time).total_seconds()) < 30.0 for time in times), moment
-    # What is there is whole: nothing is lived again.
+    # The existing folder is complete: no day is made again.
     written = {path.name: path.read_bytes() for path in (tmp_path / "day").glob("*.csv")}
     assert angen(HOME, "day", *options).returncode == 0
     assert written == {path.name: path.read_bytes() for path in (tmp_path / "day").glob("*.csv")}
@@ -169,7 +174,7 @@ def test_every_number_on_the_screen_is_that_of_the_csv(run_blender: Run, tmp_pat
     assert len({row["sensor"] for row in rows}) == 22
     assert {row["place"] for row in rows} >= NAMED
 
-    # It would notice a file that says something else.
+    # The comparison would notice a file with another value.
     wrong = samples / "Switch entrance.csv"
     wrong.write_text(wrong.read_text(encoding="utf-8").replace("0.0", "0.1"), encoding="utf-8")
     done = run_blender(arguments)

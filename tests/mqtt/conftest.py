@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A broker and a listener that others wrote, and the commands that send to that broker.
+"""A real broker and listener (mosquitto), and the commands that send to that broker.
 
 `make mqtt` fetches mosquitto and paho-mqtt and runs these tests; elsewhere they are skipped.
 """
@@ -26,7 +26,7 @@ LAST = "angen/end-of-test"
 
 @pytest.fixture(scope="session")
 def mosquitto() -> Path:
-    """The folder with its programs."""
+    """Return the folder with mosquitto's programs."""
     return MOSQUITTO
 
 
@@ -39,7 +39,7 @@ def _needs_a_broker() -> None:
 
 
 def until(what, *arguments):
-    """Waits for something to become true."""
+    """Wait until a condition is true."""
     end = time.monotonic() + PATIENCE_S
     while not (found := what(*arguments)):
         assert time.monotonic() < end, f"{what} {arguments} did not come about"
@@ -48,7 +48,7 @@ def until(what, *arguments):
 
 
 class Broker:
-    """A mosquitto; `lines` are of its configuration."""
+    """A mosquitto process; `lines` belong to its configuration."""
 
     def __init__(self, folder: Path, *lines: str) -> None:
         with socket.socket() as free:
@@ -57,7 +57,7 @@ class Broker:
         self.folder = folder
         self.access: list[str] = []
         self._config = folder / f"mosquitto_{self.port}.conf"
-        # Where root runs it, it would become somebody who cannot read these files.
+        # Started by root, it would change to a user who cannot read these files.
         text = [f"listener {self.port} 127.0.0.1", "user root", *lines]
         self._config.write_text("\n".join(text) + "\n")
         self.start()
@@ -91,20 +91,20 @@ class Broker:
     def _client(self, name: str) -> list:
         return [MOSQUITTO / f"mosquitto_{name}", "-V", "5", "-p", str(self.port), *self.access]
 
-    def kept(self) -> dict[str, str]:
-        """What the broker retains, by topic."""
+    def retained(self) -> dict[str, str]:
+        """Return the retained messages, by topic."""
         with self.listen() as listener:
             return dict(listener.all())
 
 
 class Listener:
-    """All messages from now on, first those that the broker retained, by mosquitto_sub."""
+    """A mosquitto_sub that gets all messages from now on, first the retained ones."""
 
     def __init__(self, broker: Broker, command: list) -> None:
         self._broker = broker
         self._out = broker.folder / f"heard_{time.monotonic_ns()}"
         self._process = subprocess.Popen(command, stdout=self._out.open("w"))
-        until(self._hears)
+        until(self._is_listening)
 
     def __enter__(self) -> Listener:
         return self
@@ -113,7 +113,7 @@ class Listener:
         self._process.kill()
         self._process.wait()
 
-    def _hears(self) -> bool:
+    def _is_listening(self) -> bool:
         if any(topic == LAST and text == "begin" for topic, text in self._so_far()):
             return True
         self._broker.publish(LAST, "begin")
@@ -123,26 +123,26 @@ class Listener:
         lines = [json.loads(line) for line in self._out.read_text().split("\n")[:-1]]
         return [(line["topic"], line["payload"]) for line in lines]
 
-    def heard(self) -> list[tuple[str, str]]:
-        """(topic, payload) of each message that has come."""
+    def received(self) -> list[tuple[str, str]]:
+        """Return (topic, payload) of each message so far."""
         return [message for message in self._so_far() if message[0] != LAST]
 
     def until(self, topic: str, payload: str) -> None:
-        until(lambda: (topic, payload) in self.heard())
+        until(lambda: (topic, payload) in self.received())
 
     def until_last(self, topic: str, payload: str) -> None:
-        until(lambda: self.heard()[-1] == (topic, payload))
+        until(lambda: self.received()[-1] == (topic, payload))
 
     def all(self) -> list[tuple[str, str]]:
-        """The same, with everything that was published before this call."""
+        """Return the same, with all messages published before this call."""
         self._broker.publish(LAST, "end")
         until(lambda: (LAST, "end") in self._so_far())
-        return self.heard()
+        return self.received()
 
 
 @pytest.fixture
 def make_broker(tmp_path):
-    """Starts brokers; they are ended with the test."""
+    """Start brokers, which end with the test."""
     made: list[Broker] = []
 
     def make(*lines: str) -> Broker:
@@ -161,7 +161,7 @@ def broker(make_broker):
 
 @pytest.fixture
 def start(tmp_path):
-    """Starts a command of `angen`; what is left of it is ended with the test."""
+    """Start a command of `angen`; the process ends with the test."""
     running: list[subprocess.Popen[str]] = []
 
     def run(*arguments: object, **environment: str) -> subprocess.Popen[str]:
@@ -185,7 +185,7 @@ def start(tmp_path):
 
 @pytest.fixture
 def angen(start):
-    """Runs a command of `angen` to its end; returns (status, standard output, standard error)."""
+    """Run a command of `angen` to its end; return (status, standard output, standard error)."""
 
     def run(*arguments: object, **environment: str) -> tuple[int, str, str]:
         process = start(*arguments, **environment)

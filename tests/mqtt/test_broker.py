@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen replay` and `angen simulate --mqtt` against a real mosquitto, heard by mosquitto_sub."""
+"""`angen replay` and `angen simulate --mqtt` against a real mosquitto and mosquitto_sub."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ TOPICS = {
 }
 WORDS = {(f, str(n)): w for f in ("moved", "open", "pressed") for n, w in enumerate(("OFF", "ON"))}
 WORDS["partners", ""] = "–"
-# What is never reached in a test.
+# A time limit that no test reaches.
 FAR = (
     f"{HEADER}\n0,1,PIR hall,PIR,moved,0\n0.1,1,PIR hall,PIR,moved,1\n9999,1,PIR hall,PIR,moved,0\n"
 )
 
 
 def messages_of(text: str, begin: str = "angen") -> list[tuple[str, str]]:
-    """What an event log is as messages, in its order."""
+    """Return the messages of an event log, in its order."""
     found = []
     for row in csv.DictReader(text.splitlines()):
         value = WORDS.get((row["field"], row["value"]), row["value"])
@@ -77,19 +77,19 @@ def the_line(err: str) -> str:
 def test_every_event_arrives_once_in_its_order(broker, angen, events) -> None:
     with broker.listen() as listener:
         status, out, err = angen("replay", events, "--mqtt", broker.address, "--speed", 2)
-        heard = listener.all()
+        received = listener.all()
     assert (status, out) == (0, "")
     assert "sent 8 readings of 6 sensors" in the_line(err)
-    status = [(i, text) for i, (topic, text) in enumerate(heard) if topic == "angen/status"]
+    status = [(i, text) for i, (topic, text) in enumerate(received) if topic == "angen/status"]
     (begin, _), (online, _), (end, _) = status
     assert [text for _, text in status] == ["offline", "online", "offline"]
-    assert (begin, end) == (0, len(heard) - 1)
+    assert (begin, end) == (0, len(received) - 1)
     states = messages_of(f"{HEADER}\n{ROWS}")
     first, changes = states[:7], states[7:]
-    # A field that is first told later is not known until then.
-    assert sorted(heard[7:online]) == sorted([*first, ("angen/pad/force_n", "None")])
-    assert heard[online + 1 : end] == changes
-    configs = {topic: json.loads(payload) for topic, payload in heard[1:7]}
+    # A field is not known before its first event.
+    assert sorted(received[7:online]) == sorted([*first, ("angen/pad/force_n", "None")])
+    assert received[online + 1 : end] == changes
+    configs = {topic: json.loads(payload) for topic, payload in received[1:7]}
     assert set(configs) == {f"homeassistant/device/angen_{t}/config" for t in TOPICS.values()}
     pad = configs["homeassistant/device/angen_pad/config"]
     assert pad["dev"]["name"] == "Pad"
@@ -99,38 +99,38 @@ def test_every_event_arrives_once_in_its_order(broker, angen, events) -> None:
 
 def test_who_comes_later_finds_all_and_forget_removes_it(broker, angen, events) -> None:
     assert angen("replay", events, "--mqtt", broker.address, "--speed", "max")[0] == 0
-    kept = broker.kept()
-    assert kept["angen/status"] == "offline"
+    retained = broker.retained()
+    assert retained["angen/status"] == "offline"
     last = dict(messages_of(f"{HEADER}\n{ROWS}"))
-    assert {t: p for t, p in kept.items() if t in last} == last
-    assert sum(topic.startswith("homeassistant/device/") for topic in kept) == 6
+    assert {t: p for t, p in retained.items() if t in last} == last
+    assert sum(topic.startswith("homeassistant/device/") for topic in retained) == 6
     broker.publish("homeassistant/device/lamp/config", '{"o": {"name": "other"}}', "-r")
     status, _, err = angen("replay", "--forget", "--mqtt", broker.address)
     assert status == 0
     assert "removed 6 sensors below 'angen'" in the_line(err)
-    assert list(broker.kept()) == ["homeassistant/device/lamp/config"]
+    assert list(broker.retained()) == ["homeassistant/device/lamp/config"]
 
 
 def test_a_part_is_replayed_from_the_states_at_its_begin(broker, angen, events) -> None:
     with broker.listen() as listener:
         options = ["--from", "0.15", "--until", "0.35", "--speed", "max"]
         assert angen("replay", events, "--mqtt", broker.address, *options)[0] == 0
-        heard = listener.all()
-    online = heard.index(("angen/status", "online"))
-    assert ("angen/pir_hall/moved", "ON") in heard[:online]
+        received = listener.all()
+    online = received.index(("angen/status", "online"))
+    assert ("angen/pir_hall/moved", "ON") in received[:online]
     part = "".join(line for line in ROWS.splitlines(True) if line.startswith(("0.2", "0.3")))
-    assert heard[online + 1 : -1] == messages_of(f"{HEADER}\n{part}")
+    assert received[online + 1 : -1] == messages_of(f"{HEADER}\n{part}")
 
 
 def test_a_killed_replay_leaves_its_sensors_unavailable(broker, start, endless) -> None:
     with broker.listen() as listener:
         replay = start("replay", endless, "--mqtt", broker.address)
         listener.until("angen/pir_hall/moved", "ON")
-        states = [text for topic, text in listener.heard() if topic == "angen/status"]
+        states = [text for topic, text in listener.received() if topic == "angen/status"]
         assert states == ["offline", "online"]
         replay.kill()
         listener.until_last("angen/status", "offline")
-    assert broker.kept()["angen/status"] == "offline"
+    assert broker.retained()["angen/status"] == "offline"
 
 
 @pytest.mark.parametrize(
@@ -152,14 +152,14 @@ def test_a_loop_begins_again_with_the_states_of_its_begin(broker, start, events)
     with broker.listen() as listener:
         replay = start("replay", events, "--mqtt", broker.address, "--loop", "--speed", 5)
         listener.until("angen/status", "online")
-        number = len(listener.heard())
+        number = len(listener.received())
         states = messages_of(f"{HEADER}\n{ROWS}")
         round_ = [*states[7:], *states[:7]]
-        while len(listener.heard()) < number + 2 * len(round_):
+        while len(listener.received()) < number + 2 * len(round_):
             assert replay.poll() is None
-        heard = listener.heard()
-    online = heard.index(("angen/status", "online"))
-    later = heard[online + 1 : online + 1 + 2 * len(round_)]
+        received = listener.received()
+    online = received.index(("angen/status", "online"))
+    later = received[online + 1 : online + 1 + 2 * len(round_)]
     for part in (later[: len(round_)], later[len(round_) :]):
         assert part[:8] == round_[:8]
         assert sorted(part[8:]) == sorted(round_[8:])
@@ -202,12 +202,12 @@ def test_two_replays_do_not_mix(broker, start, angen, endless, events) -> None:
     assert "--topic" in err
     options = ["--topic", "flat-2/west", "--speed", "max"]
     assert angen("replay", events, "--mqtt", broker.address, *options)[0] == 0
-    kept = broker.kept()
-    assert (kept["angen/status"], kept["flat-2/west/status"]) == ("online", "offline")
-    assert kept["angen/pir_hall/moved"] == "ON"
-    assert kept["flat-2/west/pir_hall/moved"] == "OFF"
+    retained = broker.retained()
+    assert (retained["angen/status"], retained["flat-2/west/status"]) == ("online", "offline")
+    assert retained["angen/pir_hall/moved"] == "ON"
+    assert retained["flat-2/west/pir_hall/moved"] == "OFF"
     assert angen("replay", "--forget", "--mqtt", broker.address, "--topic", "flat-2/west")[0] == 0
-    assert {topic.partition("/")[0] for topic in broker.kept()} == {"angen", "homeassistant"}
+    assert {topic.partition("/")[0] for topic in broker.retained()} == {"angen", "homeassistant"}
 
 
 def test_sensors_that_a_home_has_no_more_go(broker, angen, events, endless) -> None:
@@ -217,7 +217,7 @@ def test_sensors_that_a_home_has_no_more_go(broker, angen, events, endless) -> N
     assert status == 0
     told = err.splitlines()[0]
     assert all(name in told for name in ("Küche", "Lux", "Pad", "Switch", "pir-hall")), err
-    assert set(broker.kept()) == {
+    assert set(broker.retained()) == {
         "homeassistant/device/angen_pir_hall/config",
         "angen/status",
         "angen/pir_hall/moved",
@@ -226,8 +226,11 @@ def test_sensors_that_a_home_has_no_more_go(broker, angen, events, endless) -> N
 
 @pytest.fixture(scope="module")
 def secrets(tmp_path_factory, mosquitto):
-    """A folder: ca.pem, and other.pem, which signed nothing; server.pem of localhost with its key;
-    the password of the user angen, who may not write to `forbidden`."""
+    """Return a folder with certificates and a password.
+
+    ca.pem, and other.pem, which signed nothing; server.pem of localhost with its key; the password
+    of the user angen, who may not write to `forbidden`.
+    """
     folder = tmp_path_factory.mktemp("secrets")
     (folder / "names").write_text("subjectAltName=DNS:localhost")
     new_key = "-newkey rsa:2048 -nodes -keyout"
@@ -251,7 +254,7 @@ def secrets(tmp_path_factory, mosquitto):
 
 @pytest.fixture
 def guarded(make_broker, secrets):
-    """A broker with TLS that lets in the user angen alone."""
+    """Return a broker with TLS that lets in only the user angen."""
     files = {"password_file": "passwords", "acl_file": "acl", "cafile": "ca.pem"}
     files |= {"certfile": "server.pem", "keyfile": "server.key"}
     lines = [f"{option} {secrets / name}" for option, name in files.items()]
@@ -268,7 +271,7 @@ def test_password_and_tls(guarded, angen, events, secrets) -> None:
         assert angen(*options, ANGEN_MQTT_PASSWORD="geheim-ü")[0] == 0
         first = listener.all()
     assert ("angen/lux/illuminance_lux", "1445.25") in first
-    # The file counts where both are given.
+    # The file counts if both are given.
     status, _, err = angen(
         *options, "--password-file", secrets / "password", ANGEN_MQTT_PASSWORD="wrong"
     )
@@ -308,7 +311,7 @@ def test_who_is_not_let_in_reads_why_in_a_line(
     found, _, err = angen("replay", events, "--mqtt", guarded.address, *paths)
     assert found == status, err
     assert all(word in the_line(err) for word in words), err
-    assert guarded.kept() == {}
+    assert guarded.retained() == {}
 
 
 def test_who_is_not_there_is_told_in_a_line(broker, angen, events, tmp_path) -> None:
@@ -330,7 +333,7 @@ BLENDS = "sample_blends"
 
 
 def told(events: str) -> dict[str, list[str]]:
-    """What the log says of each field, as `sensor/field`, one value after the other."""
+    """Return the values of each field in the log, as `sensor/field`, in order."""
     found: dict[str, list[str]] = {}
     for row in csv.DictReader(events.splitlines()):
         words = {"moved", "lit", "pressed", "valid"}
@@ -353,21 +356,21 @@ def test_what_is_sent_is_what_is_logged(broker, angen, blend, options) -> None:
         home = f"{BLENDS}/{blend}.blend"
         options = ["--quiet", "--mqtt", broker.address, *options]
         status, out, err = angen("simulate", home, *options)
-        heard = listener.all()
+        received = listener.all()
     assert (status, err) == (0, "")
     names = {}
-    for topic, payload in heard:
+    for topic, payload in received:
         if topic.endswith("/config"):
             config = json.loads(payload)
             for field, entity in config["cmps"].items():
                 names[entity["state_topic"]] = f"{config['dev']['name']}/{field}"
-    online = heard.index(("angen/status", "online"))
-    assert heard[-1] == ("angen/status", "offline")
+    online = received.index(("angen/status", "online"))
+    assert received[-1] == ("angen/status", "offline")
     found: dict[str, list[str]] = {}
-    for topic, payload in heard[online + 1 : -1]:
+    for topic, payload in received[online + 1 : -1]:
         found.setdefault(names[topic], []).append(payload)
     assert found == told(out)
-    assert {payload for topic, payload in heard[:online] if topic in names} == {"None"}
+    assert {payload for topic, payload in received[:online] if topic in names} == {"None"}
 
 
 @needs_bpy

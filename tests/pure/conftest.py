@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stage for the sensor models: they sense what a test says, and no Blender is needed."""
+"""A stage for the sensor models, without Blender: a test gives what the sensors sense."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -14,7 +14,7 @@ AHEAD = Pose(np.zeros(3), np.eye(3))
 
 
 def flat_world(distance: float) -> Callable[..., Array]:
-    """A caster that finds something `distance` metres from the sensor along every ray."""
+    """Return a caster with a surface `distance` metres from the sensor along every ray."""
 
     def cast(bundle: int, origins: Array, directions: Array, length: Array) -> Array:
         travelled = np.linalg.norm(origins, axis=1)
@@ -24,7 +24,7 @@ def flat_world(distance: float) -> Callable[..., Array]:
 
 
 class Stage:
-    """Runs one model through updates; each world is a caster, or a distance in metres."""
+    """Runs a model through updates; each world is a caster, or a distance in metres."""
 
     def __init__(self) -> None:
         self.rate = 10.0
@@ -48,8 +48,10 @@ class Stage:
 
 @pytest.fixture
 def angen(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Runs `python -m angen_addon ARGUMENTS` for a verb without Blender, in this process; returns
-    its status, standard output and error."""
+    """Run `python -m angen_addon ARGUMENTS` for a verb without Blender, in this process.
+
+    Returns its status, standard output and error.
+    """
 
     def run(*arguments: object) -> tuple[int, str, str]:
         from angen_sensors.angen_addon.__main__ import main

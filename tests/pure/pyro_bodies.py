@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies in closed form that pass before a pyroelectric detector, and what it makes of them."""
+"""Bodies in closed form that pass a pyroelectric detector, and its readings."""
 
 import math
 
@@ -11,7 +11,7 @@ from angen_sensors.sensor_logic.model import Emission, Pose, Update
 from angen_sensors.sensor_logic.noise import generator
 
 ZERO = 273.15
-# The detector at (0, 0, height) looks along world +Y, up is Z; a ceiling's looks down.
+# The detector at (0, 0, height) faces world +Y, up is Z; one on a ceiling faces down.
 LEVEL = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 DOWN = np.eye(3)
 
@@ -47,7 +47,7 @@ class Body:
 
 
 class FacingPlate:
-    """An upright plate that always turns to the detector, as in the note."""
+    """An upright plate that always faces the detector, as in the note."""
 
     half = np.array([0.125, 0.0, 0.35])
 
@@ -72,8 +72,10 @@ class FacingPlate:
 
 
 def updated(parameters, warmths, pose, rate):
-    """Readings at `rate` a second, one for each warmth; parameters and pose may be functions of the
-    update's number."""
+    """Return readings at `rate` a second, one for each warmth.
+
+    Parameters and pose may be functions of the update's number.
+    """
     detector = PyroelectricDetector()
 
     def of(value, k):
@@ -89,12 +91,12 @@ def updated(parameters, warmths, pose, rate):
 
 
 def sense(parameters, pose, body, places, rate, ambient=20.0):
-    """Readings while the body's feet are at each of the places (n, 3), `rate` a second."""
+    """Return readings at `rate` a second, with the body's feet at the places (n, 3) in turn."""
     return updated(parameters, [body.seen(feet, ambient) for feet in places], pose, rate)
 
 
 def walk(start, end, speed, rate, before=2.0, after=3.0):
-    """Places on a straight way at a speed, with rest before and after."""
+    """Return places on a straight line at a speed, with rest before and after."""
     start, end = np.array(start, float), np.array(end, float)
     seconds = np.linalg.norm(end - start) / speed
     share = np.clip(
@@ -117,8 +119,10 @@ PERSON = Body((0.45, 0.3, 1.7), 28.0, 0.95)
 
 
 def crossing(distance, speed=1.0, body=PLATE, rate=50, ambient=20.0, up=0.0, **settings):
-    """Peak, in thresholds, of a body that passes before a detector at its own middle height, or
-    `up` m above it."""
+    """Return the peak, in thresholds, of a body that passes the detector.
+
+    The detector is at the body's middle height, or `up` m below it.
+    """
     reach = min(distance, 3.0)
     pose = level_at(body.half[2])
     places = walk((-reach, distance, up), (reach, distance, up), speed, rate, 0.2, 1.5)

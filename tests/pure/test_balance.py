@@ -45,7 +45,7 @@ def square(half=1.0, z=0.0):
 
 
 def residual(loads, found):
-    """Greatest part of a body's need that is missing, as a share of the greatest need."""
+    """Return the greatest missing part of a body's load, as a share of the greatest load."""
 
     def sizes(wrenches):
         return [
@@ -57,7 +57,7 @@ def residual(loads, found):
 
 
 def missing_of(loads, where, forces):
-    """What the forces leave of the needs, worked out anew."""
+    """Return the part of the loads that the forces leave, computed again."""
     left = [one.wrench.copy() for one in loads]
     for place, a, b, force in zip(where.places, where.a, where.b, forces, strict=True):
         for body, sign in ((a, 1.0), (b, -1.0)):
@@ -87,7 +87,7 @@ def test_four_legs_share_as_an_elastic_foundation(x, y):
 
 
 def test_a_leg_that_would_pull_has_nothing():
-    """Far out: the far leg lifts; three are left, with statics alone."""
+    """Far out, the opposite leg lifts; three legs follow from statics alone."""
     found = balance([load(100.0, (0.7, 0.7, 0.5))], points(square()))
     exact = (0.0, 15.0, 15.0, 70.0)
     assert found.forces[:, 2] == pytest.approx(exact, abs=1e-3)
@@ -99,7 +99,7 @@ def test_stiffer_legs_carry_more():
 
 
 def test_slack_is_an_indentation():
-    """A point that is short by as much as the mean indentation carries that much less."""
+    """A point with a gap of the mean indentation carries that much less."""
     found = balance([load(100.0)], points(square() + [(0, 0, 0)], slack=[0, 0, 0, 0, 1e3]))
     assert found.forces[4] == pytest.approx(0.0, abs=1e-6)
     assert found.forces[:4, 2] == pytest.approx(25.0, rel=1e-6)
@@ -123,7 +123,7 @@ def test_nothing_needed_is_nothing_given():
 
 
 def test_stack():
-    """Upper on lower on the ground: the lower contact carries both."""
+    """Two bodies on the ground: the lower contact carries both."""
     where = joined(points(square(z=0)), points(square(z=1), a=1, b=0))
     loads = [load(40.0, (0, 0, 0.5)), load(20.0, (0, 0, 1.5))]
     found = balance(loads, where)
@@ -154,7 +154,7 @@ def test_friction_is_not_enough_on_a_steep_slope():
 
 
 def test_sliding_uses_all_the_friction():
-    """What a sliding body needs is on the edge of the cone; it is met."""
+    """The load of a sliding body is on the edge of the cone, and can be carried."""
     need = np.array((-3.0, 0, 10.0))
     loads = [load(0, (0, 0, 0.1), force=need, moment=(0, 0.3, 0))]
     found = balance(loads, points(square(0.5), friction=0.3))
@@ -190,8 +190,10 @@ def test_a_hinge_and_a_prop():
 
 
 def island(seed, feasible=True):
-    """A few bodies and random points between them and the ground. Where feasible, the needs are
-    those of random forces in their cones."""
+    """Return a few bodies, with random points between them and the ground.
+
+    If feasible, the loads are those of random forces in their cones.
+    """
     rng = np.random.default_rng(seed)
     bodies = int(rng.integers(1, 5))
     count = int(rng.integers(1, 25))
@@ -225,9 +227,11 @@ def island(seed, feasible=True):
 
 
 def rough_island(seed, feasible):
-    """Up to six bodies that hang on each other and on the ground, of 1 cm to 3 m, with masses and
-    stiffnesses that differ by up to 1000. Where feasible, the needs are those of random forces
-    in their cones, some on the cone's edge."""
+    """Return up to six bodies that depend on each other, of 1 cm to 3 m.
+
+    Their masses and stiffnesses differ by up to 1000. If feasible, the loads are those of random
+    forces in their cones, some on the cone's edge.
+    """
     rng = np.random.default_rng((int(feasible), seed))
     bodies = int(rng.integers(1, 7))
     sizes = 10.0 ** rng.uniform(-2, 0.5, bodies)
@@ -274,7 +278,7 @@ def rough_island(seed, feasible):
 
 
 def assert_possible(loads, where, found):
-    """No NaN, no pulling, friction in its cone, and `missing` tells the truth."""
+    """Assert no NaN, no pulling, friction in its cone, and a correct `missing`."""
     assert np.isfinite(found.forces).all() and np.isfinite(found.missing).all()
     scale = max(np.abs(found.forces).max(initial=0.0), 1e-12)
     press = np.einsum("ij,ij->i", found.forces, where.normals)
@@ -315,7 +319,7 @@ def test_islands_that_cannot_be_met_are_told(seed):
     ids=["few", "some", "20000"],
 )
 def test_every_island_settles(count, figure):
-    """Whether it can be met or not."""
+    """Feasible or not."""
     most = 0
     for feasible in (True, False):
         for seed in range(count):
@@ -339,7 +343,7 @@ def test_a_cone_whose_apex_newton_circles():
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(SEEDS)
 def test_without_friction_as_scipys_nnls(seed):
-    """The least that is left over with forces ≥ 0, whether it can be met or not."""
+    """The least remainder with forces ≥ 0, feasible or not."""
     loads, where = island(seed, feasible=bool(seed % 2))
     where = Points(*(vars(where) | {"friction": np.zeros(len(where.places))}).values())
     found = balance(loads, where)
@@ -352,7 +356,8 @@ def test_without_friction_as_scipys_nnls(seed):
     unit = np.array([[1, 1, 1, *([1 / one.size] * 3)] for one in loads])
     matrix = np.array([(column * unit).ravel() for column in columns]).T
     target = (np.array([one.wrench for one in loads]) * unit).ravel()
-    # Each body's balance counts by its own need: a light one is not left to its heavy neighbour.
+    # Each body's balance counts by its own load: a light one is not sacrificed to a heavy
+    # neighbour.
     share = np.abs(target).reshape(-1, 6).sum(axis=1) / (np.abs(target).sum() or 1.0)
     weight = np.repeat(np.maximum(share, 1e-6) ** -0.5, 6)
     _, least = optimize.nnls(matrix * weight[:, None], target * weight)
@@ -390,7 +395,7 @@ def test_order_and_place_do_not_matter(seed):
 @given(SEEDS, st.floats(1e-8, 1e-3))
 @example(1, 1e-8)
 def test_three_feet_of_very_different_area(seed, smallest):
-    """Statics decide; a foot that touches in a point only has all the same its share."""
+    """Statics decide; even a foot that touches in a point has its share."""
     rng = np.random.default_rng(seed)
     feet = np.array([(-0.2, -0.15, 0.0), (0.2, -0.15, 0.0), (0.0, 0.25, 0.0)])
     stiffness = np.array((3.6e-3, 2.8e-3, smallest))

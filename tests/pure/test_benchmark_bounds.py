@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bounds of the benchmarks: what was published holds them, and every one of them can break."""
+"""The bounds of the benchmarks: the published results are within them, and each can break."""
 
 import copy
 import math
@@ -14,14 +14,17 @@ DATA = page.known(page.DOCS / "data")
 
 
 def wrongs(data, place=()):
-    """Places in the data and what is wrong there: numbers far off (of lists of numbers the first
-    alone), lists without rows, rows without a field."""
+    """Return places in the data with wrong values.
+
+    Numbers far off (of lists of numbers only the first), lists without rows, and rows without a
+    field.
+    """
     for key, value in data.items() if isinstance(data, dict) else enumerate(data):
         here = (*place, key)
         if isinstance(value, dict | list):
             yield here, type(value)()
             if value and isinstance(value, list):
-                # Rows that name the same thing go together.
+                # Rows of the same thing belong together.
                 groups = {row.get("group") for row in value if isinstance(row, dict)}
                 for group in groups:
                     yield here, [row for row in value if row.get("group") != group]
@@ -41,7 +44,7 @@ def at(data, place):
 
 
 def changed(data, place, value):
-    """The data with one figure replaced, by shallow copies along its way."""
+    """Return the data with one figure replaced, by shallow copies along its path."""
     if not place:
         return value
     part = copy.copy(data)
@@ -57,7 +60,7 @@ def test_what_was_published_holds_its_bounds(name):
 
 @pytest.mark.parametrize("name", mostly_slow(PARTS, *(set(PARTS) - {"pir"})))
 def test_every_bound_can_break(name):
-    """Each is broken by some figure of the data that is far off, so none is held to nothing."""
+    """Each is broken by some wrong figure of the data, so none is empty."""
     unbroken = {figure.what for figure in checked(name, DATA[name])}
     for place, wrong in wrongs(DATA[name]):
         figures = checked(name, changed(DATA[name], place, wrong))
@@ -80,7 +83,7 @@ def test_no_figure_may_be_no_number(name, wrong):
 def test_a_part_that_measured_nothing_is_broken(name):
     assert broken(name, {"machine": "", "quick": True, "took_s": 0.0})
     for key, value in DATA[name].items():
-        # What describes the part holds no figures.
+        # Fields that describe the part are no figures.
         if isinstance(value, dict | list) and key not in ("base", "missing"):
             without = {k: v for k, v in DATA[name].items() if k != key}
             assert broken(name, without), key

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m benchmarks`: what it says and its exit status, with measuring itself replaced."""
+"""`python -m benchmarks`: its messages and exit status, with the measurements replaced."""
 
 import copy
 import json
@@ -15,7 +15,7 @@ DATA = page.known(page.DOCS / "data")
 
 @pytest.fixture
 def bench(monkeypatch, tmp_path, capsys):
-    """Runs the command on data as given for its parts (an error is raised) in an empty place."""
+    """Run the command in an empty place on the data given for its parts; raise given errors."""
     from benchmarks import __main__ as command
 
     light_holds = command._light_holds

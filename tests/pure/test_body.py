@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A resident's body in numpy, by what a viewer of the animation would notice; ways over a floor,
-held to scipy's distance transform and Dijkstra's shortest paths; doors; what was done, by whom."""
+"""A resident's body in numpy, by what a viewer of the animation would notice; and doors.
+
+Paths over a floor are compared with scipy's distance transform and Dijkstra's shortest paths.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,7 @@ people = pytest.mark.parametrize("build", PEOPLE, ids=WITH_FRAME)
 
 
 def an_hour_at_home(build):
-    """Walks a bend, sits down on a low and a high seat, lies down, turns over, gets up, reaches."""
+    """Walk a bend, sit down on a low and a high seat, lie down, turn over, get up, reach."""
     line, now = Timeline(), 0.0
 
     def play(seconds, pose, still=False):
@@ -90,7 +92,7 @@ def film(request):
 
 
 def assert_whole(bones, skeleton, build):
-    """Bones keep their lengths and hang together."""
+    """Assert that bones keep their lengths and hang together."""
     for bone, above in skeleton.parent.items():
         if above:
             length = np.linalg.norm(bones.at[bone] - bones.at[above], axis=1)
@@ -100,7 +102,7 @@ def assert_whole(bones, skeleton, build):
 
 
 def slides(point, down):
-    """How far a point slides, in m, while it is on the floor, and how often it lands there."""
+    """Return how far a point slides on the floor, in m, and how often it lands there."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], down, [0]]))).reshape(-1, 2)
     return max((np.ptp(point[a:b, :2], axis=0).max() for a, b in edges), default=0.0), len(edges)
 
@@ -226,16 +228,16 @@ def test_a_cat_walks_on_paws_that_do_not_slide_and_sits_and_lies(size):
         down = (bones.at[paw][:, 2] < height) & walking
         assert slides(bones.at[paw], down)[0] < 0.001, paw
         planted += down.sum()
-    assert planted > 2.0 * walking.sum()  # of four, two and more bear
+    assert planted > 2.0 * walking.sum()  # of four paws, two or more carry
     assert_slow(bones, times, {"pelvis": 1.5, "head": 1.8, "foot.L": 3.0, "hand.R": 3.0})
     assert min(at[-1, 2] for at in bones.at.values()) > FLOOR + 0.39
 
 
-# Ways over a floor
+# Paths over a floor
 
 
 def flat(rows: str, size: float = 0.25) -> Floor:
-    """A floor drawn from the top: `#` is not free."""
+    """Return a floor drawn from the top: `#` is not free."""
     lines = rows.strip().split("\n")[::-1]
     free = np.array([[sign != "#" for sign in line.strip()] for line in lines]).T
     return Floor(np.zeros(2), size, free)
@@ -251,7 +253,7 @@ def random_floor(seed: int) -> Floor:
 
 
 def distance_to_things(floor: Floor, points: np.ndarray) -> np.ndarray:
-    """From points (n, 2) to the squares that are not free."""
+    """Return the distances from points (n, 2) to the cells that are not free."""
     low = floor.low + np.argwhere(~floor.free) * floor.size
     off = np.maximum(low - points[:, None], points[:, None] - low - floor.size)
     return np.linalg.norm(np.maximum(off, 0.0), axis=2).min(axis=1)
@@ -294,7 +296,7 @@ def test_a_way_is_there_where_there_is_one_and_hardly_longer_than_the_shortest(s
         assert straight - 1e-9 <= length(found) <= 1.5 * shortest + 1e-9
         for p, q in pairwise(found):
             between = p + (q - p) * np.linspace(0, 1, 50)[:, None]
-            # Between the middles of cells the distance is off by half a diagonal at most.
+            # Between the centres of cells the distance is off by half a diagonal at most.
             assert distance_to_things(floor, between).min() >= radius - 0.71 * floor.size
 
 
@@ -340,7 +342,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def door(slides: bool = False, opens: float = np.pi / 2, turn: float = 0.0) -> Door:
-    """A leaf of 0.9 m at (2, 1), its hinge there, along x turned by an angle."""
+    """Return a leaf of 0.9 m with its hinge at (2, 1), along x turned by an angle."""
     c, s = np.cos(turn), np.sin(turn)
     frame = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return Door(
@@ -370,11 +372,11 @@ def test_the_side_that_a_leaf_opens_to(turn: float, opens: float) -> None:
     assert leaf.side(leaf.handle_at(-opens)) == -1.0
 
 
-# What was done on a day
+# The activities of a day
 
 
 def body(*moves: tuple[float, float], away: tuple[tuple[float, float], ...] = ()) -> Timeline:
-    """A body that moves from the first time to the second of each, and is away now and then."""
+    """Return a body that moves between the two times of each pair, and is away at times."""
     clips = [Clip(start, end, standing) for start, end in moves]
     return Timeline([*clips, *(Clip(*one, standing, still=True, away=True) for one in away)])
 

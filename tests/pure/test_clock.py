@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When sensors sample, against a search over all frames with exact fractions; noise: the same bits
-for the same seed and name, and as strong as asked for."""
+"""Updates against a search over all frames with exact fractions; noise by seed and name.
+
+The same seed and name give the same bits, with the requested strength.
+"""
 
 import math
 from fractions import Fraction
@@ -16,7 +18,7 @@ from hypothesis import strategies as st
 
 
 def single(value):
-    """A number as Blender stores and returns it."""
+    """Return a number as Blender stores and returns it."""
     return float(np.float32(value))
 
 
@@ -25,7 +27,7 @@ UPDATE_RATES = ["0.1", "0.3", "0.7", "0.9", "1", "3", "7.5", "10", "24", "29.97"
 
 
 def found_by_search(fps, base, rate, substeps, last):
-    """Steps of the updates: for each k/r the first step that is not earlier, none twice."""
+    """Return the steps of the updates: for each k/r the first that is not earlier, none twice."""
     found, due = [], Fraction(0)
     step_time, interval = Fraction(base) / Fraction(fps) / substeps, 1 / Fraction(rate)
     for step in range(last + 1):
@@ -46,7 +48,7 @@ def found_by_search(fps, base, rate, substeps, last):
         (30, 1, "3", 300, 3000),
         (25, 1, "10", 3, 8),  # 7.5
         (30, "1.001", "10", 1000, 2998),  # 2997.003 at 100 s
-        (60, 1, "100", 17, 17),  # no more than one a frame
+        (60, 1, "100", 17, 17),  # at most one per frame
         (24, 1, "0.1", 6, 1440),
     ],
 )
@@ -116,7 +118,7 @@ def test_gaussian_and_unrelated_from_update_to_update(stage):
     assert abs((z**3).mean()) < 4 * math.sqrt(15 / COUNT)
     assert abs((z**4).mean() - 3) < 4 * math.sqrt(96 / COUNT)
     assert abs((z[1:] * z[:-1]).mean()) < 4 / math.sqrt(COUNT)
-    stage.noise = lambda number: None  # to call what it gives would raise
+    stage.noise = lambda number: None  # calling it would raise
     assert len(set(switch_ranges(stage, sigma=0.0, count=3))) == 1
 
 
@@ -128,7 +130,7 @@ def test_same_seed_same_bits_and_another_seed_or_name_is_other_noise(stage):
 
 
 def test_the_bits_are_the_same_everywhere():
-    """Taken down once, so that a new numpy or another machine cannot change logs unnoticed."""
+    """Written down once, so that a new numpy or another machine cannot change logs unnoticed."""
     drawn = generator(7, "Hall PIR", 3).normal(0.0, 1.0, 3)
     assert [float(x).hex() for x in drawn] == [
         "0x1.db617d4aa8336p-2",
@@ -138,8 +140,11 @@ def test_the_bits_are_the_same_everywhere():
 
 
 def test_every_ray_of_a_pir_gets_its_own_noise(stage):
-    """The largest of many independent differences: at 0.01 m, 120 rays nearly always differ by
-    more than 0.02 m somewhere, and never by 0.08 m (5.7 sigma of a difference)."""
+    """The largest of many independent differences.
+
+    At 0.01 m, 120 rays nearly always differ by more than 0.02 m somewhere, and never by 0.08 m (5.7
+    sigma of a difference).
+    """
     seen = {}
     for threshold in (0.02, 0.08):
         parameters = PirParameters(noise_sigma=0.01, threshold=threshold, vertical_fov=0.0)

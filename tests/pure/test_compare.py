@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen compare`: figures by hand, distances by scipy, logs of other homes in their own format;
-the event log's text, reading it back, what `check` calls a difference, and `partners`."""
+"""`angen compare`: figures by hand, distances by scipy, logs of other homes in their own format.
+
+Also the event log's text, reading it back, the differences of `check`, and `partners`.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,7 @@ DAY = 86400
 
 
 def log(tmp_path: Path, rows: list[tuple[float, str, int]], name: str = "events.csv") -> Path:
-    """An event log of motion detectors: (seconds, sensor, moved)."""
+    """Write an event log of motion detectors: (seconds, sensor, moved)."""
     path = tmp_path / name
     lines = [f"{time:.6f},1,{sensor},PIR,moved,{moved}\n" for time, sensor, moved in rows]
     path.write_text(HEADER + "".join(lines))
@@ -51,7 +53,7 @@ def log(tmp_path: Path, rows: list[tuple[float, str, int]], name: str = "events.
 
 @pytest.fixture
 def compare(angen) -> Callable[..., tuple[int, str, str]]:
-    """Runs `angen compare` with arguments; returns its status, standard output and error."""
+    """Run `angen compare` with arguments; return its status, standard output and error."""
     return partial(angen, "compare")
 
 
@@ -59,7 +61,7 @@ def test_figures_of_a_small_home_are_those_by_hand(tmp_path) -> None:
     rows = [(0, "A", 0), (0, "B", 1), (10, "A", 1), (12, "A", 0), (11, "B", 0)]
     rows += [(40, "B", 1), (46, "B", 0), (43, "A", 1), (44.5, "A", 0), (DAY, "A", 1)]
     home = read(log(tmp_path, sorted(rows)))
-    # What was on at the start or is on at the end is no whole interval.
+    # An output that is on at the start or end is no whole interval.
     assert sorted(on_times(home, "motion")) == [1.5, 2.0, 6.0]
     assert list(gaps(home, "motion")) == [30.0, 3.0, DAY - 43.0]
     # A went on twice in the first 24 hours and once as they ended, B once.
@@ -69,7 +71,7 @@ def test_figures_of_a_small_home_are_those_by_hand(tmp_path) -> None:
     # An unfinished day does not count beside whole ones.
     rows = [(0, "A", 0), (10, "A", 1), (20, "A", 0), (DAY + 10, "A", 1), (DAY + 20, "A", 0)]
     assert list(counts(read(log(tmp_path, rows)), "motion")) == [1.0]
-    # A log of minutes tells its rate a day.
+    # The rate of a log of minutes is scaled to a day.
     home = read(log(tmp_path, [(0, "A", 0), (10, "A", 1), (20, "A", 0), (864, "A", 1)]))
     assert list(counts(home, "motion")) == pytest.approx([200.0])
     assert list(shares(home, "motion")) == pytest.approx([100 * 10 / 864])
@@ -79,7 +81,7 @@ DAYS = "time,sensor,kind,field,value,person,because\n"
 
 
 def folder_of_days(tmp_path: Path, days: int) -> Path:
-    """As `angen day` writes it: somebody comes by at 8 and at 9 o'clock each day."""
+    """Write a folder as `angen day` does: motion at 8 and at 9 o'clock each day."""
     (tmp_path / "home.toml").write_text(
         f"start = 2026-03-02T00:00:00\ndays = {days}\nsensors = []\n"
     )
@@ -114,7 +116,7 @@ def test_a_log_of_minutes_tells_that_its_rates_are_scaled_up(tmp_path, compare) 
 
 
 def test_a_log_of_one_moment_is_refused(tmp_path, compare) -> None:
-    """Its rates a day would be thousands of millions."""
+    """Its daily rates would be thousands of millions."""
     moment = log(tmp_path, [(5, "A", 1)], "moment.csv")
     status, out, told = compare(moment, moment)
     assert (status, out) == (2, "")
@@ -125,7 +127,7 @@ def test_a_log_of_one_moment_is_refused(tmp_path, compare) -> None:
     ("one", "two", "enough"), [(1, 1000, False), (3, 3, False), (4, 4, True), (2, 8, True)]
 )
 def test_a_distance_of_few_values_is_not_told(tmp_path, compare, one, two, enough) -> None:
-    """Two like homes of 3 values each are at 1.000 in a tenth of all cases."""
+    """The distance of two like homes with 3 values each is 1.000 in a tenth of all cases."""
     paths = []
     for name, count, lasts in (("one", one, 1.0), ("two", two, 3.0)):
         rows = [(0.0, "A", 0)]
@@ -340,7 +342,7 @@ def test_a_file_that_is_no_event_log_is_refused_with_the_line(tmp_path, text, wo
 
 
 def test_a_log_saved_by_a_spreadsheet_is_read(tmp_path):
-    """With a byte order mark, and lines that end as on Unix."""
+    """With a byte order mark, and line ends as on Unix."""
     path = tmp_path / "log.csv"
     text = HEAD + "0.5,13,Dörr,OPTICAL_SWITCH,open,1\r\n"
     path.write_bytes(b"\xef\xbb\xbf" + text.replace("\r\n", "\n").encode("utf-8"))

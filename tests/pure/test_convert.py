@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen convert`: without Blender, exact in time, one clear line for what cannot be done."""
+"""`angen convert`: without Blender, exact in time, one clear line per error."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EVENTS = (
     + "2.833333,69,PIR hall,PIR,moved,1\r\n"
     + "31536000.000001,756864001,Switch,OPTICAL_SWITCH,open,1\r\n"
 )
-# Runs the command where nothing of Blender can be imported.
+# Runs the command where no part of Blender can be imported.
 WITHOUT_BLENDER = """
 import sys
 for name in ("bpy", "mathutils", "bmesh"):
@@ -35,7 +35,7 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.fixture
 def convert(tmp_path, angen):
-    """Runs `angen convert` on the events above, or on others; returns (status, standard error)."""
+    """Run `angen convert` on the events above, or on others; return (status, standard error)."""
 
     def run(*options: object, events: str = EVENTS) -> tuple[int, str]:
         source = tmp_path / "events.csv"
@@ -74,7 +74,7 @@ def test_the_other_verbs_need_no_blender_either(verb) -> None:
 
 
 def one_line(err: str) -> str:
-    """The only line of standard error, without its prefix."""
+    """Return the only line of standard error, without its prefix."""
     assert err.count("\n") == 1, err
     assert err.startswith("angen: ")
     return err.removeprefix("angen: ").rstrip("\n")
@@ -132,11 +132,11 @@ def test_days_keep_their_local_times_where_clocks_change(convert, tmp_path, home
     assert convert("--format", "events", "--out", out, *options, events=of_day(*told)) == (0, "")
     found = [row.split(",")[-1] for row in out.read_text().split()[1:]]
     assert [time[:-6] for time in found] == told
-    # Whole hours of difference between the clock and the seconds are those of the change.
+    # The clock differs from the seconds by the whole hours of the change.
     seconds = [float(row.split(",")[0]) for row in out.read_text().split()[1:]]
     changed = -3600.0 if date < "2026-06" else 3600.0
     assert seconds[2] - seconds[0] == pytest.approx(84_500.4 + changed)
-    # Activities go along, and mark the event that they begin with.
+    # Activities are included, and mark the event that they begin with.
     (tmp_path / "acts.csv").write_text(
         f"start,end,person,activity,room\r\n{told[1]},{date}T23:59:30.000,anna,Sit,hall\r\n"
     )
@@ -173,7 +173,7 @@ def test_rooms_come_from_list_json_and_from_home_toml(convert, tmp_path) -> None
         assert status == 0
         assert "pir,sensor=PIR\\ hall,room=hall moved=false" in out.read_text()
         assert ("begins at" in err) == (name == "home.json")
-    assert f" {1772434800 * 10**9}\n" in out.read_text()  # its start, as UTC
+    assert f" {1772434800 * 10**9}\n" in out.read_text()  # its start, in UTC
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays and moving bodies, the detectors' models on them, what a map tells, and the choice of
-detectors against the best of all choices, tried one by one."""
+"""Rays and moving bodies, detectors' models on them, maps, and the choice of detectors.
+
+The choice is compared with the best of all choices, tried one by one.
+"""
 
 import csv
 import io
@@ -48,7 +50,7 @@ def rays(directions, free=20.0):
 
 
 def inside(motion, start, time, points):
-    """Which points (n, 3) lie in the only body; by its definition."""
+    """Return which points (n, 3) lie in the only body, by its definition."""
     gone = min(motion.speed * time, start.length[0])
     angle = start.heading[0] + (0.0 if motion.walks else gone)
     ahead = np.array([math.cos(angle), math.sin(angle)])
@@ -88,7 +90,7 @@ def test_a_ray_is_in_a_body_where_points_along_it_are(name, x, y, heading, time,
             assert met.leave[i] == pytest.approx(held[-1], abs=step * 1.01 + 1e-9)
         elif len(which):
             assert met.leave[which[0]] - max(met.enter[which[0]], 0.0) <= step * 1.01
-    # Of rays that end, nothing is left out that they meet on their way.
+    # Rays that end within reach still report all bodies that they pass.
     ended = Rays(ORIGIN, directions, rng.uniform(0.2, 4.0, len(directions)))
     before_its_end = met.enter < ended.free[met.ray]
     found = hits(motion, start, time, ended)
@@ -113,7 +115,7 @@ def view(directions, free=5.0, threshold=0.05, period=0.1, offsets=None):
 
 
 def test_the_strength_is_the_largest_change_against_the_threshold():
-    # A single ray, which meets the body where it starts and nothing when it is gone.
+    # A single ray that hits the body at its start, and nothing once it has left.
     looking = view(towards(2.8, 0.0, 1.0)[None], period=10.0)
     found = looking.strengths(STEP, one(3.0, 0.0, math.pi / 2))
     assert found == pytest.approx([(5.0 - math.hypot(2.8, 1.0)) / 0.05])
@@ -141,7 +143,7 @@ def test_the_saw_tooth_looks_at_each_tilt_at_its_own_time():
 
 
 def prism(walker, feet, ambient):
-    """The warmth of a walker by another formula: a prism of 90 sides."""
+    """Return the warmth of a walker by another formula: a prism of 90 sides."""
     angles = np.linspace(0, 2 * math.pi, 91)[:-1]
     normals = np.stack([np.cos(angles), np.sin(angles), np.zeros(90)], axis=1)
     normals = np.concatenate([normals, [[0, 0, 1], [0, 0, -1]]])
@@ -189,7 +191,7 @@ def test_coverage_is_what_the_detector_itself_would_say(lens, pose):
     for start, end, signal in zip(starts, starts + lengths[:, None] * ways, found, strict=True):
         places = walk(start, end, STEP.speed, 24, before=0.0, after=1.0)
         readings = updated(parameters, [prism(walker, feet, 20.0) for feet in places], pose, 24)
-        # A prism of 90 sides has 0.1 % less silhouette; a ray more or less is 2 % of a zone.
+        # A prism of 90 sides has 0.1 % less silhouette; one ray is 2 % of a zone.
         assert signal == pytest.approx(peak(readings), rel=0.05, abs=0.1)
     assert found.max() > 1.0
 
@@ -217,7 +219,7 @@ def test_lengths_end_at_what_stands_in_the_way_and_heights_are_checked():
 
 @pytest.fixture
 def small():
-    """Four cells in two rooms, two detectors; the last cell has one direction only."""
+    """Return four cells in two rooms, and two detectors; the last cell has only one direction."""
     at = np.array([(0.5, 0.5, 0), (1.5, 0.5, 0), (2.5, 0.5, 0), (3.5, 0.5, 0)], float)
     lengths = np.full((4, 8), 0.9)
     lengths[3, 1:] = 0.0
@@ -243,7 +245,7 @@ def test_a_map_counts_cells_and_its_picture_is_xml_that_gets_lighter(small):
     assert float(rows[1]["two"]) == 0.375 and float(rows[0]["margin"]) == 5.0
     assert "den" in table(small) and "50.0 %" in table(small)
     light = picture.linear(picture.VIRIDIS) @ np.array([0.2126, 0.7152, 0.0722])
-    # Each step is told apart in grey (contrast by WCAG).
+    # Each step differs in grey (contrast by WCAG).
     assert ((light[1:] + 0.05) / (light[:-1] + 0.05) > 1.5).all()
     named = replace(small, sensors=("<one>", "two & a half"))
     placed = tuple(SensorInPlan(n, np.zeros(2), np.array([1.0, 0.0]), 2.0) for n in named.sensors)
@@ -286,7 +288,7 @@ def test_greedy_swaps_and_bounds_against_the_best(instance, seed):
 
 
 def test_a_swap_finds_what_greed_misses():
-    # Greed takes the large middle first and then needs a third to cover all.
+    # A greedy choice takes the large middle first, and then needs a third detector to cover all.
     sets = np.array(
         [
             [1, 1, 1, 0, 0, 0],

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The distance sensor against closed forms: ranges by reflectance, zones, echoes, noise; the door
-contact against the geometry of a door that turns about its hinge."""
+"""The distance sensor against closed forms, and the door contact against a hinged door's geometry.
+
+For the distance sensor: ranges by reflectance, zones, echoes and noise.
+"""
 
 import math
 from types import SimpleNamespace
@@ -82,7 +84,7 @@ def test_the_ideal_receivers_range_falls_with_the_root_of_the_reflectance():
 
 @pytest.mark.parametrize("share", [0.25, 0.5])
 def test_what_fills_a_part_of_a_zone_is_seen_less_far(share):
-    """By the root of its share: at 3.6 m white fills it whole."""
+    """By the root of its share: white that fills the zone is seen at 3.6 m."""
     parameters = part("VL53L1X", rays=16, resolution=0.0)
     half = math.tan(parameters.horizontal_fov / 2)
     farthest = 3.6 * math.sqrt(share)
@@ -104,8 +106,11 @@ def test_zones_are_rows_from_the_upper_left_and_see_along_their_own_axes():
 
 
 def test_echoes_of_a_person_before_a_wall():
-    """Half of the zone at 1 m, half at 2 m: the mean weighs them 4 : 1 by 1/r², the strongest and
-    the first are the near one; a grey one 20 cm before white joins it within the separation."""
+    """Half of the zone is at 1 m, half at 2 m: the mean weighs them 4 : 1 by 1/r².
+
+    The strongest and the first echo are the near one. A grey one 20 cm before white joins it within
+    the separation.
+    """
     ranges, both = np.array([[1.0, 1.0, 2.0, 2.0]]), np.full((1, 4), 0.88)
     known = {"range_max": 3.6, "range_grey": 3.6 * math.sqrt(0.17 / 0.88)}
     for echo, expected in (("MEAN", (4 * 1 + 1 * 2) / 5), ("STRONGEST", 1.0), ("FIRST", 1.0)):
@@ -151,7 +156,7 @@ def test_readings_are_multiples_of_the_resolution_within_the_range_and_near_has_
 
 @pytest.mark.parametrize(("threshold", "hysteresis"), [(3.4, 0.3), (4.0, 0.0)])
 def test_what_no_zone_detects_is_not_near(threshold, hysteresis):
-    """Although the reading without a target, 3.6 m, is below the threshold with hysteresis."""
+    """The reading without a target, 3.6 m, is below the threshold with hysteresis."""
     parameters = part("VL53L1X", threshold=threshold, hysteresis=hysteresis)
     sensor = DistanceSensor()
     near = [read(parameters, Wall(place), sensor).active for place in (9.0, 1.0, 9.0)]
@@ -164,7 +169,7 @@ WALLS = {"nothing": Wall(math.inf), "touching": Wall(0.0), "black": Wall(1.0, 0.
 
 @pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS)
 def test_hard_cases_read_a_number(wall):
-    """Nothing there, something at the very lens, something that reflects nothing."""
+    """Nothing in the way, a target at the lens, a target that reflects nothing."""
     seen = read(part("VL53L5CX"), wall)
     assert 0.02 <= seen.value <= 3.5 and math.isfinite(seen.value)
 
@@ -197,7 +202,7 @@ def test_it_closes_and_opens_at_two_distances(parameters):
 
 
 def test_a_door_opens_at_the_angle_of_the_chord():
-    """A magnet 0.8 m from the hinge is 2·0.8·sin(φ/2) from where it was: to 20 mm at 1.4325°."""
+    """A magnet 0.8 m from the hinge moves by 2·0.8·sin(φ/2): to 20 mm at 1.4325°."""
     parameters = ContactParameters(magnet="m", close_distance=0.015, open_distance=0.02)
     angles = np.radians(np.arange(0.0, 5.0, 0.001))
     hinge = np.array([0.8, 0.0, 0.0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The docs say what the code says; a name means one thing in it, and a cache says what it saves."""
+"""The docs agree with the code; a class name has one meaning, and each cache names its gain."""
 
 import ast
 import json
@@ -185,7 +185,7 @@ def test_the_page_of_accuracy_says_what_was_measured():
 
 
 def _power(value):
-    """Such as 8e-6."""
+    """Return a number as on the page, such as 8e-6."""
     digit, _, power = f"{value:.0e}".partition("e")
     return f"{digit}e{int(power)}"
 
@@ -193,7 +193,7 @@ def _power(value):
 @pytest.mark.parametrize("name", ["like_real_homes", "recogniser"])
 def test_an_example_without_its_packages_is_one_line(name):
     script = page.DOCS / "examples" / f"{name}.py"
-    # -S: without any package that is installed.
+    # -S: without any installed package.
     command = [sys.executable, "-S", str(script), "days"]
     done = subprocess.run(command, capture_output=True, text=True, env={})
     assert (done.returncode, done.stdout) == (1, "")
@@ -213,8 +213,8 @@ TEXTS = {
     for path in (ROOT / folder).rglob("*.py")
 }
 CACHES = re.compile(r"@(functools\.)?(lru_cache|cache)\b")
-# The class of the Python package that users hold, and that of the core which it shows; a home, and
-# a home with residents.
+# The class of the Python package that users hold, and the class of the core that it shows; a home,
+# and a home with residents.
 TWICE = {"Home", "Recording"}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`--faults`: what goes wrong with a log, how it is told, and how the log is had back."""
+"""`--faults`: faults in a log, the truth about them, and how the log is restored."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ Rows = list[tuple[float, str, str, str]]
 
 
 def log_of(rows: Rows):
-    """A log of (seconds, sensor, field, value) at 24 frames a second."""
+    """Return a log of (seconds, sensor, field, value) at 24 frames a second."""
     kinds = {sensor: kind for sensor, kind, _ in FIELDS}
     return make_log([Event(t, s, f, 1 + round(24 * t), kinds[s], v) for t, s, f, v in rows])
 
 
 def blinking(sensor: str = "Hall 2", count: int = 2000, every: float = 10.0) -> Rows:
-    """A detector that goes on and off, a change each `every` seconds; first it is off."""
+    """Return a detector that goes on and off every `every` seconds; it begins off."""
     return [(i * every, sensor, "moved", str(i % 2)) for i in range(count)]
 
 
@@ -61,7 +61,7 @@ def plan(tmp_path):
 
 @pytest.fixture
 def faulty(plan):
-    """The rows of a log with the faults of a text, (seconds, sensor, field, value)."""
+    """Return the rows of a log with the faults of a text, (seconds, sensor, field, value)."""
 
     def rows(clean: Rows, text: str) -> Rows:
         found = make_faults(log_of(clean), plan(text)).log
@@ -80,7 +80,7 @@ def test_a_share_of_the_messages_is_lost_but_never_the_state_at_the_start(faulty
     assert set(found) < set(clean)
     assert 1 - len(found) / len(clean) == share(3, 10)
     assert faulty(clean, "[[fault]]\nlost = 1\n") == clean[:1]
-    # What a sensor tells at one time goes together.
+    # Fields that a sensor publishes at one time are lost together.
     both = [(float(t), "Pad", f, str(t % 2)) for t in range(100) for f in ("force_n", "pressed")]
     times = [time for time, *_ in faulty(both, "[[fault]]\nlost = 0.5\n")]
     assert all(times.count(time) == 2 for time in times)
@@ -121,7 +121,7 @@ def test_messages_come_late_and_twice(faulty) -> None:
     ],
 )
 def test_stuck_sensors_clocks_and_batteries(faulty, text, expected) -> None:
-    """A stuck sensor tells its state again once it is free."""
+    """A stuck sensor sends its state again once it is free."""
     found = faulty(blinking(count=6), f"[[fault]]\n{text}\n")
     told = [(time, int(value)) for time, _, _, value in found]
     assert told[: len(expected)] == expected and ("battery" not in text or told == expected)
@@ -141,7 +141,7 @@ def test_false_alarms_come_at_their_rate_and_last_as_asked(faulty) -> None:
     times = [time for time, *_ in alarms[1:-1]]
     assert len(times) / 2 == pytest.approx(500, abs=70)
     assert all(2 <= end - begin <= 3 for begin, end in zip(times[::2], times[1::2], strict=True))
-    # What is sensed meanwhile is not lost: the output goes off when both are over.
+    # Readings in between are not lost: the output goes off when both are over.
     always = "[[fault]]\nfalse_alarms_per_day = 86400\nfalse_alarm_lasts = 1000\n"
     assert [row[3] for row in faulty(blinking(count=20), always)] == ["0", "1"]
 
@@ -180,7 +180,7 @@ def test_another_sensor_or_another_rate_changes_nothing_of_the_rest(faulty, plan
     assert [row for row in both if row[1] == "Hall 2"] == alone
     assert faulty(one, EVERYTHING) == alone
     assert faulty(one, EVERYTHING.replace("seed = 4", "seed = 5")) != alone
-    # Who is doubled does not depend on how many are lost.
+    # Which messages are doubled does not depend on the number of lost ones.
     lost = faulty(one, "[[fault]]\nlost = 0.1\n")
     after = faulty(one, "[[fault]]\nlost = 0.1\nclock_offset = 1\n")
     assert [row[0] + 1 for row in lost[1:]] == [row[0] for row in after[1:]]
@@ -204,7 +204,7 @@ ranges = st.tuples(st.floats(0, 60), st.floats(0, 60)).map(lambda pair: sorted(p
 
 @st.composite
 def plans(draw) -> str:
-    """The text of a faults file with anything in it."""
+    """Draw the text of a faults file with any content."""
     parts = [f"seed = {draw(st.integers(0, 9))}\n"]
     for _ in range(draw(st.integers(1, 3))):
         keys = {
@@ -231,7 +231,7 @@ def plans(draw) -> str:
 
 @st.composite
 def logs(draw) -> Rows:
-    """Rows in the order of time; of one time in any order, and what is told may be told again."""
+    """Draw rows sorted by time; rows of one time in any order, possibly with repeated values."""
     times = sorted(draw(st.lists(st.integers(0, 60_000_000), max_size=40)))
     rows = []
     for time in times:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Output files: whole or not at all, and each sensor's samples in a file of its own."""
+"""Output files are written completely or not at all; each sensor's samples have their own file."""
 
 import os
 import stat
@@ -40,7 +40,7 @@ def test_a_failure_at_the_second_file_leaves_all_as_it_was(tmp_path, second, tex
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no limits of this kind")
 def test_a_full_disk_leaves_all_as_it_was(tmp_path):
-    """A limit of the size of files stands in for the disk."""
+    """A limit on file sizes replaces the full disk."""
     import resource
 
     (tmp_path / "a.csv").write_text("old")
@@ -155,7 +155,7 @@ with WholeFiles() as parts:
 
 @pytest.fixture
 def writer(tmp_path):
-    """Another process in the middle of writing three files there."""
+    """Start another process that is in the middle of writing three files there."""
     process = subprocess.Popen(
         [sys.executable, "-c", WRITER, str(tmp_path)], cwd=ROOT, stdout=subprocess.PIPE, text=True
     )
@@ -171,7 +171,7 @@ def test_what_a_killed_run_left_is_removed_by_the_next(writer, tmp_path):
     writer.kill()
     writer.wait()
     assert len(contents(tmp_path)) == 4
-    # Of an earlier version, what Blender was saving, and files of others with such names.
+    # Files of an earlier version, of a save of Blender, and of others with such names.
     for name in (".angen-0a_b1c2d.part", ".angen-0a_b1c2d.blend@", ".angen-notes", ".angen.part"):
         (tmp_path / name).write_text("")
     write_files({tmp_path / "a.csv": "new"})

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The forces on a pad in worlds of boxes made by hand, inverse dynamics from three poses, and
-undersides and centres of mass of surfaces, against closed forms."""
+"""Forces on a pad in worlds of boxes, inverse dynamics, undersides and centres of mass.
+
+All are compared with closed forms.
+"""
 
 import math
 from dataclasses import replace
@@ -31,7 +33,7 @@ GROUND = ()
 
 
 class Boxes:
-    """Boxes at places, by key; those with a mass weigh. Counts what the island asked for."""
+    """Boxes at places, by key; those with a mass weigh. It counts the queries of the island."""
 
     def __init__(self):
         self.up, self.gravity = np.array((0.0, 0.0, 1.0)), G
@@ -92,7 +94,7 @@ def boxes():
 
 
 def test_a_stack_and_what_is_elsewhere(boxes):
-    """Only the island is looked at: what stands elsewhere on the floor is not asked for."""
+    """Only the island is read: other objects on the floor are not queried."""
     nothing = pad_forces(PAD, boxes)
     assert nothing.usable and not nothing.problem and not nothing.partners
     boxes.add((9,), (5, 5, 0.5), (0, 0, -0.51))
@@ -130,7 +132,7 @@ def test_someone_who_stands_on_a_pad_and_a_pair_that_is_joined(boxes):
 
 
 def unexplained(boxes):
-    """Its foot is at the edge: it should tip, yet it is said to stand."""
+    """Add a person whose foot is at the edge: it should tip, but stands."""
     boxes.add((2,), (0.3, 0.1, 0.1), (0.45, 0, 0.11), 4.0)
 
 
@@ -199,7 +201,7 @@ def test_force_is_mass_times_acceleration_against_gravity(place, velocity, accel
 
 @pytest.mark.parametrize("damping", [0.0, 0.04, 0.5, 0.9])
 def test_damping_is_the_engines(damping):
-    """v(t + dt) = v·(1 − d)^dt: with that fall-off no contact force is needed."""
+    """v(t + dt) = v·(1 − d)^dt: with this decay no contact force is needed."""
     rate = -math.log(1 - damping)
     dt = 1e-3
     moved = motion.motion(
@@ -327,18 +329,18 @@ def test_gathering_keeps_areas_and_their_centre_and_firmness():
         assert len(places) < 400
         assert total.sum() == pytest.approx(areas.sum())
         assert total @ places == pytest.approx(areas @ points)
-    # 1 where it just touches, 0 at the tolerance; in between, and sunk in, in proportion.
+    # 1 where it just touches, 0 at the tolerance; proportional in between and below the surface.
     found = firmness([0.0, 0.015, 0.03, 0.1, -0.03], 0.03)
     assert found == pytest.approx((1, 0.5, 0, 0, 2))
 
 
-# Which contacts are hidden by nearer ones: areas and moments known by hand
+# Contacts hidden by nearer ones: areas and moments known by hand
 
 BODY, THIN, FLOOR = range(3)
 
 
 def kept(body, pad, preferred=(), movable=(True, False, False)):
-    """The patches that are left between a body and a pad, and between it and the floor."""
+    """Return the remaining patches between a body and a pad, and between it and the floor."""
     parts = (body, pad, shapes.box((5, 5, 0.05)).placed(at(z=-0.05)))
     contacts = []
     for i, j in ((BODY, THIN), (FLOOR, BODY)):  # the body is once a, once b

@@ -14,7 +14,7 @@ from solids import at
 
 
 def assert_convex(shape):
-    """Unit outward normals, all corners inside, loops counter-clockwise, Euler's formula."""
+    """Assert unit outward normals, all corners inside, loops counter-clockwise, Euler's formula."""
     assert np.linalg.norm(shape.normals, axis=1) == pytest.approx(1.0)
     heights = shape.vertices @ shape.normals.T
     assert (heights <= shape.offsets + 1e-9 * shape.size).all()
@@ -321,7 +321,7 @@ def test_moving_both_moves_the_contact(seed, far):
     assert (one is None) == (two is None)
     if one is not None:
         assert two.normal == pytest.approx(motion[:3, :3] @ one.normal, abs=1e-6)
-        if a is not b and a.axis is None and b.axis is None:  # else frames are free to turn
+        if a is not b and a.axis is None and b.axis is None:  # otherwise frames are free to turn
             assert two.gaps.min() == pytest.approx(one.gaps.min(), abs=1e-6)
             assert area(two) == pytest.approx(area(one), rel=1e-5)
             expected = motion[:3, :3] @ middle(one) + motion[:3, 3]
@@ -393,7 +393,7 @@ def test_noise_does_not_turn_the_contact():
 
 
 def test_points_integrate_second_degree_polynomials_over_any_polygon():
-    """Against the triangle fan's exact moments, and all points inside."""
+    """Compared with the exact moments of the triangle fan; all points are inside."""
     rng = np.random.default_rng(3)
     for corners in (3, 4, 5, 7, 12):
         angle = np.sort(rng.uniform(0, 2 * math.pi, corners))

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Movements between two poses, when moving rays meet triangles, the light that is left; and rays
-against surfaces of very many triangles, held to every triangle asked one by one."""
+"""Movements between two poses, hits of moving rays on triangles, and the remaining light.
+
+Also rays against surfaces of very many triangles, compared with a test of every triangle.
+"""
 
 import math
 
@@ -22,7 +24,7 @@ from tiers import mostly_slow
 
 
 def turn(axis, angle):
-    """A rotation (3, 3) by quaternion, another way than the product's."""
+    """Return a rotation (3, 3) by a quaternion, unlike the product's code."""
     x, y, z = np.asarray(axis) / np.linalg.norm(axis) * math.sin(angle / 2)
     w = math.cos(angle / 2)
     return np.array(
@@ -73,7 +75,7 @@ def test_a_screw_glides_along_its_axis():
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**31), st.floats(0, math.pi))
 def test_a_movement_begins_and_ends_where_it_is_told(seed, angle):
-    """Half a turn too; with the rounding of single precision."""
+    """Also half a turn, with the rounding of single precision."""
     chance = np.random.default_rng(seed)
     before = matrix(turn(chance.normal(size=3), 1.0) * 3.0, chance.normal(size=3))
     after = matrix(turn(chance.normal(size=3), angle), chance.normal(size=3)) @ before
@@ -86,7 +88,7 @@ def test_a_movement_begins_and_ends_where_it_is_told(seed, angle):
 
 
 def test_what_is_stretched_and_turned_is_never_flat():
-    """A half turn while it grows: half of each in between; what does not turn goes straight."""
+    """In a half turn with growth, half of each is done midway; without a turn it goes straight."""
     before = matrix(np.diag([1.0, 2.0, 3.0]), (1, 0, 0))
     after = about((0, 0, 5), turn((0, 0, 1), math.pi - 1e-6)) @ before @ np.diag([3, 1, 1, 1])
     (half,) = Movement(before, after).at(np.array([0.5]))
@@ -126,7 +128,7 @@ def test_the_pieces_stray_no_farther_than_tolerated(seed, angle, other):
 
 
 def ray_way(before, after):
-    """(2, 1, 2, 3) from two rays' ends."""
+    """Return the movement (2, 1, 2, 3) of a ray between two poses."""
     return np.array([[before], [after]], float)
 
 
@@ -134,7 +136,7 @@ SQUARE = np.array([[(0, -1, 0), (1, -1, 0), (1, 1, 0)], [(0, -1, 0), (1, 1, 0), 
 
 
 def union(found):
-    """The times of one ray, joined."""
+    """Return the times of one ray, joined."""
     times = []
     for begin, end in sorted(zip(found.begin.tolist(), found.end.tolist(), strict=True)):
         if times and begin <= times[-1][1] + 1e-9:
@@ -147,13 +149,13 @@ def union(found):
 @pytest.mark.parametrize("width", [1.0, 0.01, 1e-4, 1e-6])
 @pytest.mark.parametrize("far", [0.0, 1e4])
 def test_a_flag_passes_as_long_as_it_is_wide(width, far):
-    """It goes from 1 m before the beam to 1 m behind it: in the ray's eyes, the ray does."""
+    """It goes from 1 m before the beam to 1 m behind it; relative to the flag, the ray moves."""
     shift = np.array([far, 0, 0])
     ways = ray_way([(1 + width, 0, 0.3), (1 + width, 0, -0.7)], [(-1, 0, 0.3), (-1, 0, -0.7)])
     tree = TriangleTree(SQUARE * (width, 1, 1) + shift)
     found = crossings(ways + shift, np.array([1.0]), tree, 7)
     way = 2 + width
-    # The diagonal's two triangles come one after the other.
+    # The two triangles of the square come one after the other.
     ((begin, end),) = union(found)
     rounding = 1e-12 + 4 * np.spacing(far)
     assert (begin, end) == pytest.approx((1 / way, (1 + width) / way), abs=rounding)
@@ -193,7 +195,7 @@ def test_rays_at_rest_and_triangles_that_are_none():
 
 
 def met(start, end, triangle):
-    """Share of the ray at which it meets a triangle, or NaN: Möller and Trumbore's way."""
+    """Return the share of the ray at which it hits a triangle, or NaN, by Möller and Trumbore."""
     way, one, two = end - start, triangle[1] - triangle[0], triangle[2] - triangle[0]
     p = np.cross(way, two)
     det = one @ p
@@ -207,7 +209,7 @@ def met(start, end, triangle):
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 2**31))
 def test_as_many_looks_in_between_find(seed):
-    """Rays that turn and move anyhow, in two pieces, against 200 looks."""
+    """Rays with arbitrary turns and moves, in two pieces, against 200 samples."""
     chance = np.random.default_rng(seed)
     ways = chance.normal(size=(3, 2, 2, 3))
     triangles = chance.normal(size=(2, 3, 3)) * 0.7
@@ -232,7 +234,7 @@ def test_as_many_looks_in_between_find(seed):
 
 
 def sphere(around, rng):
-    """Triangles (n, 3, 3) of a lumpy sphere of about 0.5 m."""
+    """Return triangles (n, 3, 3) of a lumpy sphere of about 0.5 m."""
     down, about = np.linspace(0, math.pi, around + 1), np.linspace(0, 2 * math.pi, around + 1)
     points = np.empty((around + 1, around + 1, 3))
     points[..., 0] = np.outer(np.sin(down), np.cos(about))
@@ -244,7 +246,7 @@ def sphere(around, rng):
 
 
 def turning_past(angle, rays, rng, at=0.0):
-    """Ways of `rays` past a body that turns by `angle` and shifts, stretched and sheared."""
+    """Return movements of `rays` past a body that turns by `angle`, shifts and deforms."""
     size = matrix(np.eye(3) + rng.normal(size=(3, 3)) * 0.2, rng.normal(size=3) * 0.1)
     moved = matrix(turn(rng.normal(size=3), angle), rng.normal(size=3) * 0.3) @ size
     start, end = rng.normal(size=(2, 3)) * 0.2
@@ -263,7 +265,7 @@ def columns(found):
 @pytest.mark.parametrize("seed", mostly_slow(range(8), 0, 1))
 @pytest.mark.parametrize("rays, at", [(1, 0.0), (3, 1e4), (19, 0.0)])
 def test_what_boxes_leave_out_is_never_met(seed, rays, at):
-    """All pairs of a ray and a triangle asked, one after the other, tell the same to the bit."""
+    """A test of all pairs of a ray and a triangle gives the same bits."""
     rng = np.random.default_rng(seed)
     corners = sphere(14, rng) if seed % 2 else rng.normal(size=(300, 3, 3)) * 0.3
     corners = np.concatenate([corners, corners[:1] * math.nan, sphere(2, rng) * 40.0]) + at
@@ -295,14 +297,14 @@ NEARING = (0, 0.0, 1.0, 0.6, 0.4)
     [
         (2, TWO, [1.0, 0.5, 0.0, 0.5, 1.0]),
         (4, TWO, [1.0, 0.75, 0.5, 0.75, 1.0]),
-        # A ray is stopped once by whatever many.
+        # Any number of triangles stop a ray once.
         (2, [TWO[0], (0, 0.3, 0.5, 0.2, 0.2)], [1.0, 0.5, 1.0]),
         (1, ABUTTING, [1.0, 0.0, 1.0]),
-        # What is there at an end is not interrupted there.
+        # A pass over an end of the interval is no interruption there.
         (1, [(0, 0.0, 0.4, 0.1, 0.1)], [0.0, 1.0]),
         (1, [(0, 0.4, 1.0, 0.1, 0.1)], [1.0, 0.0]),
         (1, [(0, 0.0, 1.0, 0.1, 0.1)], [0.0]),
-        # What is beyond the threshold stops nothing.
+        # A triangle beyond the threshold stops nothing.
         (1, [(0, 0.2, 0.4, 0.6, 0.6)], []),
         (1, [(0, 0.2, 0.4, 0.5, 0.5)], []),
         (1, [], []),
@@ -322,7 +324,7 @@ def test_light_that_is_left(rays, rows, light):
 
 
 def one_by_one(points, triangles, origins, directions, limits):
-    """The nearest hit of each ray by Möller and Trumbore's equations, in double precision."""
+    """Return the nearest hit of each ray by Möller and Trumbore, in double precision."""
     ways = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     a, b, c = (points[triangles[:, i]].astype(float) for i in range(3))
     best = np.full(len(ways), np.inf)
@@ -340,7 +342,7 @@ def one_by_one(points, triangles, origins, directions, limits):
 
 
 def soup(rng, count, size):
-    """Triangles of all sizes strewn about, far from the origin."""
+    """Return triangles of all sizes scattered far from the origin."""
     middles = rng.uniform(-5, 5, (count, 1, 3)) + (40, 0, -7)
     corners = middles + rng.normal(size=(count, 3, 3)) * size
     return corners.reshape(-1, 3).astype(np.float32), np.arange(3 * count, dtype=np.int32).reshape(
@@ -355,7 +357,7 @@ def test_every_ray_meets_what_it_meets_one_by_one(count, size):
     points, triangles = soup(rng, count, size)
     origins = rng.uniform(-6, 6, (300, 3)) + (40, 0, -7)
     directions = rng.normal(size=(300, 3)) * rng.uniform(0.1, 10, (300, 1))
-    directions[:60] = np.round(directions[:60])  # Some along axes and planes.
+    directions[:60] = np.round(directions[:60])  # some along axes and planes
     directions[~directions.any(axis=1)] = (0, 0, -1)
     limits = rng.choice([1.0, 5.0, np.inf], 300)
     far, met = RayTree(points, triangles).meet(origins, directions, limits)
@@ -365,7 +367,7 @@ def test_every_ray_meets_what_it_meets_one_by_one(count, size):
 
 
 def grid(side):
-    """A square of a side of 1 at z = 0, of 2 side² triangles whose corners are shared."""
+    """Return a square of side 1 at z = 0, of 2 side² triangles with shared corners."""
     x, y = np.meshgrid(np.linspace(0, 1, side + 1), np.linspace(0, 1, side + 1))
     points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1).astype(np.float32)
     first = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()

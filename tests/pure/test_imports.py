@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is pure works where there is no Blender; sensor_logic knows nothing of what builds on it."""
+"""Pure packages work without Blender; sensor_logic imports nothing that builds on it."""
 
 import subprocess
 import sys

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What kinds of sensors are: numbers in saved files, parameters and what is told of wrong ones,
-presets, units, and shared code that names no kind.
+"""The kinds of sensors: numbers in saved files, parameters and errors in them, presets, units.
 
-Defaults, limits, choices and fields stand in docs/parameters.md, which test_docs holds, and the
-columns of logs and samples in the golden files.
+Shared code names no kind. Defaults, limits, choices and fields are in docs/parameters.md, which
+test_docs checks, and the columns of logs and samples in the golden files.
 """
 
 import math
@@ -59,12 +58,12 @@ WORDS = re.compile(
     rf"|\b(?:settings|angen_sensor|source|target)\.(?:{ATTRIBUTES})\b"
     rf"|kinds\.(?:{ATTRIBUTES})\b"
 )
-# Blender has these words too: of types of objects and datablocks, and of properties.
+# Blender has these words too: as types of objects and datablocks, and of properties.
 BLENDERS = re.compile(
     r'type (?:==|!=|in|not in) [^"\n]*"LIGHT"|"LIGHT", "MATERIAL"|LIGHTLESS \| \{"LIGHT"\}'
     r'|"m": "DISTANCE"|subtype="DISTANCE"|"LIGHT", \d'
 )
-# Why a file names a kind after all.
+# Why a file may name a kind.
 ALLOWED = {
     "sensor_logic/coverage/detectors.py": "coverage maps are of motion detectors alone",
     "operators/door.py": "fits a door with a switch, in a fork made for its flag",
@@ -300,7 +299,7 @@ class Beam:
 
 @pytest.mark.parametrize("preset", KINDS["OPTICAL_SWITCH"].presets[1:], ids=lambda p: p.identifier)
 def test_a_slotted_switch_closes_by_what_is_in_its_gap(preset):
-    """Clear light is open, a covered aperture closed; both as Blender stores the numbers."""
+    """Free light is open, a covered aperture closed; both with numbers as Blender stores them."""
     stored = {k: float(np.float32(v)) if type(v) is float else v for k, v in preset.values.items()}
     parameters = KINDS["OPTICAL_SWITCH"].parameters(**stored)
     pose = Pose(np.zeros(3), np.eye(3))
@@ -370,7 +369,7 @@ def test_lengths_are_shown_in_what_the_scene_shows_and_what_was_typed_has_no_exp
     assert fine.text(0.3048, FEET) == "1.000 ft"
     assert short(4.0, "m", CENTIMETRES) == "400 cm"
     assert CENTIMETRES.typed(0.05) == "5 cm" and FEET.typed(3.048) == "10 ft"
-    # Nothing else is a length.
+    # No other value is a length.
     assert measured(3.0, "N", 2, FEET) == "3.00 N"
     assert typed(10_000_000.0, "Ω") == "10 MΩ" and typed(6880.0, "Ω") == "6.88 kΩ"
     assert typed(54_612.5, "lx") == "54612.5 lx"

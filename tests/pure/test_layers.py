@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who may import whom: sensing knows of nothing that shows it, and nothing imports in a circle."""
+"""Which module may import which: sensing imports nothing that shows it, and there are no cycles."""
 
 import ast
 import graphlib
@@ -16,7 +16,7 @@ INTERFACE = (
     "panels",
     *(f"angen_addon.{name}" for name in ("view", "kinds", "commands", "output", "api")),
 )
-# What draws and what is drawn.
+# The modules that draw, and those that define what is drawn.
 WINDOW = (
     *("operators", "panels", "angen_addon.view", "angen_addon.kinds"),
     *("residents.operators", "residents.panels", "residents.blender.places_drawn"),
@@ -36,7 +36,7 @@ MODULES = modules()
 
 
 def imported(name: str, everywhere: bool = False) -> Iterator[str]:
-    """The modules of the product that a module imports as it is loaded, or `everywhere` in it."""
+    """Yield the product's modules that a module imports as it is loaded, or `everywhere` in it."""
     path = MODULES[name]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
 
 
 def imported_absolutely(path: Path) -> Iterator[str]:
-    """The modules of the product that a file imports by their whole names."""
+    """Yield the product's modules that a file imports by their full names."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         names = []
         if isinstance(node, ast.Import):
@@ -102,8 +102,10 @@ def imported_absolutely(path: Path) -> Iterator[str]:
 
 
 def test_no_house_imports_one_after_it() -> None:
-    """By any import: as a module is loaded, inside functions, and for types alone. The root names
-    the houses' verbs as texts."""
+    """Imports of all sorts count: at load time, inside functions, and for types alone.
+
+    The root names the houses' verbs as texts.
+    """
     of = {folder: number for number, house in enumerate(HOUSES) for folder in house}
     found = [
         (name, other)
@@ -122,8 +124,11 @@ def test_no_house_imports_one_after_it() -> None:
 
 
 def circles() -> set[frozenset[str]]:
-    """The modules that import each other in a circle, by any import: as they are loaded, inside
-    functions, and for types alone. Who imports a module loads the packages around it."""
+    """Return the sets of modules that import each other in a circle.
+
+    Imports of all sorts count: at load time, inside functions, and for types alone. Importing a
+    module loads the packages around it.
+    """
     needs: dict[str, set[str]] = {}
     for name in MODULES:
         found = {other for one in imported(name, everywhere=True) for other in packages(one)}
@@ -137,12 +142,12 @@ def circles() -> set[frozenset[str]]:
 
 
 def packages(name: str) -> set[str]:
-    """The module and the packages that it is in."""
+    """Return the module, and the packages that contain it."""
     parts = name.split(".")
     return {".".join(parts[:depth]) for depth in range(1, len(parts) + 1)}
 
 
 def test_nothing_imports_in_a_circle() -> None:
-    # Raises CycleError, which names them.
+    # It raises CycleError, which names them.
     list(graphlib.TopologicalSorter(GRAPH).static_order())
     assert not circles()

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layout files as they are read: every wrong one names file, line, sensor and the way out; lines of
-values in TOML."""
+"""Layout files: every error names file, line, sensor and the way out; lines of values in TOML."""
 
 import json
 import re
@@ -24,7 +23,7 @@ TWO = '[{"name": "A"},\n{"name": "B"},\n{"name": "A"}]'
 
 
 def entry(text):
-    """A layout of one sensor, what is given of it in its third line."""
+    """Return a layout of one sensor with the given text in its third line."""
     return f'[\n {{"name": "A", "kind": "PIR",\n {text}}}\n]'
 
 
@@ -79,7 +78,7 @@ def test_what_is_read_has_the_types_of_the_parameters(tmp_path):
         (found,) = read_layout(written(tmp_path, text)).sensors
         values = found.settings(KINDS["PIR"])
         assert found.name == "PIR hall.001"
-        # The preset's, and what replaces it.
+        # The preset's values, and those that replace them.
         assert (values["range_max"], values["hold_time"], values["rays"]) == (7.0, 2.0, 9)
         assert isinstance(values["rays"], int) and isinstance(values["hold_time"], float)
 

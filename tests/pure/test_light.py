@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Photometry, the photoresistor, its divider and converter, and the light sensor's model, against
-closed forms and literal tables."""
+"""Photometry, the photoresistor, its divider and converter, and the light sensor's model.
+
+They are compared with closed forms and literal tables.
+"""
 
 import math
 
@@ -41,7 +43,7 @@ def test_voltages_worked_out_by_hand(resistance, volts):
 
 @given(supply=st.floats(1.0, 24.0), load=OHMS, resistance=OHMS)
 def test_currents_of_both_resistors_are_the_same(supply, load, resistance):
-    """Ohm and Kirchhoff: what flows through the sensing resistor flows through the load."""
+    """Ohm and Kirchhoff: the current through the sensing resistor equals that through the load."""
     volts = physics.voltage(supply, load, resistance)
     assert volts / load == pytest.approx(supply / (load + resistance), rel=1e-12)
     assert 0.0 < volts <= supply
@@ -114,7 +116,7 @@ def test_gl5528_over_the_decades(lux, ohm, volt):
 @given(st.floats(0.0, 2e5), st.floats(1e3, 2e5), st.floats(0.4, 1.2), st.floats(1e5, 1e8))
 def test_the_light_can_be_told_from_the_conductance(lux, r10, gamma, dark):
     siemens = conductance(lux, r10, gamma, dark)
-    # Where the dark's own conductance is most of it, digits are lost to it.
+    # Where the dark conductance is most of the total, digits are lost to it.
     lost = (1 / dark) / max(siemens - 1 / dark, 1e-300)
     back = equivalent_lux(siemens, r10, gamma, dark)
     assert back == pytest.approx(lux, rel=1e-11 * (1 + lost / gamma), abs=1e-9)
@@ -122,7 +124,7 @@ def test_the_light_can_be_told_from_the_conductance(lux, r10, gamma, dark):
 
 @given(st.floats(1e-7, 1), st.floats(1e-7, 1), st.lists(st.floats(0, 0.1), min_size=1, max_size=5))
 def test_many_small_steps_are_one_long_step(before, target, steps):
-    """63 % of it is there after one time constant, which differs each way."""
+    """63 % of the step is reached after one time constant, which differs each way."""
     stepwise = before
     for dt in steps:
         stepwise = follow(stepwise, target, dt, 0.02, 0.03)
@@ -136,7 +138,7 @@ def test_many_small_steps_are_one_long_step(before, target, steps):
 
 
 def sense(lights, rate=1.0, name="sensor", **settings):
-    """The readings over a list of lights, in the unit of the method."""
+    """Return the readings over a list of lights, in the unit of the method."""
     parameters = LightParameters(**settings)
     assert parameters.problems() == []
     field = "luminance_percent" if parameters.method == "FOUR_WALL" else "illuminance_lux"
@@ -194,7 +196,7 @@ BH1750 = {"lux_step": 1 / 1.2, "lux_max": 65535 / 1.2, "integration_time": 0.12}
             [0, 0, 0.5, 33, 99.5, 100, 100],
         ),
         ([1e6], 1.0, BH1750, [54612.5]),
-        # Weights in tenths of a second: the newest light held for 0.1 s, and so on.
+        # Weights in tenths of a second: the newest light lasts 0.1 s, and so on.
         (
             [10, 20, 40, 80], 10.0, {"integration_time": 0.25},
             [10, (1 * 20 + 1.5 * 10) / 2.5, (40 + 20 + 0.5 * 10) / 2.5, (80 + 40 + 10) / 2.5],

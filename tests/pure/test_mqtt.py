@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sending to a broker, as far as no broker is needed: pace, classes, options. The rest is in
-tests/mqtt."""
+"""Sending to a broker without a broker: pace, classes and options. The rest is in tests/mqtt."""
 
 from __future__ import annotations
 
@@ -23,7 +22,7 @@ EVENTS = "time_s,frame,sensor,kind,field,value\n0,1,P,PIR,moved,0\n2.5,1,P,PIR,m
 
 
 class Clock:
-    """A clock that a test moves; who sleeps, sleeps for 30 ms longer than asked."""
+    """A clock that a test moves; a sleep lasts 30 ms longer than requested."""
 
     def __init__(self) -> None:
         self.now = 1e6
@@ -69,7 +68,7 @@ def test_who_is_behind_does_not_wait_and_says_how_late_it_is() -> None:
     assert clock() == before
 
 
-# What Home Assistant is told of each field: its platform, class and unit.
+# The platform, class and unit of each field for Home Assistant.
 CLASSES = {
     ("PIR", "moved"): ("binary_sensor", "motion", None),
     ("OPTICAL_SWITCH", "open"): ("binary_sensor", "door", None),
@@ -111,7 +110,7 @@ def test_every_field_has_its_class_and_unit() -> None:
         (float, 697.123456789, "697.123457"),
         (float, float("nan"), "None"),
         (float, float("inf"), "None"),
-        # An empty payload would take the retained state away.
+        # An empty payload would remove the retained state.
         (str, "", "–"),
         (str, "Anna;Bo", "Anna;Bo"),
         (str, "x" * 300, "x" * 254 + "…"),
@@ -143,8 +142,7 @@ def test_events_taken_as_they_come_are_those_of_the_log() -> None:
 
 @pytest.fixture
 def replay(tmp_path, angen, monkeypatch):
-    """Runs `angen replay` on a log of 2.5 s, where paho-mqtt cannot be imported; returns (status,
-    its one line)."""
+    """Run `angen replay` on a log of 2.5 s, without paho-mqtt; return (status, its one line)."""
     for name in ("paho", "paho.mqtt", "paho.mqtt.client"):
         monkeypatch.setitem(sys.modules, name, None)
     path = tmp_path / "events.csv"

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The slotted switch: single ray, rays across the aperture, the comparator's hysteresis, and what
-goes through its beam between two updates where it is swept."""
+"""The slotted switch: single ray, rays across the aperture, hysteresis, and swept beams."""
 
 import itertools
 import math
@@ -23,7 +22,7 @@ def opened(readings):
 
 
 def flag(edge):
-    """A flag in the gap, 3 mm off, that covers the aperture below x = edge (m)."""
+    """Return a flag in the gap, 3 mm away, that covers the aperture below x = edge (m)."""
 
     def cast(bundle, origins, directions, length):
         return np.where(origins[:, 0] < edge, 0.003 - 0.001, length)
@@ -71,7 +70,7 @@ def test_light_is_within_half_a_ray_of_the_open_share(rays):
 
 
 def covered(rays, blocked):
-    """A caster in which `blocked` of the rays are stopped."""
+    """Return a caster in which `blocked` of the rays are stopped."""
 
     def cast(bundle, origins, directions, length):
         ranges = length.copy()
@@ -100,7 +99,7 @@ def test_opens_at_0_60_and_closes_below_0_45(stage, rays, hysteresis, opens_at, 
 
 
 def test_a_vibrating_edge_toggles_one_ray_and_not_nine(stage, figure):
-    """A flag's edge in the middle of a 1 mm slit, vibrating by ± 0.04 mm."""
+    """A flag's edge in the middle of a 1 mm slit vibrates by ± 0.04 mm."""
     shake = random.Random(1)
     worlds = [flag(shake.uniform(-4e-5, 4e-5)) for _ in range(400)]
     changes = []
@@ -113,7 +112,7 @@ def test_a_vibrating_edge_toggles_one_ray_and_not_nine(stage, figure):
     assert changes[1] <= 1, "once, from its start"
 
 
-# Swept: what went through the beam between two updates
+# Swept: objects that cross the beam between two updates
 
 ONE = OpticalSwitchParameters(swept=True)
 FIVE = replace(ONE, aperture_rays=5, aperture=0.001)
@@ -121,7 +120,7 @@ FREE, BROKEN = 0.499, 0.019
 
 
 def passed(*rows, thing=3):
-    """Passes of (rays, begin, end, distance from range_min)."""
+    """Return passes of (rays, begin, end, distance from range_min)."""
     flat = [(ray, b, e, d, d) for rays, b, e, d in rows for ray in rays]
     table = np.array(flat, float).reshape(-1, 5)
     things = np.full(len(table), thing, np.int64)
@@ -133,14 +132,13 @@ def none():
 
 
 def swept(update, through):
-    """The update with an answer of what passed."""
+    """Return the update with an answer on the passes."""
     return replace(update, scene={**update.scene, CROSSINGS: through})
 
 
 @pytest.fixture
 def lived(stage):
-    """Runs (what is ahead, what passed) of updates; of a triple, what was seen at a step between
-    it and the update before."""
+    """Run updates of (range ahead, passes); a triple has a step in between with its own range."""
 
     def run(parameters, *steps, model=None):
         model = model or SlottedSwitch()
@@ -175,7 +173,7 @@ LIVED = {
         [(FREE, none()), (FREE, THROUGH), (FREE, none())],
         [OPEN, (0, 0.025), OPEN],
     ),
-    # No new edge came: what was told before is not told again.
+    # No new edge came: an event is not repeated.
     "a flag that leaves opens without delay": (
         ONE,
         [(BROKEN, none()), (FREE, passed(([0], 0.0, 0.3, 0.019)))],
@@ -189,7 +187,7 @@ LIVED = {
     "0.4 of the light": (FIVE, [(FREE, passed((range(3), 0.4, 0.6, 0.019)))], [SHUT]),
     "0.6 of the light": (FIVE, [(FREE, passed((range(2), 0.4, 0.6, 0.019)))], [OPEN]),
     "thinner than the slit": (FIVE, [(FREE, THIN)], [OPEN]),
-    # It closes at 0.4 of the light, and 0.4 and none of it are one break; 0.6 opens it again.
+    # It closes at 0.4 of the light; 0.4 and none of it are one break; 0.6 opens it again.
     "hysteresis": (FIVE, [(HALF, TO_AND_FRO), (HALF, none())], [SHUT, (1, None)]),
 }
 
@@ -239,7 +237,7 @@ def test_another_number_of_rays_is_another_beam(lived, stage):
 
 
 def test_noise_is_the_same_as_unswept_and_on_what_passes_too(stage):
-    """One draw an update: what nothing passes reads the same to the bit."""
+    """One draw per update: without a pass the reading is the same to the bit."""
     noisy = replace(ONE, noise_sigma=0.01)
     updates = [stage.update(k, lambda *_: np.array([0.2])) for k in range(50)]
     model, plain = SlottedSwitch(), SlottedSwitch()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The range scan: which scans are compared, what counts as movement, and the output's timing."""
+"""The range scan: compared scans, movement, and the timing of the output."""
 
 import math
 
@@ -44,7 +44,7 @@ def test_the_rays_of_an_update_belong_to_one_tilt(stage):
     [
         # Different ranges at different tilts are no movement; a change since the last turn is.
         ([1, 2, 3] * 2 + [1, 2.5, 3] * 2, [0] * 7 + [1] + [0] * 4),
-        # What comes and goes between two scans at a tilt is missed.
+        # An object that comes and goes between two scans at a tilt is missed.
         ([3] * 3 + [1, 3, 3] + [3] * 3, [0, 0, 0, 1, 0, 0, 1, 0, 0]),
         ([3, 3, 3, 3, 1, 3, 3, 3, 3], [0, 0, 0, 0, 1, 0, 0, 1, 0]),
     ],
@@ -71,7 +71,7 @@ def test_all_tilts_sweep_scans_every_tilt_and_tells_where_it_moved(stage):
 
 
 def test_nearer_than_range_min_is_not_seen(stage):
-    """Rays start at range_min: what is nearer is not met, and ranges never read less."""
+    """Rays start at range_min: nearer objects are not hit, and ranges are never less."""
     parameters = PirParameters(range_min=0.5, range_max=4.0, **ONE_TILT)
 
     def cast(bundle, origins, directions, length):
@@ -80,7 +80,8 @@ def test_nearer_than_range_min_is_not_seen(stage):
 
     assert moved(stage.run(RangeScan(), parameters, [cast, cast])) == [0, 0]
     noisy = PirParameters(range_min=0.5, range_max=0.56, noise_sigma=10.0, **ONE_TILT)
-    # However strong the noise, ranges stay within range_min … range_max: they change 0.06 at most.
+    # However strong the noise, ranges stay within range_min … range_max: they change by 0.06 at
+    # most.
     assert any(moved(stage.run(RangeScan(), noisy, [9] * 20)))
     within = PirParameters(range_min=0.5, range_max=0.545, noise_sigma=10.0, **ONE_TILT)
     assert not any(moved(stage.run(RangeScan(), within, [9] * 20)))
@@ -98,7 +99,7 @@ def test_the_threshold_must_be_exceeded_by_one_ray(stage):
 
     parameters = PirParameters(**ONE_TILT)
     assert moved(stage.run(RangeScan(), parameters, [cast(0.0), cast(0.06)])) == [0, 1]
-    # Something 0.04 m inside the range goes away: no change above 0.05; 0.06 m is one.
+    # An object 0.04 m inside the range leaves: no change above 0.05; 0.06 m is one.
     parameters = PirParameters(range_max=4.0, **ONE_TILT)
     assert moved(stage.run(RangeScan(), parameters, [3.96, 1e9])) == [0, 0]
     assert moved(stage.run(RangeScan(), parameters, [3.94, 1e9])) == [0, 1]
@@ -106,7 +107,7 @@ def test_the_threshold_must_be_exceeded_by_one_ray(stage):
 
 
 def outputs(stage, triggers, **timing):
-    """The output at 10 Hz where something moves at the updates marked 1."""
+    """Return the output at 10 Hz with movement at the updates marked 1."""
     distance, worlds = 3.0, [3.0]
     for trigger in triggers[1:]:
         distance = 4.0 - distance if trigger == "1" else distance
@@ -151,7 +152,7 @@ def test_hold_time_is_exact_at_any_frame_rate(stage, frames):
 @pytest.mark.parametrize("sweep", ["SAWTOOTH", "ALL"])
 @pytest.mark.parametrize("noise", [0.0, 0.03])
 def test_an_array_handed_out_again_reads_as_one_that_is_equal(stage, sweep, noise):
-    """What a caster that says "nothing changed" saves must not be seen in the readings."""
+    """A caster that returns the same array for "nothing changed" must not change readings."""
     parameters = PirParameters(sweep=sweep, noise_sigma=noise, **THREE_TILTS)
     random = np.random.default_rng(1)
     rays = 15 if sweep == "ALL" else 5
@@ -175,7 +176,7 @@ def test_an_array_that_is_written_to_is_looked_at_again(stage):
     assert moved(stage.run(RangeScan(), PirParameters(**ONE_TILT), casts)) == [0, 0, 1, 0]
 
 
-# Where its rays go
+# The directions of its rays
 
 
 def about_x(angle):
@@ -205,7 +206,8 @@ def test_directions_in_closed_form(rays, fov, vertical_fov, step):
     for k in range(tilts):
         for i in range(rays):
             azimuth = math.radians(-fov / 2 + i * fov / (rays - 1))
-            # Turning +Y's way is counter-clockwise seen from +Y; −Z goes to −Y against X's way.
+            # A turn about +Y is counter-clockwise seen from +Y; −Z goes to −Y in the opposite sense
+            # of X.
             expected = about_x(-math.radians(k * step)) @ about_y(azimuth) @ (0, 0, -1)
             assert np.abs(fan[k, i] - expected).max() < 1e-12
 
@@ -234,7 +236,7 @@ def test_number_of_tilts(vertical_fov, step, tilts):
 
 
 def test_rays_start_at_range_min_and_turn_with_the_sensor():
-    """A sensor turned to look along world +X, up along +Z, at (1, 2, 3)."""
+    """A sensor turned to face world +X, up along +Z, at (1, 2, 3)."""
     matrix = np.array([[0, 0, -1, 1], [-1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 0, 1.0]])
     asked = []
 

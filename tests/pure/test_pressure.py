@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pressure sensor: the pad's reading of contact forces, its weight and what it chose; the
-force-sensing resistor against its data sheet and closed forms."""
+"""The pressure sensor's reading of contact forces, its weight and its partner; and the resistor.
+
+The force-sensing resistor is compared with its data sheet and closed forms.
+"""
 
 import contextlib
 import io
@@ -57,7 +59,7 @@ KEPT = replace(IDEAL, subtract_own_weight=False)
 A, FLOOR = pushed("a", (0, 0, -30)), pushed("floor", (0, 0, 35), uid=2)
 OWN = (0, 0, -5)
 READ = {
-    # Only what goes into the pad counts: not friction, not what holds it up.
+    # Only the force into the pad counts: no friction, and no support from below.
     "normal": (IDEAL, HERE, contact(pushed("a", (3, 4, -10)), FLOOR), 10, "a"),
     "turned": (IDEAL, TURNED, contact(pushed("a", (-7, 0, -10))), 7, "a"),
     "chosen": (IDEAL, HERE, contact(A, pushed("b", (0, 0, -9), uid=2), chosen={2}), 9, "b"),
@@ -138,7 +140,7 @@ DRIFT = replace(IDEAL, drift=0.05)
 
 
 def resistances(parameters, loads, times=None, noise=0.0, part=0.0):
-    """Resistances of one part under the loads (N), at the times (s) or all at once."""
+    """Return resistances of one part under the loads (N), at the times (s) or all at once."""
     resistor = ForceResistor(part)
     times = times if times is not None else [0.0] * len(loads)
     return np.array(
@@ -153,7 +155,7 @@ def resistances(parameters, loads, times=None, noise=0.0, part=0.0):
 
 
 def test_codes_with_10_kohm_5_v_and_10_bits():
-    """In one growing load, whatever the noise."""
+    """One growing load, with any noise."""
     resistor = ForceResistor(part_noise=1.7)
     loads = [0.0, 0.1, 0.2, 1.0, 5.0, 10.0, 20.0, 3000.0]
     found = [resistor.update(IDEAL, f, t, -2.0).adc for t, f in enumerate(loads)]
@@ -164,7 +166,7 @@ def test_codes_with_10_kohm_5_v_and_10_bits():
     ("grams", "ohms"),
     [(20, 30_000), (50, 10_000), (100, 6_000), (1_000, 1_250), (2_000, 750), (4_000, 450)]
     + [(7_000, 300), (10_000, 250)]
-    # Between two points straight on logarithmic axes; the last line goes on beyond.
+    # Straight between two points on logarithmic axes; the last line continues beyond.
     + [(math.sqrt(100 * 1000), math.sqrt(6_000 * 1_250)), (1e5 / 7, 250 * 250 / 300)],
 )
 def test_points_of_the_data_sheet(grams, ohms):
@@ -274,7 +276,7 @@ def test_drift_of_a_constant_and_of_a_growing_load():
     expected = [1.0, 0.95, 0.90, 0.85, 1.0 - 0.05 * math.log10(1.0 + 35 * 86400.0)]
     assert found / found[0] == pytest.approx(expected, rel=1e-9)
     assert expected[-1] == pytest.approx(0.676, abs=5e-4)
-    # A load that adds a hundredth each second after an hour at rest, for a decade of force.
+    # A load that grows by a hundredth each second after an hour at rest, for a decade of force.
     loads = [1.0, *(1.01**k for k in range(230))]
     found = resistances(DRIFT, loads, [0.0, *range(3600, 3830)])
     assert (np.diff(found) < 0.0).all()
@@ -303,8 +305,8 @@ def test_drift_hardly_depends_on_the_update_rate(load_at, error):
 @pytest.mark.parametrize(
     ("loads", "times", "share"),
     [
-        ([5.0, 5.4, 4.6], [0.0, 10.0, 999.0], 0.15),  # below a tenth it goes on drifting
-        ([5.0, 10.0], [0.0, 999.0], 0.075),  # half has drifted and half starts anew
+        ([5.0, 5.4, 4.6], [0.0, 10.0, 999.0], 0.15),  # below a tenth it continues to drift
+        ([5.0, 10.0], [0.0, 999.0], 0.075),  # half has drifted and half starts again
         ([5.0, 2.0], [0.0, 999.0], 0.15),
         ([5.0, 0.0, 5.0], [0.0, 999.0, 1000.0], 0.0),  # released and pressed again
         ([300.0, 600.0, 200.0], [0.0, 50.0, 999.0], 0.15),  # beyond saturation all is the same

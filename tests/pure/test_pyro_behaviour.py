@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pyroelectric detector behaves as detectors do: whole model, bodies in closed form.
+"""The pyroelectric detector behaves as real detectors do: whole model, bodies in closed form.
 
-Figures marked "note" are those of the physics note from which the model was designed, found with
-a lens of rays on a grid of azimuth and elevation; this one's are spread otherwise, so they agree
-within a few percent.
+Figures marked "note" are those of the physics note from which the model was designed. They used a
+lens of rays on a grid of azimuth and elevation. The rays of this lens are distributed differently,
+so its figures agree within a few percent.
 """
 
 import math
@@ -74,8 +74,8 @@ def test_the_frame_rate_matters_little(rate, error):
     assert crossing(3.0, rate=rate) == pytest.approx(crossing(3.0, rate=240), rel=error)
 
 
-# Figures of the note, whose threshold is the plate that turns to the detector, and whose lens has
-# zones of equal size everywhere: elements of 0.04 × 0.08 rad, 0.08 rad apart, in three tiers.
+# Figures of the note. Its threshold is that of the plate that faces the detector, and its lens has
+# zones of equal size: elements of 0.04 × 0.08 rad, 0.08 rad apart, in three tiers.
 NOTE_LENS = "".join(
     f"{(i - (count - 1) / 2) * spacing + side * math.degrees(0.04):.6f}, {elevation}, "
     f"{math.degrees(0.04):.6f}, {math.degrees(0.08):.6f}, {side:+d}\n"
@@ -95,7 +95,7 @@ def facing(distance, speed=1.0, rate=50, celsius=24.0, ambient=20.0):
 @pytest.mark.parametrize(
     ("distance", "speed", "rate", "note"),
     [
-        # The note has 0.36, with rays in 6 columns; more rays feel less of slow movement.
+        # The note has 0.36, with rays in 6 columns; more rays are less sensitive to slow movement.
         (3.0, 0.05, 10, 0.32), (3.0, 0.1, 20, 0.74), (3.0, 0.5, 50, 1.46), (3.0, 1.0, 50, 1.13),
         (3.0, 5.0, 100, 0.94), (3.0, 10.0, 200, 0.82),
         (2.0, 1.0, 50, 1.37), (8.0, 1.0, 50, 0.85), (12.0, 1.0, 50, 0.38),
@@ -117,7 +117,8 @@ def test_a_warm_room_shortens_the_range():
     found = [reach(ambient) for ambient in (10.0, 20.0, 28.0, 30.0, 33.0)]
     assert found == sorted(found, reverse=True)
     for distance, note in zip(found, (14, 13.5, 8, 4, 0), strict=True):
-        # Hardly falling with the distance, the signal crosses the threshold anywhere from 2 to 4 m.
+        # The signal hardly falls with the distance, so it crosses the threshold anywhere from 2 to
+        # 4 m.
         assert distance == pytest.approx(note, abs=2.0 if note == 4 else 1.0)
 
 
@@ -161,7 +162,7 @@ def test_a_body_as_warm_as_the_room_is_not_felt(emissivity):
 
 @pytest.mark.parametrize(
     ("body", "other", "ratio", "error"),
-    # Polished metal sends a twentieth of what skin does; the rest of what it shows is the room.
+    # Polished metal emits a twentieth of what skin does, and reflects the room.
     [(plate(18.0), plate(22.0), 1.0, 0.05), (plate(24.0, 0.05), plate(24.0), 0.05, 1e-6)],
     ids=["a cold body as a warm one", "polished metal hardly"],
 )
@@ -183,7 +184,7 @@ def test_a_room_that_warms_up_evenly_is_no_movement():
 
 
 def test_dead_zones_between_the_tiers_and_outside():
-    """A small animal-sized body between the rows of zones, or beside them all, is not felt."""
+    """A body of a small animal's size between the rows of zones, or beside all of them."""
     small = Body((0.3, 0.1, 0.1), 33.0)
     for elevation, felt in ((0, True), (-22, True), (-11, False), (20, False)):
         height = 1.95 + 3.0 * math.tan(math.radians(elevation))
@@ -219,7 +220,7 @@ def test_pets_curtains_and_ceilings():
 
 
 def test_hold_block_warm_up_and_single_trigger():
-    """The trigger pattern of a person walking to and fro, as HC-SR501 and its jumper have it."""
+    """The triggers of a person who walks to and fro, by the HC-SR501 and its jumper."""
     there = walk((-3, 3, 0), (3, 3, 0), 1.0, 50, before=1, after=0)
     places = np.concatenate([there, there[::-1], there, np.repeat(there[-1:], 400, axis=0)])
 
@@ -243,8 +244,10 @@ def test_hold_block_warm_up_and_single_trigger():
 
 
 def test_a_wireless_detector_is_deaf_while_it_sends():
-    """Half a second above the threshold is a single hold, to which a wired one adds; longer
-    movement prolongs it. Each message has the time at which it arrives."""
+    """Half a second above the threshold is a single hold; a wired detector would extend it.
+
+    Longer movement prolongs the hold. Each message has the time at which it arrives.
+    """
     times, signal = np.arange(600) / 50, np.zeros(600, bool)
     signal[50:76] = signal[300:340] = True
 
@@ -260,7 +263,7 @@ def test_a_wireless_detector_is_deaf_while_it_sends():
     assert intervals(0.0) == pytest.approx(np.array([[1.0, 2.625], [6.0, 7.905]]))
     late = intervals(0.5625, 0.015)
     assert late == pytest.approx(np.array([[1.015, 2.14], [6.015, 7.92]]))
-    # Nothing is noticed for a while after it went off.
+    # No motion is noticed for a while after the output went off.
     signal[120:134] = True
     assert intervals(0.5625) == pytest.approx(np.array([[1.0, 2.125], [6.0, 7.905]]))
     assert intervals(0.53)[1] == pytest.approx([2.66, 3.785])
@@ -287,7 +290,7 @@ def test_a_message_arrives_between_two_updates_at_a_time_that_the_seed_repeats()
     assert len(one) >= 2
     assert np.array_equal(one, again)
     assert one != pytest.approx(other, abs=1e-6)
-    # How long it is on: tenths of a second and its hold time, give or take the delays.
+    # The time that it is on: tenths of a second and its hold time, give or take the delays.
     late = (np.diff(one)[::2] - 1.125 + 0.05) % 0.1 - 0.05
     assert np.abs(late).min() > 0.0
     assert np.median(np.abs(late)) < 0.03

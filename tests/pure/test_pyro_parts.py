@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parts of the pyroelectric detector: lenses, by tables and data sheets; element and amplifier,
-against SciPy and closed form."""
+"""Parts of the pyroelectric detector: lenses, element and amplifier.
+
+Lenses are compared with tables and data sheets, element and amplifier with SciPy and closed forms.
+"""
 
 import math
 
@@ -71,7 +73,7 @@ def test_a_zone_looks_where_its_angles_say():
 @pytest.mark.parametrize("place", [(0, 0), (40, -45), (-170, 80), (0, -89)])
 @pytest.mark.parametrize("size", [(2.3, 4.6), (10, 10), (60, 30)])
 def test_rays_fill_the_zone_and_weigh_its_solid_angle(place, size):
-    """The solid angle against the integral of d²/(1+x²+y²)^(3/2) over the pyramid's base."""
+    """Against the integral of d²/(1+x²+y²)^(3/2) over the base of the pyramid."""
     azimuth, elevation, width, height = map(math.radians, (*place, *size))
     zone = Zone(azimuth, elevation, width, height, -1, 0.5)
     rays = zone_rays((zone,), 500)
@@ -82,7 +84,7 @@ def test_rays_fill_the_zone_and_weigh_its_solid_angle(place, size):
     np.testing.assert_allclose(np.linalg.norm(rays.directions, axis=1), 1.0)
     for places in (x, y):
         assert np.abs(places).max() <= 1.0
-        # Even: each tenth of the zone has its tenth of the rays, or one or two more or less.
+        # Even: each tenth of the zone has its tenth of the rays, give or take two.
         counts = np.histogram(places, np.linspace(-1, 1, 11))[0]
         assert np.abs(counts - 50).max() <= 2
     middles = (np.arange(400) + 0.5) / 200 - 1
@@ -93,7 +95,7 @@ def test_rays_fill_the_zone_and_weigh_its_solid_angle(place, size):
 
 
 def test_a_lenslet_shows_the_elements_the_other_way_round():
-    """Through a lens straight ahead the element on the right sees to the left."""
+    """Through a lens straight ahead the element on the right senses to the left."""
     left, right = seen_through(0.0, 0.0, dual(25.0))
     assert (left.polarity, right.polarity) == (1, -1)
     assert math.tan(left.azimuth) == pytest.approx(1 / 25)
@@ -162,7 +164,7 @@ def test_any_text_is_a_lens_or_is_told(text):
         assert zones and np.isfinite(zone_rays(zones, 3).directions).all()
 
 
-# What is published of the parts
+# Published figures of the parts
 
 
 @each_lens
@@ -174,7 +176,7 @@ def test_both_polarities_see_the_same(name):
 
 
 def width_of(zones):
-    """Degrees from the left edge to the right edge of zones that look about level."""
+    """Return the degrees from the left edge to the right edge of about level zones."""
     middle = [z for z in zones if abs(z.elevation) < math.radians(15)]
     return max(degrees(middle, lambda z: z.azimuth + z.width / 2)) - min(
         degrees(middle, lambda z: z.azimuth - z.width / 2)
@@ -182,7 +184,7 @@ def width_of(zones):
 
 
 def upright_of(zones):
-    """Degrees of the lower and upper edge of zones about straight ahead."""
+    """Return the degrees of the lower and upper edge of zones about straight ahead."""
     middle = [z for z in zones if abs(z.azimuth) < math.radians(15)]
     return (
         min(degrees(middle, lambda z: z.elevation - z.height / 2)),
@@ -225,7 +227,7 @@ SPACETI = ((150, 100, 353), (160, 106, 377), (180, 120, 424), (200, 133, 471), (
 
 @pytest.mark.parametrize(("height", "blind", "aim"), SPACETI)
 def test_a_real_wall_detector_sees_the_floor_where_its_table_says(height, blind, aim):
-    """On the floor before it, its zones begin at `blind`, and their middle is at `aim`."""
+    """On the floor before it, its zones begin at `blind`, and their centre is at `aim`."""
     before = [z for z in LENSES["SPACETI_WALL"].zones if abs(z.azimuth) <= math.radians(15.0)]
     low = min(zone.elevation - zone.height / 2 for zone in before)
     high = max(zone.elevation + zone.height / 2 for zone in before)
@@ -240,7 +242,7 @@ OTHER = Response(electrical=4.0, thermal=0.02, low_cut=0.1, high_cut=10.0)
 
 
 def polynomials(r):
-    """Numerator and denominator of V/P, multiplied out from its factors."""
+    """Return numerator and denominator of V/P, multiplied out from its factors."""
     low, high = 2 * math.pi * r.low_cut, 2 * math.pi * r.high_cut
     above = [r.electrical, 0.0, 0.0]  # sτE · s
     below = np.polymul([r.electrical, 1.0], [r.thermal, 1.0])
@@ -276,7 +278,7 @@ def test_piecewise_linear_power_gives_what_lsim_gives(response, rate):
 
 @pytest.mark.parametrize("rate", [1, 7, 10, 24, 60, 240])
 def test_the_chain_ends_each_step_where_lsim_does_and_misses_no_peak(rate):
-    """`advance` tells the largest signal within the step: that of a much finer lsim."""
+    """`advance` gives the largest signal within the step: that of a much finer lsim."""
     dt, n, fine = 1.0 / rate, 40, 600
     power = np.random.default_rng(2).normal(size=n)
     power[0] = 0.0
@@ -291,7 +293,7 @@ def test_the_chain_ends_each_step_where_lsim_does_and_misses_no_peak(rate):
         part = exact[(k - 1) * fine + 1 : k * fine + 1]
         assert abs(peaks[k]) <= np.abs(part).max() + 1e-9 * largest
         assert abs(peaks[k]) >= abs(part[-1]) - 1e-9 * largest
-    # Looked at every 20 ms: between two looks a peak can hide a little.
+    # Sampled every 20 ms: between two samples a peak may be slightly higher.
     assert max(map(abs, peaks)) == pytest.approx(largest, rel=0.02)
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every format is read back as far as it can hold the log that was written; logs of real homes and
-of other programs: what is damaged is mended or told, nothing is lost."""
+"""Every format is read back as far as it can hold the log that was written.
+
+In logs of real homes and of other programs, damage is mended or reported, and nothing is lost.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,7 @@ load_extension()
 from angen_sensors.angen_addon.commands import convert, replay  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-# What a format has no place for.
+# The facts that a format has no field for.
 LOST = {"casas": {"force_n", "partners", "valid", "distance_m"}, "casas-csv": {"partners"}}
 LOST["pyadlml"] = {"partners"}
 READ = [name for name in FORMATS if name != "parquet" or find_spec("pyarrow")]
@@ -39,7 +41,7 @@ def written(tmp_path):
 
 @pytest.mark.parametrize("name", READ)
 def test_what_was_written_is_read_back(written, name) -> None:
-    # No name ends with a backslash there.
+    # No name ends with a backslash in this format.
     held = (lambda text: text.rstrip("\\")) if name == "influx" else str
     expected = [(t, held(s), *row) for t, s, *row in ROWS if row[0] not in LOST.get(name, set())]
     source = read_log(written(year(), name))
@@ -80,7 +82,7 @@ def test_with_the_time_zone_clocks_may_be_put_forward_and_back(written, name, be
     values = {0.0: "0", 2.0: "1", 3500.0: "0", 3700.0: "1"}
     rows = [(time, "PIR hall", "moved", value) for time, value in values.items()]
     path = written(year(rows, start=start), name)
-    # CASAS has changes alone.
+    # CASAS has only changes.
     first = 2.0 if name in {"casas", "casas-csv"} else 0.0
     expected = [max(time, first) for time in values]
     assert [e.time for e in read_log(path, start, zone).events] == expected
@@ -148,7 +150,7 @@ HEAD = ",".join(HEADER) + "\n"
 
 @pytest.fixture
 def run(tmp_path, capsys):
-    """Converts a text; returns the exit status, the lines on standard error and the output."""
+    """Convert a text; return the exit status, the lines on standard error and the output."""
 
     def run(text: str, name: str = "casas", *options: str) -> tuple[int, list[str], str]:
         source, out = tmp_path / "source", tmp_path / "out"
@@ -311,8 +313,10 @@ def test_dates_are_checked_before_a_run() -> None:
 
 
 def ranges(events: list[Event], facts: SensorFacts | None = None) -> list[tuple[float, ...]]:
-    """(min_range, max_range, range) of each Range message of a log, no topic of which claims to
-    have activities."""
+    """Return (min_range, max_range, range) of each Range message of a log.
+
+    Asserts that no topic claims to have activities.
+    """
     log = make_log(events, {facts.name: facts} if facts else {})
     found = list(mcap._messages(log))
     assert all(m.about.get("holds") != mcap.ACTIVITIES for m in found)
@@ -327,7 +331,7 @@ def distances(*values: float) -> list[Event]:
 
 def test_a_distance_without_a_target_is_infinite_and_a_beam_is_no_activity(tmp_path) -> None:
     assert ranges(distances(3.6, 1.5)) == [(0.04, 3.6, math.inf), (0.04, 3.6, 1.5)]
-    # A preset's sensor sees farther than one with the defaults.
+    # A preset's sensor has a longer range than one with the defaults.
     assert ranges(distances(4.0, 1.5)) == [(0.04, 4.0, math.inf), (0.04, 4.0, 1.5)]
     facts = SensorFacts("T", "DISTANCE", "", {"range_min": 0.1, "range_max": 2.0})
     assert ranges(distances(2.0, 1.5), facts) == [(0.1, 2.0, math.inf), (0.1, 2.0, 1.5)]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording as bytes comes back as it was, is small, and is refused where it is not whole;
-columns give back what was put in, to the bit, and keep what repeats once."""
+"""A recording as bytes is restored exactly, is small, and is refused if it is damaged.
+
+Columns restore their values to the bit, and store repeated values once.
+"""
 
 import copy
 import json
@@ -32,7 +34,7 @@ VALUES = {
 
 
 def bits(column):
-    """Columns by their bytes: so that a NaN equals itself and 0.0 is not −0.0."""
+    """Return columns as bytes, so that a NaN equals itself and 0.0 is not −0.0."""
     return list(column) if column.type is str else (column.type, np.asarray(column).tobytes())
 
 
@@ -51,7 +53,7 @@ def contents(recording):
 
 
 def track(name, kind, moments, draw):
-    """Readings at (frame, time) pairs; `draw` gives a value of a type."""
+    """Return readings at (frame, time) pairs; `draw` gives a value of a type."""
     made = Track(name, kind, steps={"force_n": 0.5})
     for frame, time in moments:
         fields = {f.name: draw(f.type) for f in KINDS[kind].samples}
@@ -144,11 +146,11 @@ def test_other_versions_and_a_track_under_another_name_are_refused():
         to_bytes(recording, {})
 
 
-# Files of strangers: a right checksum, and all else as they please
+# Files of strangers: a correct checksum, with arbitrary content
 
 
 def taken_apart(data):
-    """(header, the packed columns)."""
+    """Return (header, the packed columns)."""
     body = data.partition(b"\n")[2]
     size = struct.unpack("<I", body[:4])[0]
     return json.loads(zlib.decompress(body[4 : 4 + size])), body[4 + size :]
@@ -180,7 +182,7 @@ HOSTILE = [
 
 
 def places(value, way=()):
-    """Every place in nested lists and dictionaries."""
+    """Yield every place in nested lists and dictionaries."""
     yield way
     items = value.items() if isinstance(value, dict) else enumerate(value)
     for key, part in items if isinstance(value, (dict, list)) else ():
@@ -208,7 +210,7 @@ def test_whatever_stands_in_the_header_is_refused_in_a_line_or_is_a_recording():
                 refused += 1
                 assert "\n" not in str(error)
             else:
-                # What comes through can be asked like any other.
+                # An accepted file can be queried like any other.
                 assert all(len(track) == 30 for track in found.tracks.values())
                 assert found.covers(3) in (True, False)
                 for track in found.tracks.values():
@@ -235,7 +237,7 @@ def peak_mib(refused):
 def test_what_unpacks_to_gigabytes_is_refused_before_it_does():
     bomb = zlib.compress(bytes(2**28), 1)
     header, columns = taken_apart(to_bytes(small(), {}))
-    # A column that is larger than the header says; a header that says so; a header that is.
+    # A column larger than the header says; a header that says so; a header that is.
     first = header["tracks"][0]["columns"][0]
     rest = columns[first["size"] :]
     first["size"] = len(bomb)
@@ -311,7 +313,7 @@ def test_values_come_back(name, at_once):
 
 @pytest.fixture(scope="module")
 def day():
-    """A sweeping detector over a day at 12 frames a second, which sees somebody now and then."""
+    """Return a sweeping detector over a day at 12 frames a second, with motion now and then."""
     clock = Clock(1, 12)
     track = Track("pir", "PIR", clock=clock)
     steps = np.arange(DAY, dtype=np.int64) * 6
@@ -328,7 +330,7 @@ def test_a_day_is_small_in_memory_and_comes_back_from_a_file(day):
     track = day.tracks["pir"]
     columns = [track.frames, track.times, track.active, track.value, *track.columns.values()]
     assert len(track) == DAY and sum(c.nbytes for c in columns) < 500_000
-    # Less than a fifth of a byte an update, also in the file.
+    # Less than a fifth of a byte per update, also in the file.
     data = to_bytes(day, {})
     assert len(data) < 0.2 * DAY
     again, _ = from_bytes(data)

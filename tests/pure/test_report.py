@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report's files: valid, whole in themselves, the same each time, and small however long the
-run; the lines of its plan against closed forms and scipy; its columns of time."""
+"""The report's files: valid, self-contained, reproducible, and small for any length of run.
+
+The lines of its plan are compared with closed forms and scipy; also its columns of time.
+"""
 
 import itertools
 import math
@@ -139,7 +141,7 @@ def test_the_page_needs_nothing_else() -> None:
     assert len(identifiers) == len(set(identifiers))
     assert "prefers-color-scheme:dark" in text and "@media print" in text
     assert "$" not in style(dict.fromkeys(INKS, "c"))
-    # A picture for papers has its colours in it: many readers know no variables.
+    # An image for papers contains its colours, because many viewers know no CSS variables.
     assert "var(" not in page.svg(home()) and INKS["ink"][0] in plain_style()
 
 
@@ -177,7 +179,7 @@ def test_what_was_not_simulated_and_what_is_not_valid_look_different() -> None:
 
 @pytest.mark.slow
 def test_a_day_of_500_busy_sensors_is_small() -> None:
-    """Each flickers at random all day; the heaviest kind, a curve and two sorts of bars."""
+    """Each flickers at random all day; the largest kind has a curve and two sorts of bars."""
     random, times = np.random.default_rng(3), np.arange(0.0, 86_400.0, 240.0)
     tracks = [
         track(f"S {i:03}", "LIGHT", times, random.random(360) < 0.5, random.random(360) * 90)
@@ -204,7 +206,7 @@ def test_texts_are_cut_to_their_place_and_every_kind_has_its_own_colour() -> Non
 
 
 def box(low: Any, high: Any) -> tuple[Any, Any]:
-    """Corners and outward triangles of a box."""
+    """Return corners and outward triangles of a box."""
     low, high = np.array(low, float), np.array(high, float)
     return low + (CORNERS + 1) / 2 * (high - low), TRIANGLES
 
@@ -219,7 +221,7 @@ def merged(*meshes: Any) -> tuple[Any, Any]:
 
 
 def tube(inner: float, outer: float, n: int = 64) -> tuple[Any, Any]:
-    """A wall around a round yard, 2 m high, its normals outwards of the matter."""
+    """Return a wall around a round yard, 2 m high, with normals out of the wall."""
     turn = np.linspace(0, 2 * math.pi, n, endpoint=False)
     ring = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     points = np.concatenate(
@@ -235,12 +237,12 @@ def tube(inner: float, outer: float, n: int = 64) -> tuple[Any, Any]:
 
 
 def apart(points: Any, triangles: Any) -> tuple[Any, Any]:
-    """The same faces, which share no corners."""
+    """Return the same faces without shared corners."""
     return points[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)
 
 
 def divided() -> tuple[Any, Any]:
-    """A box whose side x = 0 ends at corners between those of its neighbours: T-junctions."""
+    """Return a box with T-junctions: its side x = 0 ends between corners of its neighbours."""
     points, triangles = box((0, 0, 0), (1, 1, 3))
     side = (points[triangles][:, :, 0] == 0).all(axis=1)
     extra = np.array([(0, y, z) for z in (0, 0.5, 2.5, 3) for y in (0, 1)], float)
@@ -251,7 +253,7 @@ def divided() -> tuple[Any, Any]:
 POLYGON = 64 / 2 * math.sin(2 * math.pi / 64)
 CUTS = {
     "a box": (box((1, 2, 0), (4, 4, 3)), 1.1, [6.0]),
-    # The hole of a wall runs the other way.
+    # The hole of a wall has the other orientation.
     "a wall around a yard": (tube(2.0, 2.3), 0.7, [-POLYGON * 4.0, POLYGON * 5.29]),
     "where a box stands on a box": (
         merged(box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))),
@@ -283,8 +285,10 @@ def test_a_corner_that_is_nowhere_takes_its_own_faces_only() -> None:
 @settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 10**6), height=st.floats(-0.8, 0.8))
 def test_the_cut_of_a_convex_body_is_its_section(seed: int, height: float) -> None:
-    """Points of the plane are inside the line where scipy's half spaces say that they are inside
-    the body; those within 1 µm of its skin are left out."""
+    """Points are inside the outline exactly if scipy's half spaces have them inside the body.
+
+    Points within 1 µm of its surface are left out.
+    """
     random = np.random.default_rng(seed)
     hull = spatial.ConvexHull(random.normal(size=(24, 3)))
     lines = cut(hull.points, hull.simplices, height)
@@ -296,7 +300,7 @@ def test_the_cut_of_a_convex_body_is_its_section(seed: int, height: float) -> No
     (line,) = lines
     assert line.closed
     for probe, off in zip(probes, depth, strict=True):
-        if abs(off) > 2e-4:  # corners are welded to a tenth of a millimetre
+        if abs(off) > 2e-4:  # corners are merged within a tenth of a millimetre
             assert _inside(line.points, probe[:2]) == (off < 0)
 
 

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Routines from a file: who does what from when to when; days without Blender: where the sun
-stands, where a day is cut, and how days become tables."""
+"""Routines from a file, and days without Blender: activities, the sun, splits and tables."""
 
 from __future__ import annotations
 
@@ -95,7 +94,8 @@ def test_nights_are_interrupted_as_often_as_the_file_says_and_who_is_absent_is_a
     count = sum(
         (a.activity, b.activity, c.activity) == ("Sleep", "Toilet", "Sleep") for a, b, c in triples
     )
-    # One night in 400 is the absence; too near to each other or to the ends they do not happen.
+    # One night in 400 is the absence; interruptions too near to each other or to the ends are
+    # dropped.
     assert 1.2 < count / 400 < 1.6
     begins, ends = 12 * DAY + 10 * HOUR, 13 * DAY + 18 * HOUR
     assert [s.activity for s in anna if s.end > begins and s.start < ends] == [AWAY]
@@ -107,7 +107,7 @@ def test_another_person_day_or_length_of_the_run_changes_nothing_else() -> None:
     assert by_person(drawn(alone))["anna"] == week
     longer = by_person(drawn(days=9))["anna"]
     assert longer[: len(week) - 1] == week[:-1]
-    # Thursday's night is another one: what was drawn before it, and a day later, stays.
+    # Thursday's night differs: the draws before it, and a day later, stay the same.
     other = TEXT.replace('on = "weekdays"', 'on = ["mon", "tue", "wed", "fri"]')
     changed = by_person(drawn(other))["anna"]
     before = [s for s in week if s.end < 3 * DAY]
@@ -119,7 +119,7 @@ def test_another_person_day_or_length_of_the_run_changes_nothing_else() -> None:
 
 def test_a_date_is_drawn_the_same_whichever_day_the_run_begins_with() -> None:
     def told(segments: list[Segment], shift: int) -> list[tuple[float, float, str]]:
-        """From the Wednesday's noon to Saturday, in s since Monday."""
+        """Return the activities from Wednesday noon to Saturday, in s since Monday."""
         moved = [(s.start + shift * DAY, s.end + shift * DAY, s.activity) for s in segments]
         inside = [m for m in moved if m[0] > 2.5 * DAY and m[1] < 5 * DAY]
         return [(round(begin, 3), round(end, 3), activity) for begin, end, activity in inside]
@@ -129,7 +129,7 @@ def test_a_date_is_drawn_the_same_whichever_day_the_run_begins_with() -> None:
     for day in (-7, 1, 2):
         own = by_person(drawn(first=MONDAY + timedelta(day), days=7 - day))["anna"]
         assert told(own, day) == told(week, 0), day
-    # Another Monday is not the same one again.
+    # Another Monday differs.
     before = by_person(drawn(first=MONDAY - timedelta(7)))["anna"]
     assert told(before, 0) != told(week, 0)
 
@@ -174,7 +174,7 @@ def test_what_is_wrong_is_told_with_its_line(old: str, new: str, told: str) -> N
     line = int(re.match(r"week\.toml, line (\d+): ", str(caught.value)).group(1))
     near = text[: text.index(new)].count("\n") + 1
     assert told in str(caught.value)
-    # What is missing is told at its table; of two that collide, either may be named.
+    # A missing key is reported at its table; of two that collide, either may be named.
     assert near <= line <= near + new.count("\n") or ("lasts" in told and abs(line - near) <= 5)
 
 
@@ -292,7 +292,7 @@ def test_it_rises_and_sets_at_published_times() -> None:
 
 
 def test_light_of_sun_and_sky() -> None:
-    # North is +Y, so that the sun of noon shines from -Y, and a turned home turns it along.
+    # North is +Y: the sun of noon shines from -Y, and a turned home turns the sun along.
     assert direction(Site(0, 0), 0.0, D(180)) == pytest.approx((0, -1, 0), abs=1e-12)
     assert direction(Site(0, 0, north=D(90)), 0.0, D(180)) == pytest.approx((1, 0, 0), abs=1e-12)
     # Meinel's formula in the zenith; nothing once the upper edge has set.
@@ -327,7 +327,7 @@ def test_what_ends_is_of_who_began_it() -> None:
 
 
 class Body:
-    """Sits at x = 1 m, walks to x = 121 m from 100 s to 220 s, and sits there."""
+    """A body that sits at x = 1 m, walks to x = 121 m from 100 s to 220 s, and sits there."""
 
     def moving(self) -> Any:
         return np.array([[100.0, 220.0]])
@@ -362,7 +362,7 @@ def test_the_truth_of_a_day_ends_with_it_and_tells_each_minute_of_movement() -> 
         LoggedActivity(0, 100_000_000, "anna", "Rest", "living"),
         LoggedActivity(100_000_000, DAY_US, "anna", "Walk", ""),
     ]
-    # The chair stands in the hall, and belongs to the living room.
+    # The chair is in the hall, but belongs to the living room.
     of_places = {"Sofa": "living", "Chair": "living"}.__getitem__
     found = people(ACTED, lambda at: "living" if at[0] < 31.0 else "hall", of_places)
     assert activities(ACTED, lambda place: rooms.get(place, ""), found)[1].room == "living"
@@ -404,7 +404,7 @@ def test_days_become_tables_without_a_seam_at_midnight() -> None:
         ["time", "sensor", "kind", "field", "value", "person", "because"],
         ["2026-03-02T00:00:00.000", "pir", "PIR", "moved", "0", "", ""],
         ["2026-03-02T00:00:01.500", "pir", "PIR", "moved", "1", "anna", "Anna's body"],
-        # As it was before midnight is told once; what another day begins with is not hidden.
+        # The state before midnight has one row; what another day begins with is not hidden.
         ["2026-03-04T00:00:00.000", "pir", "PIR", "moved", "0", "", ""],
     ]
     assert [row[:2] for row in rows["activities.csv"][2:]] == [
@@ -420,7 +420,7 @@ def test_days_become_tables_without_a_seam_at_midnight() -> None:
 
 
 def test_what_goes_on_over_midnight_is_one_also_from_room_to_room() -> None:
-    """As a filler that is drawn before midnight and again after it."""
+    """For example a filler that is drawn before midnight and again after it."""
     late = LoggedActivity(DAY_US - 10, DAY_US, "anna", "Clean", "bedroom")
     early = LoggedActivity(0, 20, "anna", "Clean", "hall")
     again = LoggedActivity(30, 40, "anna", "Clean", "hall")

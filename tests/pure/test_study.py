@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies without Blender: the file, its draws, what its keys set in a home, the judgement of days;
-and the line that the command says without them."""
+"""Studies without Blender: the file, its draws, its keys in a home, and the judgement of days.
+
+Also the error of the command where the packages are missing.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,7 @@ HOME = HomeFacts(
 
 @pytest.fixture
 def study(tmp_path: Path):
-    """Reads a study of a home, of these lines after the first."""
+    """Read a study of a home, with these lines after the first."""
     (tmp_path / "home.blend").write_bytes(b"BLENDER")
     (tmp_path / "score.py").write_text("def score(recording, truth):\n    return 1\n")
 
@@ -211,7 +213,7 @@ def test_the_command_says_how_to_get_it_where_the_zip_has_it_not(tmp_path) -> No
 
 
 def us(clock: str) -> int:
-    """µs since midnight."""
+    """Return µs since midnight."""
     hours, minutes, seconds = clock.split(":")
     return round((int(hours) * 3600 + int(minutes) * 60 + float(seconds)) * 1e6)
 

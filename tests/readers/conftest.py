@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What these tests share: they read our files with programs that others wrote.
+"""Fixtures of tests that read our files with other programs.
 
 `make readers` installs those programs and runs the tests; elsewhere the tests are skipped.
 """
@@ -16,7 +16,7 @@ from log_of_a_year import write
 
 @pytest.fixture
 def reader():
-    """Imports a reader's module; where `make readers` runs, a missing one is a failure."""
+    """Import a reader's module; in `make readers`, a missing one is a failure."""
 
     def import_it(name: str) -> ModuleType:
         if os.environ.get("ANGEN_READERS"):
@@ -28,5 +28,5 @@ def reader():
 
 @pytest.fixture
 def written(tmp_path):
-    """Writes a log in a format; returns the path."""
+    """Write a log in a format; return the path."""
     return lambda log, name, to="out": write(log, name, tmp_path / to)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scripts of docs/examples, run as the docs say, on days that are made up here."""
+"""The scripts of docs/examples, run as the docs say, on artificial days."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ ROOMS = {"Sleep": "bedroom", "Cook": "kitchen", "Wash": "bathroom"}
 
 @pytest.fixture
 def days(tmp_path: Path) -> Path:
-    """Three days: hours of two activities in turn after a night, whose room's detector goes on each
-    10 minutes for 2 s; in the kitchen and bathroom also 5 s later, for 1.1 s."""
+    """Return three days: hours of two activities in turn after a night.
+
+    The detector of the activity's room goes on each 10 minutes for 2 s; in the kitchen and bathroom
+    also 5 s later, for 1.1 s.
+    """
     events, activities = [], []
     for day in range(2, 5):
         at = f"2026-03-{day:02d}T"
@@ -44,7 +47,7 @@ def days(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def run(tmp_path: Path):
-    """Runs one of the scripts; the rows of the table that it prints, by their first cell."""
+    """Run one of the scripts; return the rows of its printed table, by their first cell."""
     (tmp_path / "packages").mkdir()
     (tmp_path / "packages" / "angen_sensors").symlink_to(ROOT)
 
@@ -70,7 +73,8 @@ def test_days_beside_a_real_home_have_the_figures_of_a_count_by_hand(days, run) 
     assert found["motion ON a sensor and day"] == "80"
     assert found["ON time, 5 / 50 / 95 / 99 %, s"] == "1.10 / 2.00 / 2.00 / 2.00"
     assert found["ON time 1.1 to 1.2 s"] == "40 %"  # 96 of 240
-    # In the real home half of them last up to 1.86 s, here 40 %; all else that is known is closer.
+    # In the real home half of them last up to 1.86 s, here 40 %; all other known figures are
+    # closer.
     assert found["ON time, distance at least"] == "0.10"
     # 96 of 240 times from on to on are 5 s; the others 595 s or 600 s, in the real home 5 %.
     assert found["from ON to ON, distance at least"] == "0.55"
@@ -85,10 +89,10 @@ def test_the_recogniser_learns_and_tells_what_a_detector_is_worth(days, run, rea
     rows = run("recogniser.py", days, "--test", "2026-03-04", "--seeds", 2)
     accuracy = {name: float(row[0]) for name, row in rows.items() if name != "sensors"}
     assert accuracy["none: always the most frequent"] == pytest.approx(1 / 3, abs=1e-3)
-    # Cooking and washing change places each day, so the clock tells the night alone.
+    # Cooking and washing change places each day, so the time of day identifies only the night.
     assert accuracy["none: the clock alone"] < 0.7
     assert accuracy["**all**"] > 0.95
-    # Of two detectors that tell the same, one is enough.
+    # Of two detectors with the same information, one is enough.
     assert accuracy["without PIR bedroom"] > 0.95
     assert set(rows) - set(accuracy) == {"sensors"}
     assert len([name for name in rows if name.startswith("without")]) == 3

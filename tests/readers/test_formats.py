@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our files in the hands of programs that others wrote: CASAS and pyadlml by pyadlml, MCAP by its
-own library and by rosbags, XES and OCEL by pm4py, line protocol, Parquet, the schema of layouts."""
+"""Our files read by other programs.
+
+CASAS and pyadlml by pyadlml, MCAP by its own library and by rosbags, XES and OCEL by pm4py, line
+protocol, Parquet, the schema of layouts.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ def at(seconds: float) -> datetime:
 
 
 def ids(path) -> dict[tuple[str, str], str]:
-    """(sensor, field) → its name in a CASAS file."""
+    """Return (sensor, field) → its name in a CASAS file."""
     with open(path.with_name(f"{path.name}.sensors.csv"), newline="", encoding="utf-8") as file:
         return {(row["sensor"], row["field"]): row["id"] for row in csv.DictReader(file)}
 
@@ -120,7 +123,7 @@ EPOCH_NS = int(START.replace(tzinfo=UTC).timestamp()) * 10**9
 
 
 def messages(reader, path) -> list[tuple[str, int, object]]:
-    """(topic, nanoseconds since the start, message), every CRC checked."""
+    """Return (topic, nanoseconds since the start, message), with every CRC checked."""
     make_reader = reader("mcap.reader").make_reader
     factory = reader("mcap_ros2.decoder").DecoderFactory()
     with open(path, "rb") as file:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of a study as pandas reads them, and its report, from rows that are made here."""
+"""Tables of a study as pandas reads them, and its report, from artificial rows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from angen_sensors.angen_addon.process.standalone import load_extension
 
 NEEDED = ("jinja2", "matplotlib", "pandas", "pyarrow", "scipy")
 
-# Two seeds of three settings; of the last one a run failed.
+# Two seeds of three settings; a run of the last setting failed.
 ROWS = [
     {
         "run": 2 * n + s,
@@ -38,7 +38,7 @@ ROWS = [
 
 @pytest.fixture
 def report(reader) -> Any:
-    """The module of the report, where what it needs is installed."""
+    """Return the module of the report, if the packages that it needs are installed."""
     for needed in NEEDED:
         reader(needed)
     load_extension()
@@ -95,7 +95,7 @@ def test_the_report_tells_what_is_in_the_rows(folder, report) -> None:
     for picture in pictures:
         texts = [e.text for e in ET.parse(picture).iter("{http://www.w3.org/2000/svg}text")]
         assert "PIR*.rays" in texts
-    # Nothing is fetched, and the same rows give the same page.
+    # The page loads nothing, and the same rows give the same page.
     assert "src=" not in page and 'href="http' not in page.replace("xlink:href", "")
     assert report.write(folder).read_text(encoding="utf-8") == page
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The animation in the sample home: what a viewer would notice if it were wrong."""
+"""The animation in the sample home: errors that a viewer would notice."""
 
 from types import SimpleNamespace
 
@@ -19,8 +19,7 @@ SOLIDS = [("a wall", wall) for wall in WALLS] + list(plan.FURNITURE.items())
 
 @pytest.fixture(scope="module")
 def film():
-    """Of the file as it ships, at every third frame: where the joints are, and the free edges of
-    the doors."""
+    """Return joints and free edges of doors at every third frame of the shipped file."""
     bpy.ops.wm.open_mainfile(filepath=str(build_angen.HERE / "angen.blend"), load_ui=False)
     scene = bpy.context.scene
     rig = bpy.data.objects["Person rig"]
@@ -44,7 +43,7 @@ def film():
 
 
 def off(box, points):
-    """Distances (n,) on the floor from points (n, 2 or more) to a box, m."""
+    """Return distances (n,) on the floor from points (n, 2 or more) to a box, m."""
     low, high = (box.x0, box.y0), (box.x1, box.y1)
     return np.hypot(*np.maximum(0, np.maximum(low - points[:, :2], points[:, :2] - high)).T)
 
@@ -61,7 +60,7 @@ def test_who_stands_or_walks_keeps_clear_of_walls_furniture_and_leaves(film):
     here, seconds = film.at["pelvis"][upright], film.seconds[upright]
     for name, box in SOLIDS:
         near = off(box, here)
-        # One sits down where one stands close to the seat.
+        # A person sits down from a place close to the seat.
         least = 0.05 if name in ("Sofa", "Bed", "Toilet") else 0.19
         assert near.min() > least, f"{name}: {near.min():.3f} m at {seconds[near.argmin()]:.2f} s"
     for name, matrices in film.leaves.items():

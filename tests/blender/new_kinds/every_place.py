@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes a new kind through every place where a sensor is made, sensed, shown, told or written.
+"""Takes a new kind through every place that makes, senses, shows, explains or writes sensors.
 
-test_new_kind.py runs this in a copy of the extension to which nothing was added but the kind.
+test_new_kind.py runs this in a copy of the extension that has nothing but the kind added.
 """
 
 import json
@@ -27,7 +27,7 @@ def kind(request):
 
 @pytest.fixture
 def sensor(world, kind):
-    """Above a floor that jumps up to it at frame 20; it is tipped over there."""
+    """Add a sensor above a floor that jumps up to it at frame 20; there the sensor tips over."""
     ops.sensor_add(kind=kind)
     made = bpy.context.object
     made.name, made.location, made.angen_sensor.room = "new", (0, 0, 0), "hall"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A kind that asks nothing of the scene but where it stands itself."""
+"""A kind that queries nothing of the scene: it only reads its own pose."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ ROOMS = {
 }
 DOORWAYS = [(1.5, 3.0, 2.4, 3.2), (4.2, 3.0, 5.0, 3.2), (1.0, 4.6, 1.95, 4.8)]
 THINGS = [(0.0, 0.0, 2.0, 1.0), (5.1, 0.0, 5.6, 0.6), (7.0, 0.0, 9.0, 0.9), (9.2, 3.8, 10.0, 4.6)]
-# Name: use, x, y, yaw, and what the hand goes to or the hips rest on.
+# Name: use, x, y, yaw, and the target of the hand or the support of the hips.
 MONDAY = date(2026, 3, 2)
 PLACES = {
     "Bed": (LIE, 1.0, 1.6, pi, (1.0, 0.5, 0.5)),
@@ -115,17 +115,17 @@ def small_home() -> Places:
 
 @dataclass
 class Played:
-    """A day that was acted, and the questions that tests ask of it."""
+    """A day that was acted, and the queries of tests on it."""
 
     acted: Acted
     places: Places
 
     def told(self, person: str) -> list[tuple[str, str]]:
-        """What somebody did, and where."""
+        """Return a person's activities, with their places."""
         return [(d.activity, d.place) for d in self.acted.activities if d.person == person]
 
     def at(self, person: str, *times: float) -> np.ndarray:
-        """Hips (n, 3)."""
+        """Return the hips (n, 3)."""
         return self.acted.bodies[person].poses(np.array(times, float)).pelvis
 
     def moving_times(self, person: str) -> np.ndarray:
@@ -133,12 +133,12 @@ class Played:
         return np.concatenate([np.arange(start, end, 0.1) for start, end in spans])
 
     def seen(self, person: str, times: np.ndarray) -> np.ndarray:
-        """(n,) whether the body is in the home."""
+        """Return (n,) whether the body is in the home."""
         away = self.acted.bodies[person].away()
         return ~((times[:, None] > away[:, 0]) & (times[:, None] < away[:, 1])).any(axis=1)
 
     def nearest_to_leaves(self, person: str) -> float:
-        """m between the middle of a body and a leaf, at the least."""
+        """Return the least distance (m) between the centre of a body and a leaf."""
         times = self.moving_times(person)
         times = times[self.seen(person, times)]
         hips, least = self.at(person, *times)[:, :2], np.inf
@@ -169,8 +169,10 @@ def ground(home: Places) -> Ground:
 
 @pytest.fixture
 def play(home: Places, ground: Ground) -> Callable[..., Played]:
-    """Acts activities, `Name = "steps"` one a line, by the minutes at which each begins; in the
-    small home or in `places`."""
+    """Act activities, `Name = "steps"` one per line, by the minutes at which each begins.
+
+    They are acted in the small home, or in `places`.
+    """
 
     def played(
         activities: str, days: dict[str, list[tuple[float, str]]], day: int = 0, seed: int = 1,
@@ -205,7 +207,7 @@ def routine_text(activities: str, people: list[str]) -> str:
 
 @pytest.fixture(scope="session")
 def week(home: Places, ground: Ground) -> Callable[..., Played]:
-    """A day of a routine file as it is drawn."""
+    """Act a day of a routine file, as it is drawn."""
 
     def played(text: str, day: int, days: int = 7, seed: int = 1) -> Played:
         routine = file.read(text, "week.toml")

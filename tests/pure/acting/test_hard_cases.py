@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What cannot be done is told in one line; what can hardly be done ends well."""
+"""Impossible activities are an error of one line; difficult ones end well."""
 
 import re
 from dataclasses import replace
@@ -74,7 +74,8 @@ def test_an_activity_shorter_than_the_way_there(play) -> None:
     plan = [(0, "Relax"), (60, "Toilet"), (60.2, "Relax"), (90, "Toilet"), (90.1, "Sleep"),
             (90.2, "Relax")]  # fmt: skip
     day = play(ACTIVITIES, {"anna": plan})
-    # What was begun is done: it ends late. What is over before its turn comes is left out.
+    # A begun activity is finished, so it ends late. Activities that ended before their turn are
+    # dropped.
     assert [name for name, _ in day.told("anna")] == ["Relax", "Toilet", "Relax", "Toilet", "Relax"]
     toilet = day.acted.activities[1]
     assert toilet.start == 60 * 60 and 40 < toilet.end - toilet.start < 120
@@ -112,7 +113,7 @@ def test_a_diary_with_gaps_and_a_row_that_goes_on_with_the_one_before(home, grou
             moving = acted.bodies["anna"].moving()
             assert ((moving[:, 0] // 3600 == 8) | (moving[:, 0] // 3600 == 22)).all()
         else:
-            # The diary ends in the morning; its last activity does then, too.
+            # The diary ends in the morning, and with it its last activity.
             assert told == [("Sleep", "Bed")] and acted.activities[0].end == 7 * 3600
 
 
@@ -140,7 +141,7 @@ def test_a_day_begins_and_ends_as_it_is_asked_however_long_the_activities(play) 
 
 
 def test_who_begins_the_day_with_a_thing_is_where_it_is(play, home) -> None:
-    # No way leads out of the vault, whose place is the first of all.
+    # The vault, whose place is the first of all, has no door.
     vault = replace(home.places["Safe"], name="A safe")
     places = replace(home, places={"A safe": vault, **home.places})
     text = "Drink = take Cup, drink Cup\nRelax = sit Sofa"

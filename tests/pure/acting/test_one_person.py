@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A day of one person, and of one who walks with a frame: where the body is, what it does to doors,
-lamps and things, and that the truth tells it."""
+"""A day of one person, and of one with a walking frame: body, doors, lamps, things and truth."""
 
 from itertools import pairwise
 
@@ -42,7 +41,7 @@ def test_the_truth_has_no_gaps_and_is_what_was_acted(day) -> None:
     for told in (day.acted.activities, day.acted.where):
         assert told[0].start == 0.0 and told[-1].end == DAY
         assert all(a.end == b.start for a, b in pairwise(told))
-    # Each begins when its first way does, as the plan has it.
+    # Each begins with the first walk to it, as planned.
     starts = [done.start / 60 for done in day.acted.activities]
     assert np.allclose(starts, [0, 400, 405, 500, 600, 700, 800, 1320], atol=0.2)
 
@@ -69,7 +68,7 @@ def test_whoever_stands_still_is_where_the_truth_said_last(day) -> None:
     at = np.array([row.at or (np.nan,) * 3 for row in rows])[last]
     off = np.linalg.norm(day.at("anna", *times[still]) - at, axis=1)
     assert still.sum() > 2000 and np.nanmax(off) < 0.06
-    # So many rows tell it, not one for each gesture.
+    # A few rows, not one for each gesture.
     assert len(rows) < 200
     named = activities(day.acted, lambda name: of.get(name, ""), rows)
     assert [a.room == "" for a in named] == [a.activity == "Away" for a in named]
@@ -100,7 +99,7 @@ def test_doors_are_opened_before_and_shut_behind_with_the_hand_on_the_handle(day
         assert [s.before for s in swings] == [door.closed, door.open] * (len(swings) // 2)
         for swing in swings:
             opens = swing.after == door.open
-            # The hand lets go of what goes out of reach.
+            # The hand lets go of the handle that goes out of reach.
             held = np.array([swing.start + 0.1] if opens else [swing.end - 0.1])
             bones = solve(acted.bodies["anna"].poses(held))
             grip = door.handle_at(float(openings_at([swing], held, 0.0)[0]))
@@ -123,7 +122,7 @@ def test_lamps_things_and_drawers(play) -> None:
         bones = solve(day.acted.bodies["anna"].poses(np.array([time])))
         return bones.at["head"][0], [palm(bones, side, 1.0)[0] for side in (0, 1)]
 
-    # A lamp that shines already is not switched on again.
+    # A lamp that is on is not switched on again.
     assert [(s.object, s.on, s.person) for s in day.acted.switches] == [
         ("Bulb bedroom", True, "anna"), ("Bulb bedroom", False, "anna")]  # fmt: skip
     switch = day.places.lamps["Lamp bedroom"].at
@@ -138,7 +137,7 @@ def test_lamps_things_and_drawers(play) -> None:
     assert taken.start < sip.start < sip.end < put.start
     assert np.linalg.norm(hands[taken.hand] - head) < 0.3
     assert [s.after for s in day.acted.swings["Drawer"]] == [0.4, 0.0]
-    # Who drinks meanwhile lifts the cup and puts it back.
+    # A drink in between lifts the cup and puts it back.
     assert len(lifted) >= 4 and all(np.allclose(put.at, stove) for put in lifted[1::2])
     for taken, put in zip(lifted[::2], lifted[1::2], strict=True):
         head, hands = palms((taken.start + put.start) / 2)
@@ -152,7 +151,7 @@ def test_what_was_left_on_open_or_put_somewhere_is_so_on_the_next_day(play) -> N
     day = play(ACTIVITIES, {"anna": plan}, day=1, until=2880.0)
     assert [(s.on, s.person) for s in day.acted.switches] == [(True, ""), (False, "anna")]
     assert [(s.before, s.after) for s in day.acted.swings["Drawer"]] == [(0.4, 0.4), (0.4, 0.0)]
-    # The cup is taken from where it was put.
+    # The cup is taken from its last place.
     was, taken, _ = day.acted.holds["Cup"]
     stove = day.places.places["Stove"]
     assert was.start < 0 and was.hand is None and np.allclose(was.at, stove.target)
@@ -184,7 +183,7 @@ def test_whole_turns_are_taken_back(week) -> None:
     body, times = day.acted.bodies["anna"], day.moving_times("anna")
     pose = body.poses(times)
     assert np.abs(pose.heading).max() < 3 * np.pi
-    # Nobody is seen to jump for it.
+    # No jump is visible.
     steps = np.angle(np.exp(1j * np.diff(pose.heading)))[np.diff(times) < 0.11]
     assert np.abs(steps).max() < 0.5 and np.abs(np.diff(pose.heading)).max() > 6.0
 
@@ -193,7 +192,7 @@ def test_days_join_at_midnight(play) -> None:
     plans = {"anna": [(0, "Relax"), (1439.9, "Sleep"), (1900, "Relax")]}
     first = play(ACTIVITIES, plans, day=0, until=2880.0)
     second = play(ACTIVITIES, plans, day=1, until=2880.0)
-    # Six seconds before midnight the way to the bed began.
+    # The walk to the bed began six seconds before midnight.
     times = np.arange(0.0, 40.0, 0.5)
     assert np.allclose(first.at("anna", *(times + DAY)), second.at("anna", *times), atol=1e-9)
     assert first.told("anna")[-1][0] == second.told("anna")[0][0] == "Sleep"
@@ -286,7 +285,7 @@ def framed_day(play):
 
 
 def on_furniture(framed_day, times: np.ndarray) -> np.ndarray:
-    """(n,): the share of the frame, 0.57 m by 0.63 m, that stands in something."""
+    """Return the share (n,) of the frame, 0.57 m by 0.63 m, that is over furniture."""
     floor = framed_day.places.storeys[0].floor
     u, v = (a.ravel() for a in np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(-0.27, 0.27, 9)))
     found = []
@@ -304,7 +303,7 @@ def test_at_a_place_the_frame_stands_in_nothing(framed_day) -> None:
     assert {s.place for s in stays} >= {"Bed", "Toilet", "Sofa", "Stove", "Window"}
     middles = np.array([(s.start + s.end) / 2 for s in stays])
     assert on_furniture(framed_day, middles).max() == 0.0
-    # It stays there meanwhile, with no hand on it, and within a few steps.
+    # It stays there, without a hand on it, and within a few steps.
     body = framed_day.acted.bodies["anna"]
     for stay, middle in zip(stays, middles, strict=True):
         pose = body.poses(np.array([middle, stay.end - 1.0]))
@@ -322,5 +321,5 @@ def test_it_is_pushed_everywhere_else_and_never_jumps(framed_day) -> None:
     walks = [s for s in framed_day.acted.where if s.posture == "walking" and s.end - s.start > 4]
     with_it = [np.median(gap[(times > s.start) & (times < s.end)]) for s in walks]
     assert len(walks) > 8 and np.median(with_it) < 0.5
-    # On the way it meets less of what stands about than it did at places.
+    # On the way it is over less furniture than at places.
     assert np.mean(on_furniture(framed_day, times[::7])) < 0.03

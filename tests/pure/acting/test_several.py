@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several people in one home: they wait for each other, and nobody stands in anybody for long; two
-head-on in a passage that is too narrow to pass."""
+"""Several people in one home wait for each other, and never overlap for long.
+
+Two meet head-on in a passage that is too narrow to pass.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -32,7 +34,7 @@ def stays(day, person: str, place: str) -> list[Stay]:
 
 
 def apart(day, people: tuple[str, ...] = ("anna", "bo")) -> None:
-    """Whoever is at a place is there alone, and a bathroom is for one."""
+    """Assert that each person at a place is alone there, and that a bathroom has one user."""
     for one in day.acted.where:
         for other in day.acted.where:
             if one.person >= other.person or not one.place or not other.place:
@@ -53,7 +55,7 @@ def test_two_want_the_bathroom_at_once(play) -> None:
     for person in ("anna", "bo"):
         assert sum(s.end - s.start for s in stays(day, person, "Toilet")) > 175
         assert [name for name, _ in day.told(person)][1] == "Toilet"
-    # Whoever waits stands in the hall, out of the way of the door.
+    # The waiting person stands in the hall, away from the door.
     waits = min(day.acted.activities, key=lambda d: (d.activity != "Toilet", -d.end)).person
     waiting = max(
         (s for s in day.acted.where if s.person == waits and s.posture == "standing"
@@ -88,7 +90,7 @@ def test_who_never_gets_the_place_gives_up_when_the_activity_ends(play) -> None:
 
 
 def test_who_gave_up_and_leaves_the_home_is_away(play) -> None:
-    """Bo, who came for what anna has, has nothing of his own to give back."""
+    """Bo, who wanted a thing that anna holds, has nothing to return."""
     bo = [(0, "East"), (30, "Wash"), (40, "Away"), (200, "Cook")]
     day = play(ACTIVITIES, {"anna": [(0, "Toilet"), (120, "Relax")], "bo": bo})
     (away,) = (s for s in day.acted.where if s.person == "bo" and s.posture == "away")
@@ -164,7 +166,7 @@ Shut = close Door bedroom, sit Sofa east
 
 SIZE = 0.05
 ENDS = "West = stand at West\nEast = stand at East"
-# In the third the two places are the passage's ends; in the last a room lies behind a door.
+# In the third the two places are the passage's ends; in the last a room is behind a door.
 ROOMS = {
     "rooms at both ends": [(0.0, 0.0, 2.0, 2.0), (7.0, 0.0, 9.0, 2.0)],
     "a room at one end": [(0.0, 0.0, 2.0, 2.0)],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The types of arrays."""
+"""Type names for numpy arrays: `Array` holds floats, `Index` holds integer indices."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chooses sensors by name, pattern and kind."""
+"""Choose sensors by name, pattern and kind."""
 
 from __future__ import annotations
 
@@ -16,29 +16,35 @@ WILDCARDS = "*?["
 
 
 def fitting(pattern: str, names: Iterable[str]) -> list[str]:
-    """The name that is the pattern itself, or else all that fit it (`PIR*`)."""
+    """Return the name equal to `pattern`, or else all names that match it, such as `PIR*`."""
     names = list(names)
     return [pattern] if pattern in names else [n for n in names if fnmatchcase(n, pattern)]
 
 
 @dataclass(frozen=True)
 class SensorChoice:
-    """The sensors whose name is, or fits, one of the `patterns`, and that are of one of the
-    `kinds`; all where these are empty. Without `light`, none that measures light."""
+    """A choice of sensors by name and kind.
+
+    A chosen sensor has a name that equals or matches one of the `patterns`, and one of the `kinds`.
+    An empty tuple allows all names or kinds. With `light` false, no light sensor is chosen.
+    """
 
     patterns: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
     light: bool = True
 
     def takes(self, name: str, kind: str) -> bool:
-        """Whether it is one of them, by its name and its kind's identifier."""
+        """Return whether the sensor of this name and kind identifier is chosen."""
         by_name = not self.patterns or any(fitting(p, [name]) for p in self.patterns)
         by_kind = not self.kinds or kind in self.kinds
         return by_name and by_kind and (self.light or not measures_light(kind))
 
     def of(self, kinds: Mapping[str, str]) -> list[str]:
-        """The names of those that it takes from a home, whose kinds are by name. Raises
-        InputError."""
+        """Return the names of the chosen sensors of a home.
+
+        `kinds` maps the name of each sensor of the home to its kind. Raise InputError if a pattern
+        matches no sensor, or if no sensor is chosen.
+        """
         for pattern in self.patterns:
             if not fitting(pattern, kinds):
                 raise InputError(not_found(pattern, kinds))
@@ -59,11 +65,15 @@ ALL_SENSORS = SensorChoice()
 
 
 def measures_light(kind: str) -> bool:
+    """Return whether sensors of this kind need rendered light."""
     return kind in KINDS and KINDS[kind].requires_light
 
 
 def not_found(pattern: str, names: Iterable[str], of: str = "") -> str:
-    """The sentence that no sensor `of` a home has a name, or fits a pattern, and which are near."""
+    """Return the error text for a pattern that no sensor matches, with the most similar names.
+
+    `of` says where the sensors are, such as " of this home".
+    """
     text = pattern.strip("*?").lower()
     near = sorted(
         names, key=lambda name: SequenceMatcher(None, text, name.lower()).ratio(), reverse=True

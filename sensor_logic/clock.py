@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The times at which a sensor samples, in exact rational arithmetic, so that playback, bake and
-headless runs agree.
+"""The times at which a sensor samples.
 
-A sensor with rate r publishes at t = k/r, with t = 0 at the scene's start frame; it samples at
-the first frame (or sub-frame, with `substeps` of them a frame) at or after k/r.
+The arithmetic is exact (fractions), so that playback, bake and headless runs agree.
+
+A sensor with rate r publishes at t = k/r, with t = 0 at the start frame of the scene. It samples at
+the first step at or after k/r. A step is a frame, or one of the `substeps` of a frame.
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ LARGEST_DENOMINATOR = 1000
 
 
 def exact(value: float) -> Fraction:
-    """The number that a user meant, from the single precision that Blender stores.
+    """Return the number that a user meant, from the single-precision value that Blender stores.
 
-    Blender keeps 0.9 as 0.899999976…, which would put the third sample at 0.9 Hz and 24 fps one
-    frame late. This returns the simplest fraction that is stored as this very number, or else its
-    seven significant digits, as many as single precision holds.
+    Blender stores 0.9 as 0.899999976…, which would put the third sample at 0.9 Hz and 24 fps one
+    frame late. Return the simplest fraction that single precision stores as the same number. If
+    there is none, return the value rounded to seven significant digits, as many as single precision
+    holds.
     """
     simple = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
     if np.float32(float(simple)) == np.float32(value):
@@ -35,16 +37,17 @@ def exact(value: float) -> Fraction:
 
 @dataclass(frozen=True)
 class Clock:
-    """The scene's time base. `steps` count sub-frames from `frame_start`, `substeps` a frame."""
+    """The time base of a scene: steps counted from `frame_start`, with `substeps` steps a frame."""
 
     frame_start: int
     fps: float
     fps_base: float = 1.0
     substeps: int = 1
 
-    # Both once a clock; without them 6 µs more for each time that is asked for.
+    # Both are cached: computing them costs 6 µs, and every conversion of a step needs them.
     @cached_property
     def steps_per_second(self) -> Fraction:
+        """The steps in a second of the scene."""
         return exact(self.fps) / exact(self.fps_base) * self.substeps
 
     @cached_property
@@ -52,63 +55,64 @@ class Clock:
         return self.steps_per_second.as_integer_ratio()
 
     def step_time(self, step: int) -> float:
-        """Seconds since the start frame at `step`."""
+        """Return the time of `step` in seconds since the start frame."""
         steps, seconds = self._steps_over_seconds
         return step * seconds / steps
 
     def times_and_frames(
         self, steps: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Seconds since the start frame (n,) and frame numbers (n,) of steps (n,)."""
+        """Return the times (n,), in s from the start frame, and the frames (n,) of `steps` (n,)."""
         count, seconds = self._steps_over_seconds
         return steps * seconds / count, self.frame_start + steps / self.substeps
 
     def step_frame(self, step: int) -> float:
-        """The frame number at `step`; with decimals where it falls between frames."""
+        """Return the frame number of `step`; a step between two frames has a fraction."""
         return self.frame_start + step / self.substeps
 
     def frame_and_subframe(self, step: int) -> tuple[int, float]:
-        """The arguments of `Scene.frame_set` for a step."""
+        """Return the arguments of `Scene.frame_set` for a step."""
         whole, part = divmod(step, self.substeps)
         return self.frame_start + whole, part / self.substeps
 
     def first_step(self, frame: int) -> int:
-        """The step of a whole frame; never before the start frame, where time begins."""
+        """Return the first step of a frame, at least 0: time begins at the start frame."""
         return max(0, (frame - self.frame_start) * self.substeps)
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """The steps at which a sensor of one rate samples, numbered 0, 1, 2, … from t = 0.
+    """The steps at which a sensor of a given `rate` (Hz) samples: update 0, 1, 2, … from t = 0.
 
-    A rate above the steps per second samples once a step: nothing changes in between.
+    A rate above the steps per second samples once a step, because nothing changes in between.
     """
 
     clock: Clock
     rate: float
 
-    # Once a schedule; without it 5 µs more an update.
+    # Cached: computing it costs 5 µs, and every update needs it.
     @cached_property
     def steps_per_update(self) -> Fraction:
+        """The steps between two updates, at least 1."""
         return max(self.clock.steps_per_second / exact(self.rate), Fraction(1))
 
     def step(self, number: int) -> int:
-        """The step at which update `number` samples."""
+        """Return the step at which update `number` samples."""
         spacing = self.steps_per_update
         return -(-number * spacing.numerator // spacing.denominator)
 
     def last_update(self, step: int) -> int:
-        """The number of the last update at or before `step` (−1: none yet)."""
+        """Return the number of the last update at or before `step`; −1 before the first update."""
         spacing = self.steps_per_update
         return step * spacing.denominator // spacing.numerator if step >= 0 else -1
 
     def updates(self, first: int, last: int) -> Iterator[tuple[int, int]]:
-        """(number, step) of every update with first ≤ step ≤ last."""
+        """Yield the number and the step of every update with first ≤ step ≤ last."""
         numbers, steps = self.between(first, last)
         yield from zip(numbers.tolist(), steps.tolist(), strict=True)
 
     def between(self, first: int, last: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """The numbers (n,) and steps (n,) of every update with first ≤ step ≤ last."""
+        """Return the numbers (n,) and steps (n,) of every update with first ≤ step ≤ last."""
         begin = max(0, self.last_update(first - 1) + 1)
         numbers = np.arange(begin, max(begin, self.last_update(last) + 1), dtype=np.int64)
         spacing = self.steps_per_update

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares two logs: how long and how often sensors are on, and how much the logs differ."""
+"""Compare two logs: how long and how often sensors are on, and how much the logs differ."""
 
 from __future__ import annotations
 
@@ -20,16 +20,18 @@ from .formats.reading import read_log
 from .report.svg import BLUE, ORANGE, coordinate, safe, shown_number
 from .wording import shown_duration
 
-# The intervals in which each sensor of a log was on; the log can have any format.
+# The intervals in which each sensor of a log, in any format, was on.
 
 DAY_S = 86400.0
 
 
 @dataclass
 class SensorIntervals:
-    """The intervals in which a sensor was on, begin and end in seconds, without intervals that
-    begin before or end after the log. `starts`: all changes to on, that of an unfinished interval
-    too."""
+    """The intervals in which a sensor was on: begin and end in seconds.
+
+    An interval that begins before the log or ends after it is left out. `starts` has every change
+    to on, also if its interval is left out.
+    """
 
     quantity: str
     starts: list[float] = field(default_factory=list)
@@ -38,9 +40,11 @@ class SensorIntervals:
 
 @dataclass
 class HomeIntervals:
-    """A log's sensors by name; `begin` and `end` of the log in seconds since its t = 0: a folder of
-    days ends at midnight, any other log with its last change. `notes`: a sentence for each thing
-    that was mended or left out when the log was read."""
+    """A log's sensors by name, with the `begin` and `end` of the log in seconds since its t = 0.
+
+    A folder of days ends at midnight, any other log with its last change. `notes` has a sentence
+    for each repair or omission while reading the log.
+    """
 
     name: str
     begin: float
@@ -50,14 +54,14 @@ class HomeIntervals:
 
     @property
     def length(self) -> float:
-        """How long the log is, in seconds; more than 0."""
+        """The length of the log in seconds; more than 0."""
         return self.end - self.begin
 
 
 def read(path: Path) -> HomeIntervals:
-    """Reads an event log, a folder of days, or a log in any of the readable formats.
+    """Read an event log, a folder of days, or a log in any of the readable formats.
 
-    Raises InputError, which names the file and the problem, or OSError.
+    Raise InputError, which names the file and the problem, or OSError.
     """
     source = read_log(path)
     log = source.log(start=source.start or DEFAULT_START)
@@ -72,7 +76,7 @@ Row = tuple[float, str, str, bool]
 
 
 def _log_changes(log: Log) -> Iterator[Row]:
-    """(seconds since the log's start, sensor, quantity, on) of each boolean."""
+    """Yield the time in s, sensor, quantity and state of each boolean change."""
     for change in log.changes:
         channel = change.channel
         if isinstance(change.value, bool) and channel.quantity != "validity":
@@ -87,10 +91,10 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> HomeIntervals:
     for time, name, quantity, on in rows:
         begin = time if begin is None else begin
         last = time
-        first_of_it = name not in sensors
+        is_first = name not in sensors
         sensor = sensors.setdefault(name, SensorIntervals(quantity))
-        # A sensor that is on at the start of the log has been so for an unknown time.
-        if first_of_it and has_states:
+        # A sensor that is on when the log starts has been on for an unknown time.
+        if is_first and has_states:
             states[name] = on
             continue
         # Logs of real homes repeat states.
@@ -105,20 +109,20 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> HomeIntervals:
     return HomeIntervals(path.name, begin, last, sensors)
 
 
-# Measures of how sensors behave, and the distance between two homes in each.
+# Statistics of the sensors of a home, and the distance between two homes in each statistic.
 #
-# The distance is that of Kolmogorov and Smirnov: the greatest difference of the two empirical
-# distribution functions, 0 to 1 (Smirnov 1939; `scipy.stats.ks_2samp` gives the same).
+# The distance is the Kolmogorov-Smirnov statistic: the greatest difference between two empirical
+# distribution functions, 0 to 1 (Smirnov 1939; equal to `scipy.stats.ks_2samp`).
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
-# Fewer values tell no difference: the usual level of a test.
+# Significance level; with too few values no distance reaches it.
 CHANCE = 0.05
 Values = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Measure:
-    """One measure of a group of sensors: its values (n,) in each home, in `unit`."""
+    """One statistic of a group of sensors: its values (n,) in each of two homes, in `unit`."""
 
     group: str
     name: str
@@ -127,19 +131,22 @@ class Measure:
 
     @property
     def distance(self) -> float:
-        """The Kolmogorov-Smirnov distance; NaN where a home has too few values."""
+        """The Kolmogorov-Smirnov distance; NaN if a home has too few values."""
         return ks_distance(*self.values) if self.has_enough_values else math.nan
 
     @property
     def has_enough_values(self) -> bool:
-        """Whether a distance means something: both homes have more than one value, and two alike
-        are at the largest distance, 1, in at most CHANCE of all cases."""
+        """Whether a distance is meaningful.
+
+        Both homes need more than one value. Two samples of the same distribution must reach the
+        largest distance, 1, with a probability of at most CHANCE.
+        """
         n, m = map(len, self.values)
         return min(n, m) > 1 and 2 / math.comb(n + m, n) <= CHANCE
 
 
 def ks_distance(a: Values, b: Values) -> float:
-    """The greatest difference of the empirical distributions of `a` (n,) and `b` (m,)."""
+    """Return the Kolmogorov-Smirnov distance of two samples; NaN if one is empty."""
     if not len(a) or not len(b):
         return math.nan
     a, b = np.sort(a), np.sort(b)
@@ -150,12 +157,12 @@ def ks_distance(a: Values, b: Values) -> float:
 
 
 def quantiles(values: Values) -> list[float]:
-    """The interpolated QUANTILES; NaN without values."""
+    """Return the interpolated QUANTILES; NaN without values."""
     return [float(q) for q in np.quantile(values, QUANTILES)] if len(values) else [math.nan] * 6
 
 
 def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
-    """All measures of each group of sensors (motion, opening …) that either home has."""
+    """Return all measures of each group of sensors (motion, opening …) that either home has."""
     groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
     return [
         Measure(group, name, unit, (of(one, group), of(two, group)))
@@ -174,29 +181,29 @@ def _of(home: HomeIntervals, group: str) -> list[SensorIntervals]:
 
 
 def on_times(home: HomeIntervals, group: str) -> Values:
-    """The durations in s of all complete intervals in which a sensor was on."""
+    """Return the durations in s of all complete intervals in which a sensor of the group was on."""
     return _seconds([end - begin for s in _of(home, group) for begin, end in s.intervals])
 
 
 def gaps(home: HomeIntervals, group: str) -> Values:
-    """The times in s from each change to on, of any sensor of the group, to the next."""
+    """Return the times in s from each change to on of any sensor of the group to the next."""
     return _seconds(np.diff(np.sort([start for s in _of(home, group) for start in s.starts])))
 
 
 def _seconds(values: list[float] | Values) -> Values:
-    """Durations rounded to microseconds, the resolution of logs, so that equal ones stay equal."""
+    """Round durations to microseconds, the resolution of logs, so that equal ones stay equal."""
     return np.round(np.asarray(values, float), 6)
 
 
 def counts(home: HomeIntervals, group: str) -> Values:
-    """Counts how often each sensor went on: a number for each sensor and day."""
+    """Return how often each sensor of the group went on, for each sensor and day."""
     edges, scale = _days(home)
     found = [np.histogram(s.starts, edges)[0] * scale for s in _of(home, group)]
     return np.concatenate(found) if found else np.empty(0)
 
 
 def shares(home: HomeIntervals, group: str) -> Values:
-    """The percentage of each day in which any sensor of the group was on, a value for each day."""
+    """Return, for each day, the percentage of time in which any sensor of the group was on."""
     merged: list[list[float]] = []
     for begin, end in sorted(i for s in _of(home, group) for i in s.intervals):
         if merged and begin <= merged[-1][1]:
@@ -212,8 +219,10 @@ def shares(home: HomeIntervals, group: str) -> Values:
 
 
 def _days(home: HomeIntervals) -> tuple[Values, float]:
-    """The edges (s) of the log's days, 24 hours each from its begin, and the factor for counts.
-    Time after the last whole day is ignored; a log of less than a day is scaled to one."""
+    """Return the edges (s) of the log's days, 24 hours each, and the factor for counts.
+
+    Time after the last whole day is ignored; a log of less than a day is scaled to one.
+    """
     whole = int(home.length // DAY_S)
     if whole:
         return np.array([home.begin + DAY_S * day for day in range(whole + 1)]), 1.0
@@ -226,8 +235,11 @@ HEADS = ("n", *(f"{100 * q:g} %" for q in QUANTILES))
 
 
 def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """For each measure a line with the distance, and a row for each home; last, which logs are
-    shorter than a day."""
+    """Return the comparison as text.
+
+    Each measure has a line with the distance and a row for each home. The last lines name logs
+    shorter than a day.
+    """
     width = max(len(one.name), len(two.name), 8)
     lines = [f"{'':<{width}}" + "".join(f"{head:>10}" for head in HEADS)]
     for measure in found:
@@ -258,8 +270,10 @@ def _short(value: float) -> str:
 
 
 def data(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> dict[str, Any]:
-    """The comparison for programs; null where there are too few values. Figures a day of a log of
-    less than one day are scaled up to it."""
+    """Return the comparison for programs; a figure with too few values is None.
+
+    Figures per day are scaled up for a log of less than a day.
+    """
     return {
         "logs": [one.name, two.name],
         "days": [home.length / DAY_S for home in (one, two)],
@@ -289,7 +303,7 @@ def _plain(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
-# Draws the empirical distributions of both homes as SVG, a panel for each measure.
+# The empirical distributions of both homes as SVG, with a panel for each measure.
 
 PANEL_WIDTH, PANEL_HEIGHT, GAP, COLUMNS = 300.0, 190.0, 40.0, 4
 COLOURS = (BLUE, ORANGE)
@@ -297,8 +311,10 @@ POINTS = 200
 
 
 def svg(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """Panels of the share of values at or below x, over x on a logarithmic axis, a line per
-    home."""
+    """Return a picture with a panel for each measure and a line for each home.
+
+    The line shows the share of values at or below x; the x axis is logarithmic.
+    """
     shown = [m for m in found if any(len(values) for values in m.values)]
     rows = -(-len(shown) // COLUMNS)
     width = COLUMNS * (PANEL_WIDTH + GAP) + GAP
@@ -353,7 +369,7 @@ def _x(value: float, low: float, high: float) -> str:
 
 
 def _steps(values: Values, low: float, high: float) -> str:
-    """The points of the distribution's steps, at most POINTS steps."""
+    """Return the points of the distribution's steps, at most POINTS steps."""
     ordered = np.sort(values)
     picked = np.unique(np.linspace(0, len(ordered) - 1, min(len(ordered), POINTS)).astype(int))
     points, y = [], PANEL_HEIGHT

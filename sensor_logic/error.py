@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The errors of all layers. Each text is one line that says what is wrong, where, and what would
-work; a subclass exists only where a caller acts on it."""
+"""The errors of all layers.
+
+The text of an error is one line: what is wrong, where, and what would work. A subclass exists only
+where a caller handles it in a different way.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,13 @@ from contextlib import contextmanager
 
 
 class AngenError(Exception):
-    """Something cannot be done. `status`: the exit status of the command line."""
+    """An operation that cannot be done; `status` is the exit status of the command line."""
 
     status = 1
 
 
 class InputError(AngenError):
-    """What the user gave is wrong: a word of the command line, a file, a name, a date."""
+    """Invalid input from the user: a word of the command line, a file, a name, a date."""
 
     status = 2
 
@@ -24,8 +27,10 @@ class InputError(AngenError):
 def explained(
     where: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Raise errors of these kinds, such as OSError, as `raised`, with `where` before what they
-    say."""
+    """Raise errors of the given `kinds` as `raised`, with `where` before their text.
+
+    Only the reason is shown for an OSError, such as "No such file or directory".
+    """
     try:
         yield
     except kinds as error:
@@ -37,7 +42,7 @@ def explained(
 def replaced(
     text: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Raise errors of these kinds as `raised` with this text."""
+    """Raise errors of the given `kinds` as `raised`, with `text` in place of their own text."""
     try:
         yield
     except kinds:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Output files that are written whole or not at all, and all files of a run together."""
+"""Output files that are written completely or not at all, and all files of a run together."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from typing import Any, Self
 
 from .error import AngenError, InputError, explained, replaced
 
-# Windows has no `fcntl`; there an open file cannot be removed, which serves as the lock.
+# Windows has no `fcntl`, but on Windows an open file cannot be removed, which serves as the lock.
 fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
 
 # The names of temporary files. Blender adds an @ while it saves.
 OURS = re.compile(r"(\.angen-\w{8,12})(?:-\d+)?\.(?:part|blend|lock)@?")
 # Names that Windows reserves for devices, with any suffix.
 DEVICES = re.compile(r"CON|PRN|AUX|NUL|(?:COM|LPT)[0-9¹²³]", re.IGNORECASE)
-# A file's content; an iterable of texts is read once, while the file is written.
+# The content of a file. An iterable of texts is consumed once, while the file is written.
 Content = str | bytes | Iterable[str]
 
 
 def check_folder(folder: Path, what: str) -> None:
-    """Raises AngenError where no file can be written in `folder`, before a long run."""
+    """Raise AngenError if no file can be written in `folder`; call it before a long run."""
     if not folder.exists():
         raise InputError(f"{what}: the folder {folder} does not exist; make it first")
     if not folder.is_dir():
@@ -36,7 +36,7 @@ def check_folder(folder: Path, what: str) -> None:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file that a user gave. Raises InputError."""
+    """Return the text of a file that a user named. Raise InputError."""
     with (
         explained(f"cannot read {path}", OSError),
         replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError),
@@ -45,7 +45,7 @@ def read_text(path: Path) -> str:
 
 
 def write_files(texts: Mapping[Path, Content]) -> None:
-    """Writes all of `texts`, or, where one fails, none of them. Raises AngenError."""
+    """Write all of `texts`, or none of them if one fails. Raise AngenError."""
     with WholeFiles() as files:
         for path, content in texts.items():
             files.add(path, content)
@@ -53,10 +53,11 @@ def write_files(texts: Mapping[Path, Content]) -> None:
 
 
 class WholeFiles:
-    """Files that `commit` puts in place together. Leaving the context removes the others.
+    """Files that `commit` moves to their targets together; leaving the context removes the rest.
 
-    Each is a temporary file beside its target until then. A locked file in each folder says that
-    the process lives; the next process that writes there removes the files of a killed one.
+    Before `commit`, each is a temporary file beside its target. A locked file in each folder shows
+    that the process is alive. The next process that writes there removes the files of a killed
+    process.
     """
 
     def __init__(self) -> None:
@@ -76,7 +77,7 @@ class WholeFiles:
             _remove(lock)
 
     def new(self, target: Path, suffix: str = ".part") -> Path:
-        """The path of a temporary file for `target`; links are followed. Raises OSError."""
+        """Return the path of a temporary file for `target`; links are followed. Raise OSError."""
         target = target.resolve()
         if target.parent not in self._locks:
             _sweep(target.parent)
@@ -88,9 +89,11 @@ class WholeFiles:
         return part
 
     def add(self, path: Path, content: Content) -> None:
-        """Writes a file; `commit` writes what goes into a pipe or a device such as /dev/null.
-        Raises AngenError."""
-        with _told(path):
+        """Write a temporary file for `path`. Raise AngenError.
+
+        For a pipe or a device such as /dev/null, only `commit` writes.
+        """
+        with _named_errors(path):
             if path.is_dir():
                 raise AngenError(f"cannot write {path}: it is a folder")
             if path.exists() and not path.is_file():
@@ -102,19 +105,19 @@ class WholeFiles:
                 os.fsync(file.fileno())
 
     def commit(self) -> None:
-        """Puts the files in place, in the order in which they were added. Raises AngenError."""
+        """Move the files to their targets, in the order of `add`. Raise AngenError."""
         for path, content in self._streams.items():
-            with _told(path), open(path, "wb") as file:
+            with _named_errors(path), open(path, "wb") as file:
                 file.writelines(_encoded(content))
         while self._waiting:
             part, target = self._waiting[0]
-            with _told(target):
+            with _named_errors(target):
                 os.replace(part, target)
             del self._waiting[0]
 
 
 @contextlib.contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _named_errors(path: Path) -> Iterator[None]:
     why = f"cannot write {path}"
     no_text = f"{why}: a name in it is not text in UTF-8"
     with (
@@ -131,21 +134,21 @@ def _encoded(content: Content) -> Iterable[bytes]:
 
 
 def _lock(folder: Path) -> tuple[int, Path]:
-    """An open, locked file in `folder`."""
+    """Return the handle and the path of a new, locked file in `folder`."""
     while True:
         handle, name = tempfile.mkstemp(".lock", ".angen-", folder)
-        # Some file systems have no locks; there nothing is swept.
+        # On a file system without locks, `_sweep` removes nothing.
         with contextlib.suppress(OSError):
             if fcntl is not None:
                 fcntl.flock(handle, fcntl.LOCK_EX)
-        # Another process may sweep before the file is locked.
+        # Another process can remove the file before it is locked.
         if os.path.exists(name):
             return handle, Path(name)
         os.close(handle)
 
 
 def _sweep(folder: Path) -> None:
-    """Removes the temporary files in `folder` whose process has ended."""
+    """Remove the temporary files in `folder` whose process has ended."""
     parts = [path for path in folder.glob(".angen-*") if OURS.fullmatch(path.name)]
     for stem in {OURS.sub(r"\1", part.name) for part in parts}:
         lock = folder / f"{stem}.lock"
@@ -164,10 +167,11 @@ def _remove(*paths: Path) -> None:
 
 
 def file_names(sensors: Iterable[str]) -> dict[str, str]:
-    """Sensor → its sample file: its name, with `_` for characters that file systems reject.
+    """Return the name of each sensor's sample file.
 
-    Where two sensors would get the same file (ignoring case), the later one by name gets a number;
-    sensors whose name needs no change come first.
+    The name of the sensor is used, with `_` for characters that file systems reject. If two sensors
+    would get the same file (ignoring case), the later name gets a number. Sensors whose name needs
+    no change come first.
     """
     sensors = list(sensors)
     found: dict[str, str] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads JSON and TOML together with the line of each value, which Python's readers do not tell."""
+"""Read JSON and TOML with the line of each value, which Python's readers do not report."""
 
 from __future__ import annotations
 
@@ -20,14 +20,17 @@ STRING = re.compile(
 )
 NAME = re.compile(rf"{STRING.pattern}|[\w-]+", re.DOTALL)
 VALUE = re.compile(rf"{STRING.pattern}|[\[{{]|[^,\]}}\n#]+", re.DOTALL)
-# Where Python's reader says that TOML is wrong.
+# The position in the text of a TOMLDecodeError.
 TOML_AT = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 
 
 def read_json(text: str, name: str) -> tuple[Any, dict[KeyPath, int]]:
-    """The value in the JSON text of a file, and the line (from 1) of each value in it by its path:
-    the keys and indices that lead to it. Raises InputError, also for a key that is given twice."""
+    """Return the value in a JSON text, and the line (from 1) of each value inside it.
+
+    A value is identified by its path: the keys and indices that lead to it. Raise InputError for
+    invalid JSON and for a key that is given twice. `name` is the name of the file.
+    """
     with _at_line(text, name):
         value = json.loads(text)
         lines = _Lines(text, name)
@@ -36,8 +39,10 @@ def read_json(text: str, name: str) -> tuple[Any, dict[KeyPath, int]]:
 
 
 def read_toml(text: str, name: str) -> tuple[dict[str, Any], dict[KeyPath, int]]:
-    """The table in the TOML text of a file, and the line (from 1) of each value in it, as
-    `read_json`. Raises InputError."""
+    """Return the table in a TOML text, and the line (from 1) of each value in it, as `read_json`.
+
+    Raise InputError for invalid TOML. `name` is the name of the file.
+    """
     with _at_line(text, name):
         values = tomllib.loads(text)
         lines = _Lines(text, name)
@@ -47,7 +52,7 @@ def read_toml(text: str, name: str) -> tuple[dict[str, Any], dict[KeyPath, int]]
 
 @contextmanager
 def _at_line(text: str, name: str) -> Iterator[None]:
-    """Raise what a reader of the text raises as InputError, with the file's name and the line."""
+    """Raise the errors of a reader as InputError, with the name of the file and the line."""
     line = 1
     try:
         yield
@@ -61,7 +66,7 @@ def _at_line(text: str, name: str) -> Iterator[None]:
     except RecursionError:
         why = "its brackets are nested too deep"
     except ValueError:
-        # Python reads no whole number of more than 4300 digits.
+        # Python rejects a whole number of more than 4300 digits.
         why = "it has a number of too many digits"
     raise _error(name, line, why)
 
@@ -71,15 +76,17 @@ def _error(name: str, line: int, why: str) -> InputError:
 
 
 def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int:
-    """The line of the value at a path such as ("plan", 1, "entries", 0, "at"); of what holds it
-    where it is not found itself."""
+    """Return the line of the value at a path such as ("plan", 1, "entries", 0, "at").
+
+    If the path was not found, return the line of the nearest table or array around it.
+    """
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 1)
 
 
 class _Lines:
-    """Walks through a valid text and notes in `found` at which line each value begins."""
+    """A walk through a valid text that stores in `found` the line at which each value begins."""
 
     def __init__(self, text: str, name: str) -> None:
         self.found: dict[KeyPath, int] = {}
@@ -88,6 +95,7 @@ class _Lines:
         self._ends = [end.start() for end in re.finditer("\n", text)]
 
     def value(self, path: KeyPath) -> None:
+        """Store the lines of the next value and of all values inside it."""
         token = self._next(VALUE)
         assert token, "the text is valid"
         self.found[path] = self._line
@@ -105,7 +113,7 @@ class _Lines:
             raise _error(self._name, self._line, f"{token.strip()} is no number")
 
     def document(self) -> None:
-        """Notes the lines of a TOML text."""
+        """Store the lines of a whole TOML text."""
         counts: dict[KeyPath, int] = {}
         path: KeyPath = ()
         while self._start() < len(self._text):
@@ -126,7 +134,7 @@ class _Lines:
             self._next(r"\]\]?")
 
     def _pair(self, table: KeyPath) -> None:
-        """Notes the lines of a key and its value, and of the tables that a dotted key makes."""
+        """Store the lines of a key and its value, and of the tables that a dotted key makes."""
         names = self._names()
         line = self._line
         self._next("[:=]")
@@ -137,19 +145,19 @@ class _Lines:
         self.value((*table, *names))
 
     def _names(self) -> list[str]:
-        """The names of a key: two of `a."b.c"`."""
+        """Return the names in a key; `a."b.c"` has two."""
         names = [_plain(self._next(NAME))]
         while self._next(r"\."):
             names.append(_plain(self._next(NAME)))
         return names
 
     def _start(self) -> int:
-        """Where the text goes on after blanks and comments."""
+        """Return the position after blanks and comments."""
         blank = BLANK.match(self._text, self._at)
         return blank.end() if blank else self._at
 
     def _next(self, pattern: str | re.Pattern[str]) -> str:
-        """Passes what matches the pattern; "" where the text goes on with something else."""
+        """Consume and return the text that matches `pattern`; "" if the next text does not."""
         start = self._start()
         found = re.compile(pattern).match(self._text, start)
         if found is None:
@@ -163,5 +171,5 @@ def _plain(name: str) -> str:
         try:
             return str(json.loads(name))
         except ValueError:
-            pass  # An escape that TOML alone has.
+            pass  # An escape sequence of TOML that JSON does not have.
     return name.strip("\"'")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The event log: a row for each change of a published field. CSV, UTF-8, RFC 4180.
+"""The event log: a row for each change of a published field, as CSV (UTF-8, RFC 4180).
 
-An event is such a row. The rows of a sensor's first update, from which the changes start, are not
+An event is a row of the log. The rows of a sensor's first update are its initial state and are not
 counted as events.
 """
 
@@ -26,22 +26,24 @@ from .kind import Field
 from .recording.columns import Column
 from .recording.tracks import Recording, Track
 
-# The date and time of a log's t = 0.
+# The name of the column with dates and times.
 
 COLUMN = "time"
-# Dates must stay within the years 1 to 9999 in any time zone, and for a scene of any length.
+# Limits for the start, so that all dates of a log are within the years 1 to 9999 in any time zone.
 EARLIEST, LATEST = datetime(1, 1, 3), datetime(9890, 1, 1)
 
 
 def parse_date(text: str) -> date:
-    """The date that a user typed. Raises InputError."""
+    """Return the date that a user typed. Raise InputError."""
     with replaced(f"'{text}' is not a date such as 2026-03-02", ValueError):
         return date.fromisoformat(text)
 
 
 def parse_start(text: str) -> datetime | None:
-    """The date and time that a user typed in ISO 8601; None for an empty text. Raises InputError,
-    which quotes the text."""
+    """Return the date and time that a user typed in ISO 8601; None for an empty text.
+
+    Raise InputError, which quotes the text.
+    """
     if not text.strip():
         return None
     wrong = f"'{text}' is no date and time in ISO 8601, such as 2026-03-01T08:00"
@@ -53,16 +55,15 @@ def parse_start(text: str) -> datetime | None:
 
 
 def moment(start: datetime, elapsed: timedelta) -> datetime:
-    """The time so long after the start, in the start's time zone if it has one."""
+    """Return the time `elapsed` after `start`, in the time zone of `start` if it has one."""
     if start.tzinfo is None:
         return start + elapsed
-    # Added in UTC: daylight saving moves the clock, not the elapsed time.
+    # Added in UTC, because the elapsed time does not change when clocks go forward or back.
     return (start.astimezone(UTC) + elapsed).astimezone(start.tzinfo)
 
 
 def iso_time(start: datetime, seconds: float) -> str:
-    """The time `seconds` after the start in ISO 8601 with milliseconds, in the start's time zone if
-    it has one."""
+    """Return the date and time `seconds` after `start` in ISO 8601, with milliseconds."""
     return moment(start, timedelta(seconds=seconds)).isoformat(timespec="milliseconds")
 
 
@@ -70,15 +71,24 @@ HEADER = ("time_s", "frame", "sensor", "kind", "field", "value")
 
 
 Value = bool | float | str
-# Seconds of a run or a log, µs of a day, or a date and time in what another format's reader gives.
+# Seconds of a run or a log, microseconds of a day, or a date and time from another file format.
 Time = TypeVar("Time", float, int, datetime)
 
 
 @dataclass(frozen=True, order=True)
 class Event(Generic[Time]):
-    """A field's new value; ordered by time, then sensor, then field. `value`: a float has the 9
-    digits that the log tells; one from a file may still be its text. `line`: where a file has it; 0
-    where there is no line. `person`, `because`: of an event of a day, who and what made it."""
+    """A new value of a field; events are ordered by time, then sensor, then field.
+
+    Attributes
+    ----------
+    value
+        A float is rounded to the nine digits that the log holds. A value read from a file can be
+        text.
+    line
+        The line in the file; 0 if the event is not from a file with lines.
+    person, because
+        For an event of a simulated day: the resident who caused it, and the cause.
+    """
 
     time: Time
     sensor: str
@@ -91,25 +101,31 @@ class Event(Generic[Time]):
     because: str = ""
 
     def at(self, time: Any) -> Event[Any]:
-        """The same at another time."""
+        """Return the same event at another time."""
         return dataclasses.replace(self, time=time)
 
     @property
     def row(self: Event[float]) -> tuple[str, ...]:
+        """The cells of the event in the log."""
         time, frame = format_time(self.time), format_frame(self.frame)
         return (time, frame, self.sensor, self.kind, self.field, format_value(self.value))
 
 
 def format_time(seconds: float) -> str:
+    """Return a time as text with six decimals."""
     return f"{seconds:.6f}"
 
 
 def format_frame(frame: float) -> str:
+    """Return a frame number as text, without trailing zeros."""
     return f"{frame:.6f}".rstrip("0").rstrip(".")
 
 
 def format_value(value: Any) -> str:
-    """Booleans as 0/1, floats with 9 significant digits, text unchanged; NaN is empty."""
+    """Return a value as text: booleans as 0 or 1, floats with nine significant digits.
+
+    NaN gives an empty text.
+    """
     if isinstance(value, float):
         # Adding zero turns a negative zero into zero.
         return "" if math.isnan(value) else f"{value + 0.0:.9g}"
@@ -117,12 +133,12 @@ def format_value(value: Any) -> str:
 
 
 def events(recording: Recording) -> list[Event[float]]:
-    """All events of a recording in log order."""
+    """Return all events of a recording in log order."""
     return sorted(event for track in recording.tracks.values() for event in track_events(track))
 
 
 def track_events(track: Track) -> Iterable[Event[float]]:
-    """Each published field's first value, and its value whenever that changes (by its step)."""
+    """Yield the first value of each published field, and then each change that is an event."""
     for published in track.kind.events:
         for index in event_updates(track, published):
             yield _event(track, published, index)
@@ -135,24 +151,24 @@ def _event(track: Track, published: Field, index: int) -> Event[float]:
         published.name,
         track.frames[index],
         track.kind_name,
-        told(published.type(track.columns[published.name][index])),
+        as_logged(published.type(track.columns[published.name][index])),
     )
 
 
 def event_updates(track: Track, published: Field) -> list[int]:
-    """The updates at which a field's value is an event."""
+    """Return the indices of the updates at which the value of a field is an event."""
     column, step = track.columns[published.name], track.steps.get(published.name, 0.0)
     found, last = [], None
     for index in column.changes().tolist():
         value = column[index]
         if _is_event(value, last, step):
-            last = told(value)
+            last = as_logged(value)
             found.append(index)
     return found
 
 
 class NewEvents:
-    """The events of a growing recording, as they come."""
+    """The events of a recording that is still growing."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
@@ -160,11 +176,11 @@ class NewEvents:
         self._last: dict[tuple[str, str], Any] = {}
 
     def take(self) -> list[Event[float]]:
-        """The events of the updates since the last call, in log order."""
+        """Return the events of all sensors since the last call, in log order."""
         return sorted(event for name in self._recording.tracks for event in self.take_of(name))
 
     def take_of(self, sensor: str) -> list[Event[float]]:
-        """The events of one sensor since the last call, in log order."""
+        """Return the events of one sensor since the last call, in log order."""
         found: list[Event[float]] = []
         track = self._recording.tracks[sensor]
         begin, self._begin[sensor] = self._begin.get(sensor, 0), len(track)
@@ -174,18 +190,18 @@ class NewEvents:
             for index in column.changes(begin).tolist():
                 value = column[index]
                 if value != last and _is_event(value, last, step):
-                    self._last[key] = last = told(value)
+                    self._last[key] = last = as_logged(value)
                     found.append(_event(track, published, index))
         return sorted(found)
 
 
-def told(value: Any) -> Any:
-    """A value as the log tells it: floats with 9 significant digits."""
+def as_logged(value: Any) -> Any:
+    """Return a value as the log holds it: floats rounded to nine significant digits."""
     return float(format_value(value) or "nan") if isinstance(value, float) else value
 
 
 def _is_event(value: Any, last: Any, step: float) -> bool:
-    """Whether a field's value is an event; `last` is the value of its previous event."""
+    """Return whether a value is an event; `last` is the value of the previous event."""
     if isinstance(value, float):
         if not math.isfinite(value):
             return False
@@ -195,19 +211,22 @@ def _is_event(value: Any, last: Any, step: float) -> bool:
 
 
 def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """CSV by RFC 4180: comma, CRLF, quotes where needed."""
+    """Return CSV by RFC 4180: comma, CRLF, quotes where needed."""
     return rows_of([header, *rows])
 
 
 def rows_of(rows: Iterable[Iterable[str]]) -> str:
+    """Return the rows as CSV without a header."""
     out = io.StringIO()
     csv.writer(out).writerows(rows)
     return out.getvalue()
 
 
 def for_spreadsheets(text: str) -> str:
-    """The CSV for spreadsheets, which read texts that begin with = + - or @ as formulas: such texts
-    get an apostrophe in front; numbers do not."""
+    """Return CSV that a spreadsheet does not read as formulas.
+
+    A text that begins with = + - or @ gets an apostrophe in front; numbers stay as they are.
+    """
     rows = csv.reader(io.StringIO(text, newline=""))
     return rows_of([_no_formula(cell) for cell in row] for row in rows)
 
@@ -223,21 +242,26 @@ def _no_formula(cell: str) -> str:
 
 
 def events_csv(recording: Recording, start: datetime | None = None) -> str:
-    """The log of a recording; with a `start`, the date and time of t = 0, it has a last column with
-    dates and times."""
+    """Return the event log of a recording as CSV.
+
+    With `start`, the date and time of t = 0, a last column has dates and times.
+    """
     return rows_csv(events(recording), start)
 
 
 def rows_csv(found: Iterable[Event[float]], start: datetime | None = None) -> str:
-    """The log of these events, in their order."""
+    """Return the event log of the given events as CSV, in their order."""
     if start is None:
         return to_csv(HEADER, (event.row for event in found))
     return to_csv((*HEADER, COLUMN), ((*e.row, iso_time(start, e.time)) for e in found))
 
 
 def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
-    """All updates of one sensor, some thousand rows at a time: time_s, frame and the fields of its
-    kind; with a `start`, the date and time of t = 0, also a last column with dates and times."""
+    """Yield the CSV of all updates of one sensor, some thousand rows at a time.
+
+    The columns are time_s, frame and the fields of the sensor's kind. With `start`, the date and
+    time of t = 0, a last column has dates and times.
+    """
     fields = [
         f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
     ]
@@ -253,12 +277,15 @@ def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
 
 
 def _is_empty(column: Column) -> bool:
-    """Whether a column of floats holds no number."""
+    """Return whether a column of floats holds no number."""
     return all(np.isnan(part).all() for _, part in column.parts())
 
 
 def read_events(path: Path) -> list[Event[float]]:
-    """The events of a file. Raises InputError, which names the first invalid line, or OSError."""
+    """Return the events in a file.
+
+    Raise InputError, which names the first invalid line, or OSError.
+    """
     # "-sig" skips the byte order mark that spreadsheets write.
     with open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
@@ -291,10 +318,17 @@ def differences(
     value_tolerance: float,
     time_tolerance: float,
 ) -> list[str]:
-    """The differences, a line each: missing and unexpected events, and different values.
+    """Return the differences between two logs, one line each.
 
-    Events of one field of one sensor are paired in order where their times agree within
-    `time_tolerance` seconds; numbers may differ by `value_tolerance`.
+    A line names a missing event, an unexpected event, or a different value. Events of the same
+    field of a sensor are paired in order if their times agree.
+
+    Parameters
+    ----------
+    value_tolerance
+        The largest allowed difference between two numbers.
+    time_tolerance
+        The largest allowed difference between two times, in s.
     """
     sides: dict[tuple[str, str], tuple[list[Event[float]], list[Event[float]]]] = defaultdict(
         lambda: ([], [])
@@ -341,27 +375,32 @@ def _same(a: Value, b: Value, tolerance: float) -> bool:
         return False
 
 
-# Finds the updates of a track at which something happened: the rows of the event log.
+# The updates of a track that have rows in the event log.
 
 Indices = NDArray[np.intp]
 
 
 def log_indices(track: Track) -> Indices:
-    """The updates that have rows in the event log, in order; the first update is one of them."""
+    """Return the indices of the updates with rows in the log, in order, including the first."""
     found = (event_updates(track, published) for published in track.kind.events)
     return np.array(sorted(set().union(*found)), np.intp)
 
 
 def event_rows(track: Track, values: bool = True) -> Indices:
-    """The update of each event, in order: an update has as many as fields changed. Without `values`
-    those of states alone, not of measured values."""
+    """Return the index of the update of each event, in order, with one entry per event.
+
+    An update has several events if several fields changed. Without `values`, only events of states
+    count, not events of measured numbers.
+    """
     fields = (f for f in track.kind.events if values or f.type is not float)
     found = (index for f in fields for index in event_updates(track, f) if index)
     return np.array(sorted(found), np.intp)
 
 
 def shown_rows(track: Track, values: bool) -> Indices:
-    """The same of the events to jump to and to mark: with `values`, or where no state ever changed,
-    all of them."""
+    """Return the updates of the events that the timeline marks and jumps to.
+
+    These are the events that `event_rows` selects, or all events if no state ever changed.
+    """
     found = event_rows(track, values)
     return found if len(found) else event_rows(track)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The interface of sensor models: updates come in, readings go out."""
+"""The interface of sensor models: a model turns updates into readings."""
 
 from __future__ import annotations
 
@@ -18,30 +18,34 @@ from .forces.world import PadForces
 FIRST: Index = np.zeros(1, np.intp)
 P = TypeVar("P")
 T = TypeVar("T")
-# The problem of a pressure reading until the frames beside its own have been evaluated.
+# The problem of a pressure reading until the frames before and after it have been evaluated.
 NOT_YET = "three frames in a row are not known"
 
 
 @dataclass(frozen=True)
 class Pose:
-    """A sensor's position and orientation: origin (3,) in metres, axes (3, 3) with columns x, y, z.
+    """A sensor's position and orientation.
 
-    The axes are orthonormal and right-handed: scale, shear and mirroring of the object and its
-    parents change its housing only.
+    `origin` (3,) is in metres. The columns of `axes` (3, 3) are the sensor's x, y and z axes. The
+    axes are orthonormal and right-handed: scale, shear and mirroring of the object and its parents
+    change its housing only.
     """
 
     origin: Array
     axes: Array
 
     def same(self, other: Pose) -> bool:
-        """Whether another is equal."""
+        """Return whether two poses are equal."""
         return np.array_equal(self.origin, other.origin) and np.array_equal(self.axes, other.axes)
 
 
 @dataclass(frozen=True)
 class Emission:
-    """Thermal radiation sources that n rays hit: `temperature` in K and `emissivity` (n,) of the
-    surfaces, and the `ambient` temperature in K, which also stands where a ray hits nothing."""
+    """Thermal radiation of the surfaces that n rays hit.
+
+    `temperature` (n,) in K and `emissivity` (n,) describe the surface at each hit. A ray without a
+    hit has the `ambient` temperature, in K.
+    """
 
     temperature: Array
     emissivity: Array
@@ -50,8 +54,11 @@ class Emission:
 
 @dataclass(frozen=True)
 class PadContact:
-    """The contacts of a pressure pad: the `forces` at the update's frame, the pad's own weight (3,)
-    in N, and session uids of the only objects to measure (None: all)."""
+    """The contacts of a pressure pad at one frame.
+
+    `forces` act on the pad, whose own `weight` (3,) is in N. `chosen` has the session uids of the
+    only objects to measure; None means all objects.
+    """
 
     forces: PadForces
     weight: Array
@@ -60,9 +67,11 @@ class PadContact:
 
 @dataclass(frozen=True)
 class LightShare:
-    """The part of a `LightSample` that comes from one source, in the sample's unit and before its
-    rounding and limits. `names`: the lamp objects, several where they share one light datablock;
-    empty for a `source` that is no lamp."""
+    """The part of a `LightSample` that comes from one source.
+
+    `light` has the unit of the sample, before its rounding and limits. `names` are the lamp
+    objects, several if they share one light datablock, or empty for a `source` that is no lamp.
+    """
 
     names: tuple[str, ...]
     source: str
@@ -71,9 +80,12 @@ class LightShare:
 
 @dataclass(frozen=True)
 class LightSample:
-    """Light at a sensor, before noise and quantisation: the one of the two quantities that its
-    method measures. `note`: a remark for the reader. `shares`: its parts by source, None where the
-    engine does not tell sources apart."""
+    """The light at a sensor, before noise and quantisation.
+
+    The method of the sensor decides which of the two quantities is measured; the other one is None.
+    `note` is a remark for the reader. `shares` are the parts by source, or None if the render
+    engine cannot separate the sources.
+    """
 
     luminance_percent: float | None = None
     illuminance_lux: float | None = None
@@ -83,8 +95,10 @@ class LightSample:
 
 @dataclass(frozen=True)
 class Answers:
-    """The scene's answers at n updates: `table[rows[i]]` is that of update i. Updates between which
-    nothing changed share a row."""
+    """The answers to one query at n updates: update i has the answer `table[rows[i]]`.
+
+    Updates share a row of the table if nothing changed between them.
+    """
 
     table: Sequence[Any] | Array
     rows: Index
@@ -93,12 +107,12 @@ class Answers:
         return self.table[int(self.rows[i])]
 
 
-# The questions of a model, by the names in `kind.py`, and the answer at each update:
+# The queries of a model, by the names in `kind.py`: arguments, and the answer at each update.
 #   RAYS (bundle, origins, directions, length): ranges (n,) in m along unit vectors (n, 3) from
 #       origins (n, 3); a ray that hits nothing within `length` (n,) reads `length`. `bundle` is a
-#       number for rays that are cast together, the same at each update.
-#   WARMTH (as RAYS): the `Emission` where the rays hit.
-#   REFLECTANCE (as RAYS): the reflectance (n,), 0 to 1, where the rays hit.
+#       number that identifies rays cast together, the same at each update.
+#   WARMTH (as RAYS): the `Emission` at the hits.
+#   REFLECTANCE (as RAYS): the reflectance (n,), 0 to 1, at the hits.
 #   CROSSINGS (origins, directions, length): `RayCrossings` of rigid solids and these rays since the
 #       step before; None where the sensor did not observe that step.
 #   FORCES (): `PadContact`.     LIGHT (): `LightSample`.
@@ -108,9 +122,19 @@ Ask = Callable[..., Any]
 
 @dataclass(frozen=True)
 class Update:
-    """One update of a sensor: its number, its time in s, the sensor's pose, and the functions that
-    answer the model's questions about the `scene`. `noise` makes the update's random generator,
-    `device_noise` the device's, which gives the same numbers at each update."""
+    """One update of a sensor.
+
+    Attributes
+    ----------
+    number, time
+        The number of the update and its time in s.
+    scene
+        A function for each query of the model, by name, which returns the scene's answer.
+    noise
+        Makes the random generator of this update.
+    device_noise
+        Makes the random generator of the device, which draws the same numbers at each update.
+    """
 
     number: int
     time: float
@@ -120,16 +144,28 @@ class Update:
     device_noise: Callable[[], np.random.Generator] = np.random.default_rng
 
     def ask(self, need: str, *question: Any) -> Any:
-        """The scene's answer at this update."""
+        """Return the scene's answer to a query at this update."""
         return self.scene[need](*question)
 
 
 @dataclass(frozen=True)
 class Updates:
-    """Consecutive updates of one sensor, at one pose with one set of parameters: `numbers` (n,) and
-    `times` (n,) in s. One that is not `due` (n,) is a step between two updates, which a sensor
-    observes without publishing a reading. `noise` makes an update's random generator by its
-    number."""
+    """Consecutive updates of one sensor, with one pose and one set of parameters.
+
+    Attributes
+    ----------
+    numbers, times
+        The number (n,) and the time (n,) in s of each update.
+    due
+        Whether each update publishes a reading (n,). A step that is not due lies between two
+        updates: the sensor only observes it.
+    scene
+        A function for each query of the model, by name, which returns the answers at all updates.
+    noise
+        Makes the random generator of the update with a given number.
+    device_noise
+        Makes the random generator of the device, which draws the same numbers at each update.
+    """
 
     numbers: Index
     times: Array
@@ -142,7 +178,7 @@ class Updates:
 
     @classmethod
     def of(cls, update: Update, due: bool = True) -> Updates:
-        """A single update, or, where it is not `due`, a step between two."""
+        """Return `Updates` that hold a single update, or a single step that is not `due`."""
 
         def alone(ask: Ask) -> Ask:
             return lambda *question, which=None: Answers([ask(*question)], FIRST)
@@ -161,12 +197,12 @@ class Updates:
         return len(self.numbers)
 
     def ask(self, need: str, *question: Any, which: Index | None = None) -> Answers:
-        """The scene's answers at all updates, or at those whose indices are in `which`."""
+        """Return the scene's answers at all updates, or at the updates with the indices `which`."""
         found: Answers = self.scene[need](*question, which=which)
         return found
 
     def __getitem__(self, i: int) -> Update:
-        """Update i; the first to ask a question asks it for all of them."""
+        """Return update i; its first query is answered for all updates together."""
 
         def one(need: str) -> Ask:
             return lambda *question: self._once(need, question)[i]
@@ -196,9 +232,18 @@ class Reading:
 
 @dataclass(frozen=True)
 class Readings:
-    """The results of n updates: arrays (n,) `active` and `value`, and an array or list for each
-    field; None for a field that no update measured. `times` (n,) in s, where a reading is dated
-    otherwise than its update: after the update before it, and never after its own."""
+    """The results of n updates.
+
+    Attributes
+    ----------
+    active, value
+        The outputs (n,).
+    fields
+        An array or list (n,) for each field, or None for a field that no update measured.
+    times
+        The time (n,) in s of each reading, if it differs from the time of the update. Each lies
+        after the update before, and not after its own update.
+    """
 
     active: NDArray[np.bool_]
     value: Array
@@ -207,6 +252,7 @@ class Readings:
 
     @classmethod
     def of(cls, readings: Sequence[Reading]) -> Readings:
+        """Return the given readings as columns."""
         names = readings[0].fields if readings else {}
         return cls(
             np.array([one.active for one in readings], bool),
@@ -223,19 +269,20 @@ class Readings:
 
 
 def _plain(column: Any, i: int) -> Any:
-    """A value of a column as a Python object, not a numpy scalar."""
+    """Return a value of a column as a Python object, not as a numpy scalar."""
     value = None if column is None else column[i]
     return value.item() if isinstance(value, np.generic) else value
 
 
 class PerPose(Generic[P, T]):
-    """Keeps what `compute(parameters, pose)` returned until either is another."""
+    """A cache of what `compute(parameters, pose)` returned, until one of the arguments changes."""
 
     def __init__(self, compute: Callable[[P, Pose], T]) -> None:
         self._compute = compute
         self._last: tuple[P, Pose, T] | None = None
 
     def __call__(self, parameters: P, pose: Pose) -> T:
+        """Return the result for these arguments, from the cache if they have not changed."""
         last = self._last
         if last is None or last[0] != parameters or not last[1].same(pose):
             last = self._last = parameters, pose, self._compute(parameters, pose)
@@ -243,27 +290,39 @@ class PerPose(Generic[P, T]):
 
 
 class Model:
-    """Computes the readings of one sensor and holds its state. A kind overrides `update` (one at a
-    time) or `sense` (many updates at once, in numpy)."""
+    """Base class of models: computes the readings of one sensor and holds its state.
+
+    A kind overrides `update` (one update at a time) or `sense` (many updates at once, in numpy).
+    """
 
     def sense(self, parameters: Any, updates: Updates) -> Readings:
-        """The readings at the updates that are due."""
+        """Return the readings at the updates that are due."""
         due = np.flatnonzero(updates.due).tolist()
         return Readings.of([self.update(parameters, updates[i]) for i in due])
 
     def update(self, parameters: Any, update: Update) -> Reading:
-        """The reading at one update."""
+        """Return the reading at one update."""
         return self.sense(parameters, Updates.of(update))[0]
 
     def watch(self, parameters: Any, update: Update) -> None:
-        """Observes a step between two updates, without a reading."""
+        """Observe a step between two updates, without a reading."""
         self.sense(parameters, Updates.of(update, due=False))
 
 
 def pose_from_matrix(matrix: Array, unit_scale: float = 1.0) -> Pose:
-    """The pose of an object with this 4 × 4 world matrix; `unit_scale` is metres per Blender unit.
+    """Return the pose of an object from its world matrix.
 
-    Raises ValueError where the matrix does not define the −Z and +Y directions.
+    Parameters
+    ----------
+    matrix
+        The world matrix (4, 4), in Blender units.
+    unit_scale
+        Metres per Blender unit.
+
+    Raises
+    ------
+    ValueError
+        If the matrix does not define the −Z and +Y directions.
     """
     matrix = np.asarray(matrix, dtype=np.float64)
     if not np.isfinite(matrix).all():

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Noise: one generator for each sensor, so that no sensor's noise depends on another sensor."""
+"""Random numbers for the noise of sensors.
+
+Each sensor has a generator that no other sensor influences.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,10 @@ import numpy as np
 
 
 def generator(scene_seed: int, sensor: str, update: int) -> np.random.Generator:
-    """The random numbers of one update of one sensor.
+    """Return the random generator for one update of one sensor.
 
-    Seeded by the update's number too: a run that starts later, or a jump of the playhead, draws
-    the same noise at the same update as a run from the start.
+    The seed includes the number of the update. A run that starts later, or a jump of the playhead,
+    therefore draws the same noise at the same update as a run from the start.
     """
     key = zlib.crc32(sensor.encode())
     seed = np.random.SeedSequence([scene_seed & 0xFFFFFFFF, key, update])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a sensor kind declares its parameters: once, as dataclass fields that carry their own facts.
+"""The declaration of a kind's parameters, as dataclass fields that carry labels, units and limits.
 
-Blender's properties, panels, `list --json` and the tables of the docs are built from these.
+Blender's properties, panels, `list --json` and the tables of the docs are built from these fields.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .wording import METRES, Advice, Lengths, named, typed
 
 # The unit of a parameter that has the unit of its sensor's main reading.
 READING = "reading"
-# Pairs of a parameter's name and a choice; the condition holds where all these choices are made.
+# A condition: pairs of a parameter's name and a value. It holds if each parameter has its value.
 UsedWhen = tuple[tuple[str, Any], ...]
 # Blender stores angles in single precision, in which 180° is a little more than π.
 SINGLE_PRECISION = 1e-6
@@ -24,7 +24,7 @@ SINGLE_PRECISION = 1e-6
 
 @dataclass(frozen=True)
 class Choice:
-    """One item of an enumeration; `number` is what a file stores, so it is never reused."""
+    """One item of an enumeration; files store its `number`, which is never reused."""
 
     identifier: str
     label: str
@@ -34,8 +34,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class FormerChoice:
-    """An item that older files contain and an enumeration no longer has: `now` is the item that
-    replaces it."""
+    """An item removed from an enumeration but still found in older files; `now` replaces it."""
 
     identifier: str
     number: int
@@ -44,11 +43,29 @@ class FormerChoice:
 
 @dataclass(frozen=True)
 class Spec:
-    """The facts about a parameter besides its default. `unit`: SI, angles in radians, or READING.
-    The default `minimum` of a number is 0; `positive`: it must be above 0. `used_when`: the choices
-    of other parameters with which the model uses it. `short`: the label for narrow places;
-    `other_labels`: the choices with which it is called otherwise, the label then and its short one.
-    `former`: the choices that older files contain."""
+    """The facts about a parameter besides its default.
+
+    Attributes
+    ----------
+    short
+        The label for narrow places.
+    other_labels
+        Conditions with the label and the short label that hold under them.
+    unit
+        SI unit, with angles in radians; or READING.
+    minimum, maximum
+        The limits of a number.
+    positive
+        The number must be above 0.
+    choices
+        The items of an enumeration.
+    former
+        Items that only older files contain.
+    pointer
+        The type of Blender object that the parameter names; empty for any other parameter.
+    used_when
+        The condition on other parameters under which the model uses this one.
+    """
 
     label: str
     tip: str
@@ -66,25 +83,29 @@ class Spec:
 
 
 def parameter(default: Any, label: str, tip: str, **facts: Any) -> Any:
-    """A dataclass field with the default and the `Spec` of a parameter."""
+    """Return a dataclass field with the default and the `Spec` of a parameter."""
     return dataclasses.field(default=default, metadata={"spec": Spec(label, tip, **facts)})
 
 
 class Parameters:
-    """Base of every kind's parameter dataclass (all frozen, all with defaults)."""
+    """Base class of every kind's parameters: a frozen dataclass with a default for each field."""
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """Sentences about parameters that are each in range but contradict each other. Kinds
-        override this."""
+        """Return sentences about parameters that are in range but contradict each other.
+
+        Kinds override this method.
+        """
         return []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Advice on parameters with which the output never switches on, or never off. Kinds
-        override this."""
+        """Return advice on parameters with which the output never switches on, or never off.
+
+        Kinds override this method.
+        """
         return []
 
     def must_be_smaller(self, low: str, high: str, lengths: Lengths) -> list[str]:
-        """A sentence where the parameter `low` is not below the parameter `high`; else nothing."""
+        """Return a sentence if the parameter `low` is not below `high`, else nothing."""
         if getattr(self, low) < getattr(self, high):
             return []
         unit = specs(type(self))[low].unit
@@ -92,7 +113,7 @@ class Parameters:
         return [f"{low} ({one}) must be smaller than {high} ({two})"]
 
     def problems(self, lengths: Lengths = METRES) -> list[str]:
-        """The reasons why a sensor with these parameters cannot be simulated, as sentences."""
+        """Return the reasons why a sensor with these parameters cannot be simulated."""
         found = []
         for name, spec in specs(type(self)).items():
             problem = _out_of_range(getattr(self, name), spec, lengths)
@@ -102,23 +123,25 @@ class Parameters:
 
 
 def specs(kind: type[Parameters]) -> dict[str, Spec]:
-    """Name → `Spec` of each parameter, in the order of declaration."""
+    """Return the `Spec` of each parameter by name, in the order of declaration."""
     return {f.name: f.metadata["spec"] for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
 
 
 def defaults(kind: type[Parameters]) -> dict[str, Any]:
-    """Name → default of each parameter."""
+    """Return the default of each parameter by name."""
     return {f.name: f.default for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
 
 
 def former_choice(spec: Spec, value: Any) -> FormerChoice | None:
-    """Return the former choice that a value from an older file is; None where it is none."""
+    """Return the former choice that `value`, from an older file, names; else None."""
     return next((former for former in spec.former if former.identifier == value), None)
 
 
 def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
-    """Return a sentence on former choices that were replaced, each given with the names of the
-    sensor and of the parameter; empty without any."""
+    """Return a sentence about former choices that were replaced; empty if there are none.
+
+    Each item of `found` has the name of a sensor, the name of a parameter, and the former choice.
+    """
     sensors: dict[tuple[str, FormerChoice], list[str]] = {}
     for sensor, parameter, former in found:
         sensors.setdefault((parameter, former), []).append(sensor)
@@ -130,12 +153,12 @@ def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
 
 
 def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
-    """Whether the parameters fulfil the condition `used_when`."""
+    """Return whether the parameters fulfil the condition `used_when`."""
     return all(getattr(parameters, name) == choice for name, choice in used_when)
 
 
 def label_of(spec: Spec, parameters: Any, short: bool = False) -> str:
-    """What a parameter is called beside the choices that `parameters` make."""
+    """Return the label of a parameter, which can depend on the choices in `parameters`."""
     for used_when, label, short_label in spec.other_labels:
         if is_chosen(parameters, used_when):
             return short_label if short else label
@@ -145,7 +168,7 @@ def label_of(spec: Spec, parameters: Any, short: bool = False) -> str:
 def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
     if spec.choices:
         known = [choice.identifier for choice in spec.choices]
-        # Blender gives no text for a number that no choice has.
+        # Blender reads an enumeration as an empty text if no item has the stored number.
         shown = repr(value) if value else "none of its choices; an old file, key or driver set it"
         return "" if value in known else f"is {shown}: choose one of {', '.join(known)}"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -164,12 +187,12 @@ def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
 
 
 def format_quantity(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """A parameter's value with its unit; angles in degrees."""
+    """Return a parameter's value with its unit; angles in degrees."""
     return typed(value, "" if unit == READING else unit, lengths)
 
 
 def value_text(value: Any, spec: Spec, unit: str, lengths: Lengths = METRES) -> str:
-    """A parameter's value as text: on or off, a number with its unit, or the choice's label."""
+    """Return a parameter's value as text: on or off, a number with its unit, or a choice."""
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, (int, float)):

@@ -18,17 +18,31 @@ from .model import Array
 
 
 def voltage(supply: float, load_resistor: float, resistance: float) -> float:
-    """Output in volts; `supply` in volts, the fixed and the sensing resistor in ohms (may be inf).
+    """Return the output of a voltage divider in volts.
 
     The circuit that reads the output draws no current.
+
+    Parameters
+    ----------
+    supply
+        Supply voltage in volts.
+    load_resistor
+        The fixed resistor between output and ground, in ohms.
+    resistance
+        The sensing resistor between supply and output, in ohms; can be infinite.
+
+    References
+    ----------
+    Interlink Electronics, FSR Integration Guide, "Voltage Divider".
     """
     return supply * load_resistor / (load_resistor + resistance)
 
 
 def adc(voltage: float, supply: float, bits: int) -> int:
-    """Code of an ideal converter whose reference is the supply: floor(V/Vcc·(2^bits − 1)).
+    """Return the code of an ideal converter whose reference is the supply.
 
-    Voltages beyond 0 … supply (both in volts) read the code at that end.
+    The code is floor(V/Vcc·(2^bits − 1)), with both voltages in volts. A voltage outside 0 … supply
+    reads as the code at that end.
     """
     largest = (1 << bits) - 1
     return min(max(math.floor(voltage / supply * largest), 0), largest)
@@ -36,20 +50,23 @@ def adc(voltage: float, supply: float, bits: int) -> int:
 
 # The output stage of a motion detector module: warm-up, hold time and blocking time.
 #
-# Terms as in the HC-SR501's datasheet: after a trigger the output stays high for the delay (hold)
-# time, each new trigger in it starting it anew where the module is set to retrigger; after it
-# fell, triggers are ignored for the blocking time. During warm-up the output stays low.
+# Terms as in the HC-SR501's datasheet. After a trigger the output stays high for the delay (hold)
+# time. A module that retriggers restarts the hold time at each new trigger. After the output went
+# low, triggers are ignored for the blocking time. During warm-up the output stays low.
 #
 # A wireless module sends each change as a message (`RadioTiming`). It ignores triggers while its
 # radio sends, and the message arrives after a random delay.
 
-# Times are multiples of a frame; this only absorbs the rounding of their difference.
+# Absorbs the rounding of differences between times, which are multiples of a frame.
 TIME_TOLERANCE_S = 1e-9
 
 
 def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.inf) -> str:
-    """Why the detector ignores movement at `time` (s), and for how much longer; "" where it reports
-    movement. `fell`: when the output last went off (s)."""
+    """Return why the detector ignores movement at `time` (s), and for how much longer.
+
+    The text is empty if the detector reports movement. `fell` is the time (s) at which the output
+    last went off.
+    """
     left = warm_up - time
     if left > TIME_TOLERANCE_S:
         return f"warming up, {_seconds(left)} left"
@@ -64,8 +81,7 @@ def _seconds(time: float) -> str:
 
 
 def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator[int]:
-    """Yield the indices of `triggered` (n,) without those at which the output is idle before, and
-    nothing is triggered."""
+    """Yield the indices of updates with a trigger or after an active output."""
     triggers, i = np.flatnonzero(triggered), 0
     while i < len(triggered):
         if is_idle():
@@ -78,7 +94,7 @@ def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator
 
 
 class OutputTiming:
-    """Turns triggers into the output, update by update. Times in seconds."""
+    """The output stage of a detector, which turns triggers into the output; times in s."""
 
     def __init__(self) -> None:
         self.active = False
@@ -94,7 +110,7 @@ class OutputTiming:
         warm_up: float,
         retrigger: bool = True,
     ) -> bool:
-        """The output at `time`, given whether motion was seen at this update."""
+        """Return the output at `time`, where `triggered` says whether this update saw motion."""
         blocked = not self.active and time - self._fell < blocking - TIME_TOLERANCE_S
         listening = not blocked and (retrigger or not self.active)
         if triggered and listening and time >= warm_up - TIME_TOLERANCE_S:
@@ -114,8 +130,10 @@ class OutputTiming:
         warm_up: float,
         retrigger: bool = True,
     ) -> NDArray[np.bool_]:
-        """The output (n,) at `times` (n,), given where motion was seen; it steps only through
-        times with motion or with the output on."""
+        """Return the output (n,) at `times` (n,); `triggered` (n,) says which updates saw motion.
+
+        The loop visits only times with a trigger or with the output on.
+        """
         active = np.zeros(len(times), bool)
         for i in _busy(triggered, lambda: not self.active):
             seen = bool(triggered[i])
@@ -124,15 +142,15 @@ class OutputTiming:
 
 
 class RadioTiming:
-    """Turns triggers into what a receiver knows of a wireless module, update by update.
+    """The output of a wireless module as its receiver knows it, update by update; times in s.
 
-    The module compares the signal at each update. Its timer ends the hold time exactly, also
-    between two updates. Times in seconds.
+    The module compares the signal with its threshold at each update. Its timer ends the hold time
+    exactly, also between two updates.
     """
 
     def __init__(self) -> None:
         self._module = OutputTiming()
-        # When the module last sent a message, and the messages on their way: (arrival, output).
+        # The time of the last message, and the messages that have not arrived: (arrival, output).
         self._sent = -math.inf
         self._messages: list[tuple[float, bool]] = []
         self._received = False
@@ -149,11 +167,21 @@ class RadioTiming:
         blanking: float,
         delay: Callable[[int], float],
     ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-        """The received output (n,) at `times` (n,), and the times (n,) at which it was received.
+        """Return the received output (n,) and the times (n,) at which it was received.
 
-        Triggers within `blanking` after a message are ignored. `delay(i)` is how long a message
-        takes that is sent at, or just before, time i. A message counts from the first update at
-        or after its arrival; its time is the arrival.
+        A message counts from the first update at or after its arrival, and its time is the arrival.
+
+        Parameters
+        ----------
+        times, triggered
+            The times (n,) of the updates in s, and whether each saw motion (n,).
+        hold, blocking, warm_up, retrigger
+            The settings of the module, as in `OutputTiming`; times in s.
+        blanking
+            Triggers within this time after a message are ignored, in s.
+        delay
+            `delay(i)` is the transmission time in s of a message that is sent at, or just before,
+            time i.
         """
         received, arrivals = np.zeros(len(times), bool), np.array(times, np.float64)
         module = self._module
@@ -181,35 +209,40 @@ class RadioTiming:
         return not (self._module.active or self._messages or self._received)
 
     def _send(self, time: float, active: bool, delay: float) -> None:
-        """Send the output; messages arrive in order."""
+        """Queue a message with the output; messages arrive in the order in which they are sent."""
         self._sent = time
         earliest = self._messages[-1][0] if self._messages else time
         self._messages.append((max(time + delay, earliest), active))
 
 
-# From radiometric quantities to photometric ones: luminance, illuminance, 8-bit counts.
+# Photometric quantities from radiometric ones: luminance, illuminance, 8-bit counts.
 
 # Luminance of linear RGB with the primaries of Rec. 709 (ITU-R BT.709-6, table 1).
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# lm/W: Blender's glTF exporter converts lamps as if all light had 555 nm.
+# In lm/W. Blender's glTF exporter also converts lamps as if all light had 555 nm.
 EFFICACY = 683.0
 COUNTS = 255
 
 
 def luminance(rgb: ArrayLike) -> Array:
-    """Luminance Y (…) of linear Rec. 709 colours (…, 3), in their unit; negative for a lamp of
-    negative power."""
+    """Return the luminance Y (…) of linear Rec. 709 colours (…, 3), in their unit.
+
+    The luminance is negative for a lamp of negative power.
+    """
     weighted: Array = np.asarray(rgb, dtype=np.float64) @ LUMINANCE
     return weighted
 
 
 def illuminance(rgb: ArrayLike, efficacy: float = EFFICACY) -> float:
-    """Illuminance in lux of an irradiance (3,) in W/m², at least 0. `efficacy` in lm/W."""
+    """Return the illuminance in lux of an irradiance (3,) in W/m², at least 0.
+
+    `efficacy` is in lm/W.
+    """
     return max(0.0, efficacy * float(luminance(rgb)))
 
 
 def counts(rgb: ArrayLike, exposure: float) -> Array:
-    """8-bit values (…) of linear radiances: round(255 · clamp(exposure · L, 0, 1)).
+    """Return 8-bit values (…) of linear radiances (…): round(255 · clamp(exposure · L, 0, 1)).
 
     Halves are rounded up, as in a converter; NaN gives 0.
     """
@@ -218,8 +251,8 @@ def counts(rgb: ArrayLike, exposure: float) -> Array:
 
 
 def luminance_percent(views: ArrayLike, exposure: float) -> float:
-    """Mean luminance in percent of views (n, 3), each one pixel of linear radiance.
+    """Return the mean luminance in percent of `views` (n, 3), each one pixel of linear radiance.
 
-    White views give 100 %; one 8-bit count in all channels 0.39 %.
+    White views give 100 %; one 8-bit count in all channels gives 0.39 %.
     """
     return float(luminance(counts(views, exposure)).mean() / COUNTS * 100.0)

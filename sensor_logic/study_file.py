@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text of a study file (docs/studies.md) for what a user picked in the window; the package's
-folder `studies` reads and runs it."""
+"""The text of a study file (docs/studies.md) for the choices that a user made in the window.
+
+The package `studies` reads and runs study files.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +16,13 @@ from .kind import Kind
 from .kinds import KINDS
 from .parameters import Spec, specs
 
-# A sensor is moved by metres along the home's axes, and turned by radians about its own.
+# A study moves a sensor along the home's axes (m) and turns it about the sensor's axes (rad).
 POSE = ("move_x", "move_y", "move_z", "turn_x", "turn_y", "turn_z")
 COMMON = ("enabled", "update_rate")
-# Between the names of a key.
+# The separator between the sensor names in a key.
 BETWEEN = "; "
 RADIANS = "rad"
-# The proposal for a change of pose, to both sides: m, rad.
+# The proposed range of a change of pose, in both directions: m, rad.
 MOST_MOVE, MOST_TURN = 0.5, math.radians(30.0)
 
 LABELS = {
@@ -33,8 +35,11 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Vary:
-    """A parameter of some sensors: `steps` numbers from `first` to `last` (radians for an `angle`),
-    or all its `choices`."""
+    """A parameter of some sensors and the values to vary it over.
+
+    The values are `steps` numbers from `first` to `last` (radians for an `angle`), or all
+    `choices`.
+    """
 
     sensors: Sequence[str]
     parameter: str
@@ -47,10 +52,12 @@ class Vary:
 
     @property
     def key(self) -> str:
+        """The key of the study file: the sensors' names and the parameter."""
         return f"{BETWEEN.join(self.sensors)}.{self.parameter}"
 
     @property
     def line(self) -> str:
+        """The line of the study file."""
         key = json.dumps(self.key, ensure_ascii=False)
         if self.choices:
             values = ", ".join(json.dumps(value) for value in self.choices)
@@ -64,7 +71,10 @@ class Vary:
 
 
 def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
-    """The text of a study; `home` is a path, relative to the study's folder or absolute."""
+    """Return the text of a study file.
+
+    `home` is a path, absolute or relative to the study's folder.
+    """
     lines = [
         f"home = {json.dumps(home, ensure_ascii=False)}",
         f"seeds = {seeds}",
@@ -77,12 +87,12 @@ def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
 
 
 def parameters(kind: Kind) -> list[str]:
-    """What of a kind can vary: numbers, choices and switches of it, its place, its presence."""
+    """Return the parameters of a kind that a study can vary, including its pose and rate."""
     return [*(n for n, s in specs(kind.parameters).items() if not s.pointer), *COMMON, *POSE]
 
 
 def label(kind: Kind, parameter: str) -> str:
-    """Its name in panels, with its unit; angles are shown in degrees."""
+    """Return the label of a parameter in panels, with its unit; angles are shown in degrees."""
     if parameter in LABELS:
         name, unit = LABELS[parameter]
     else:
@@ -93,7 +103,7 @@ def label(kind: Kind, parameter: str) -> str:
 
 
 def choice_labels(kind: Kind, parameter: str, choices: Sequence[Any]) -> list[str]:
-    """The names of choices in panels."""
+    """Return the labels of choices in panels."""
     spec = specs(kind.parameters).get(parameter)
     known = {choice.identifier: choice.label for choice in spec.choices} if spec else {}
     switch = {True: "On", False: "Off"}
@@ -101,7 +111,7 @@ def choice_labels(kind: Kind, parameter: str, choices: Sequence[Any]) -> list[st
 
 
 def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Vary:
-    """What a parameter, which is `now`, may vary over, for the user to change."""
+    """Return a proposal for the values of a parameter whose present value is `now`."""
     known = specs(KINDS[kind].parameters)
     if isinstance(now, bool):
         return Vary(sensors, parameter, choices=(True, False))
@@ -117,7 +127,7 @@ def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Var
 
 
 def _ends(spec: Spec | None, parameter: str, now: float) -> tuple[float, float]:
-    """Half and twice as much, within the limits."""
+    """Return half and twice the present value, within the limits of the parameter."""
     if parameter in POSE:
         most = MOST_TURN if LABELS[parameter][1] == RADIANS else MOST_MOVE
         return -most, most

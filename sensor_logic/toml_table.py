@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes values out of a TOML table, and tells where in the file one is wrong."""
+"""Read values from a TOML table, with errors that name the line in the file."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ _MISSING = object()
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """A text with the name that may have been meant by an unknown one, or else with all known
-    names."""
+    """Return a hint for an unknown name: the most similar known name, or else all known names."""
     names = sorted(known)
     near = get_close_matches(name, names, 1)
     if near:
@@ -26,13 +25,19 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
 
 def read_table(content: str, name: str) -> TomlTable:
-    """The outermost table in the text of the file `name`. Raises InputError."""
+    """Return the top-level table of the TOML text `content` of the file `name`.
+
+    Raise InputError for invalid TOML.
+    """
     values, lines = read_toml(content, name)
     return TomlTable(name, lines, values)
 
 
 class TomlTable:
-    """A table of the file `name`, whose values stand at those `lines`; `path` leads to it."""
+    """A table of the TOML file `name`.
+
+    `lines` has the line of each value in the file, and `path` is the path of keys to this table.
+    """
 
     def __init__(
         self, name: str, lines: dict[KeyPath, int], values: Any, path: KeyPath = ()
@@ -44,19 +49,22 @@ class TomlTable:
         self._taken: set[str] = set()
 
     def where(self, *keys: str | int) -> str:
-        """The file and the line of this table, or of what is in it."""
+        """Return the file and the line of this table, or of the value at `keys` in it."""
         return f"{self.name}, line {line_of(self.lines, (*self.path, *keys))}"
 
     def below(self, values: Any, *keys: str | int) -> TomlTable:
-        """The table that is in this one."""
+        """Return a table nested in this one, with `values`, at `keys`."""
         return TomlTable(self.name, self.lines, values, (*self.path, *keys))
 
     def error(self, text: str, key: str | None = None) -> InputError:
+        """Return the error for this table, or for the value of its `key`."""
         return InputError(f"{self.where(*([] if key is None else [key]))}: {text}")
 
     def take(self, key: str, read: Callable[[Any], T], default: Any = _MISSING) -> T:
-        """The value of `key` as `read` makes it, or the default. Raises InputError where there is
-        neither, or where `read` raises a ValueError."""
+        """Return `read(value)` for the value of `key`, or the default if the key is missing.
+
+        Raise InputError if the key is missing without a default, or if `read` raises a ValueError.
+        """
         self._taken.add(key)
         if key not in self.values:
             if default is _MISSING:
@@ -67,7 +75,7 @@ class TomlTable:
             return read(self.values[key])
 
     def one_of(self, key: str, known: Iterable[str], default: Any = _MISSING) -> str:
-        """A name that must be known."""
+        """Return the value of `key`, which must be one of the `known` names."""
         names = set(known)
 
         def read(value: Any) -> str:
@@ -78,20 +86,20 @@ class TomlTable:
         return self.take(key, read, default)
 
     def tables(self, key: str) -> Iterator[TomlTable]:
-        """The tables in an array."""
+        """Yield the tables in the array at `key`."""
         found = self.take(key, _array, [])
         for number, values in enumerate(found):
             yield self.below(values, key, number)
 
     def named(self, key: str) -> Iterator[tuple[str, TomlTable]]:
-        """The tables below a table, by name."""
+        """Yield the name and the table of each table nested below `key`."""
         self._taken.add(key)
         below = self.below(self.values.get(key, {}), key)
         for name, values in below.values.items():
             yield name, below.below(values, name)
 
     def finish(self) -> None:
-        """Raises InputError where there is a key that nothing took."""
+        """Raise InputError if the table has a key that no method read."""
         for key in self.values:
             if key not in self._taken:
                 hint = suggestion(key, self._taken)
@@ -105,29 +113,33 @@ def _array(value: Any) -> list[Any]:
 
 
 def text(value: Any) -> str:
+    """Return `value` if it is a text that is not blank. Raise ValueError."""
     if not isinstance(value, str) or not value.strip():
         raise ValueError(f"{value!r} is no text")
     return value
 
 
 def texts(value: Any) -> tuple[str, ...]:
+    """Return `value` as a tuple if it is a list of texts. Raise ValueError."""
     return tuple(text(item) for item in _array(value))
 
 
 def flag(value: Any) -> bool:
+    """Return `value` if it is true or false. Raise ValueError."""
     if not isinstance(value, bool):
         raise ValueError(f"{value!r} is neither true nor false")
     return value
 
 
 def calendar_date(value: Any) -> date:
+    """Return `value` if it is a date without a time. Raise ValueError."""
     if isinstance(value, datetime) or not isinstance(value, date):
         raise ValueError(f"{value!r} is not a date such as 2026-03-02")
     return value
 
 
 def number(low: float, high: float) -> Callable[[Any], float]:
-    """Reads a number from `low` to `high`."""
+    """Return a function that reads a number from `low` to `high`."""
 
     def read(value: Any) -> float:
         if (

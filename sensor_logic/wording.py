@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names, sentences, and numbers with their units in messages."""
+"""Text for messages: names, sentences, and numbers with units."""
 
 from __future__ import annotations
 
@@ -13,66 +13,69 @@ MOST_NAMES = 4
 
 
 class Advice(NamedTuple):
-    """A problem and how to solve it, each a sentence without its full stop."""
+    """A problem and its solution, each a sentence without a full stop."""
 
     problem: str
     mend: str
 
     @property
     def text(self) -> str:
+        """Both sentences."""
         return f"{self.problem}. {self.mend}"
 
 
 def quoted(name: str) -> str:
+    """Return the name in quotation marks."""
     return f"'{name}'"
 
 
 def capital(text: str) -> str:
-    """The text with its first letter in upper case."""
+    """Return the text with its first letter in upper case."""
     return text[:1].upper() + text[1:]
 
 
 def uncapitalized(text: str) -> str:
-    """The text with its first letter in lower case, to follow a name and a colon."""
+    """Return the text with its first letter in lower case, to follow a name and a colon."""
     return text[:1].lower() + text[1:]
 
 
 def named(names: Iterable[str], most: int = MOST_NAMES) -> str:
-    """Names in quotes, without repetitions: the first ones, and how many more there are."""
+    """Return the first `most` names in quotes and without repetitions, and the number of others."""
     return listed(list(dict.fromkeys(map(quoted, names))), most)
 
 
 def listed(texts: list[str], most: int = MOST_NAMES) -> str:
-    """The first of the texts, and how many more there are."""
+    """Return the first `most` texts, and the number of further texts."""
     more = len(texts) - most
     return ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def plural(count: int, noun: str) -> str:
-    """A count and its noun, such as 1 run or 3 runs."""
+    """Return a count and its noun, such as 1 run or 3 runs."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def part_is(part: int, whole: int, noun: str) -> str:
-    """The begin of a sentence, such as 1 of 1 run is, or 2 of 3 runs are."""
+    """Return the beginning of a sentence, such as "1 of 1 run is" or "2 of 3 runs are"."""
     return f"{part} of {plural(whole, noun)} {'is' if whole == 1 else 'are'}"
 
 
 def percent(share: float) -> str:
-    """A share in percent, without its sign; one that is hardly 0 or 100 has a decimal."""
+    """Return a share in percent, without its sign; a share near 0 or 100 % has a decimal."""
     value = 100.0 * abs(share)
     is_near = 0.0 < value < 1.0 or 0.0 < abs(value - 100.0) < 1.0
     return f"{value:.{int(is_near)}f} %"
 
 
 def shown_duration(seconds: float) -> str:
+    """Return a duration as text in seconds, minutes or hours."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
-    """The lines of a text table: the first `left` columns aligned to the left, the others right."""
+    """Return the lines of a text table, with the first `left` columns aligned to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(
@@ -89,8 +92,7 @@ SHOWN = 5
 
 
 def hint(name: str, known: Iterable[str], most: int = SHOWN) -> str:
-    """A hint for a `name` that is not among the `known` ones: the most similar, else the first, at
-    `most` so many."""
+    """Return a hint for an unknown `name`: the most similar known names, or else the first ones."""
     known = list(known)
     lower = {other.lower(): other for other in known}
     close = [other for text, other in lower.items() if name and name.lower() in text]
@@ -102,33 +104,33 @@ def hint(name: str, known: Iterable[str], most: int = SHOWN) -> str:
     return f"there are {', '.join(known[:most])}{' …' if len(known) > most else ''}"
 
 
-# Texts of numbers with their units: the only place that makes them.
+# Numbers with units as text; no other module formats them.
 #
-# Values are SI, angles in radians. A measured value is rounded to the digits that matter, a typed
-# one is written as it was typed. Neither has an exponent where a person would write none.
+# Values are in SI units, angles in radians. Measured values are rounded to significant digits;
+# typed values keep their digits. Exponents appear only where a person would write one.
 
 NOTHING = "–"
 ZERO_CELSIUS = 273.15
 # The unit of a signal as a share of its threshold: shown in percent, without its sign.
 OF_THRESHOLD = "of threshold"
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""))
-# A short text has no decimals from this value on.
+# From this value on, a short text has no decimals.
 SHORT_FROM = 99.95
 SIGNIFICANT = 3
 
 
 class Lengths(NamedTuple):
-    """The unit that lengths are written in: its name, and how many metres it is."""
+    """The unit in which lengths are shown: its name, and its size in metres."""
 
     unit: str = "m"
     metres: float = 1.0
 
     def text(self, length: float) -> str:
-        """A measured length (m), to a millimetre."""
+        """Return a measured length (m) as text, to a millimetre."""
         return measured(length, "m", 3, self)
 
     def typed(self, length: float) -> str:
-        """A length (m) that a user typed."""
+        """Return a length (m) that a user typed as text."""
         return typed(length, "m", self)
 
 
@@ -138,8 +140,11 @@ METRES = Lengths()
 def measured(
     value: float, unit: str, decimals: int | None = None, lengths: Lengths = METRES
 ) -> str:
-    """A reading with its unit. `decimals` counts those of the SI unit, of degrees or of percent;
-    None: three significant digits, or all digits before the point."""
+    """Return a reading with its unit.
+
+    `decimals` is the number of decimals in the SI unit, or in degrees or percent. None means three
+    significant digits, or all digits before the decimal point.
+    """
     if not math.isfinite(value):
         return NOTHING
     value, unit, decimals = _as_shown(value, unit, decimals, lengths)
@@ -151,7 +156,7 @@ def measured(
 
 
 def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """A reading in three or four digits, for narrow places."""
+    """Return a reading in three or four digits, for narrow places."""
     if not math.isfinite(value):
         return NOTHING
     value, shown, _ = _as_shown(value, unit, None, lengths)
@@ -164,7 +169,7 @@ def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
 
 
 def typed(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """A parameter's value as a user typed it: six digits, without trailing zeros."""
+    """Return a parameter's value as a user typed it: six digits, without trailing zeros."""
     if not math.isfinite(value):
         return _joined(f"{value}", unit)
     if unit == "m":
@@ -181,21 +186,21 @@ def typed(value: float, unit: str, lengths: Lengths = METRES) -> str:
 def _as_shown(
     value: float, unit: str, decimals: int | None, lengths: Lengths
 ) -> tuple[float, str, int | None]:
-    """Value, unit and decimals in the unit that is shown: degrees, percent or the length unit."""
+    """Return value, unit and decimals converted to degrees, percent or the unit of length."""
     if unit == "rad":
         return math.degrees(value), "°", 0 if decimals is None else decimals
     if unit == OF_THRESHOLD:
         return abs(value) * 100.0, f"% {OF_THRESHOLD}", 0 if decimals is None else decimals
     if unit == "m":
         if decimals is not None:
-            # As fine as in metres: a millimetre is a tenth of a centimetre.
+            # Keep the precision in metres: 3 decimals in metres are 1 decimal in centimetres.
             decimals = max(0, math.ceil(decimals + math.log10(lengths.metres) - 1e-9))
         return value / lengths.metres, lengths.unit, decimals
     return value, unit, decimals
 
 
 def _decimals_of(value: float) -> int:
-    """How many decimals show three significant digits: at most three."""
+    """Return the number of decimals that show three significant digits, at most three."""
     size = abs(value)
     if size < 1.0:
         return SIGNIFICANT if 0.0 < size < 0.1 else SIGNIFICANT - 1 if size else 0
@@ -204,7 +209,7 @@ def _decimals_of(value: float) -> int:
 
 def _fixed(value: float, decimals: int) -> str:
     text = f"{value:.{decimals}f}"
-    # Not "-0.00".
+    # Avoid "-0.00".
     return text.removeprefix("-") if not any(c in "123456789" for c in text) else text
 
 
@@ -219,7 +224,7 @@ def _joined(number: str, unit: str) -> str:
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
-# Several names in one field of a log, such as the partners of a pressure pad.
+# Several names in one field of a log, such as the objects on a pressure pad.
 
 # A name up to the next semicolon that no backslash escapes.
 NAME = re.compile(r"(?:[^;\\]|\\.)*", re.DOTALL)
@@ -227,14 +232,16 @@ ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
 def joined(names: Iterable[str]) -> str:
-    """The names, sorted and separated by `;`. A backslash escapes `;` and backslashes in a name, so
-    that `split` returns the same names."""
+    """Return the names sorted and separated by `;`.
+
+    A backslash escapes `;` and backslashes in a name, so that `split` returns the same names.
+    """
     escaped = (name.replace("\\", "\\\\").replace(";", "\\;") for name in sorted(names))
     return ";".join(escaped)
 
 
 def split(text: str) -> list[str]:
-    """The names in a text by `joined`."""
+    """Return the names in a text that `joined` made."""
     found = []
     at = 0
     while text and at <= len(text):

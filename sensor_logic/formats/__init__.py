@@ -31,10 +31,20 @@ __all__ = ["FORMATS", "Format", "FormatFiles", "InputError", "Log"]
 
 @dataclass(frozen=True)
 class Format:
-    """A format: how to write a log, and how to read one. `is_folder`: it is several files in a
-    folder, else one file. `needs`: a package that must be installed. `begins`: a pattern of the
-    first bytes of its file, or of the file names in its folder, by which it is recognised.
-    `seconds`: the first and last second since 1970 that it can hold; all dates by default."""
+    """A file format of another tool: how to write a log, and how to read one.
+
+    Attributes
+    ----------
+    begins
+        A pattern that recognises the format, by the first bytes of its file or by the file names in
+        its folder.
+    is_folder
+        The format is a folder of files.
+    needs
+        A package that must be installed.
+    seconds
+        The first and the last second since 1970 that the format can hold; None means all dates.
+    """
 
     name: str
     extension: str
@@ -47,14 +57,16 @@ class Format:
     seconds: tuple[int, int] | None = None
 
     def write(self, log: Log) -> FormatFiles:
-        """Raises InputError, or InputError where the format cannot hold the log's dates."""
+        """Return the files of a log. Raise InputError if the format cannot hold the log's dates."""
         first, last = log.span()
         self.check_dates(log.start, first / 1e6, last / 1e6)
         return self.writer(log)
 
     def check_dates(self, start: datetime, first: float, last: float) -> None:
-        """Raises InputError unless the format can hold dates from `first` to `last`, in seconds
-        since the start."""
+        """Raise InputError unless the format can hold the dates from `first` to `last`.
+
+        Both are in seconds since `start`.
+        """
         why = "the log's dates are not all between the years 1 and 9999: give another start"
         with replaced(why, OverflowError):
             begin = moment(start, timedelta(seconds=first))
@@ -83,7 +95,7 @@ FORMATS = {
             casas.read,
             casas.BEGINS,
         ),
-        # The reader of `casas` reads it too.
+        # The reader of `casas` also reads this format.
         Format("casas-csv", ".csv", "CASAS with commas, as released in 2025", casas.write_csv),
         Format(
             "pyadlml",

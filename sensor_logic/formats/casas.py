@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""CASAS: a line for each change; activities are marked on the lines where they begin and end.
+"""CASAS: a line for each change; activities are marked on the lines of their begin and end.
 
 `casas` is the format of Aruba, Milan, Cairo and Kyoto: `2010-11-04 00:03:50.209589 M003 ON Sleeping
-begin`. `casas-csv` is that of the release of 2025 (doi 10.5281/zenodo.15708568):
+begin`. `casas-csv` is the format of the release of 2025 (doi 10.5281/zenodo.15708568):
 `2012-07-20,10:38:54.512364,OutsideDoor,ON,Step_Out="begin"`. Neither has a header, rooms, units or
 initial states: a second file holds them.
 """
@@ -21,7 +21,7 @@ from . import source
 from .log import Change, Channel, FormatFiles, Log, LoggedActivity, camel, label, titles, unique
 from .source import ParsedLog
 
-# The second file with the facts about the sensors.
+# The suffix of the second file, which has the facts about the sensors.
 SUFFIX = ".sensors.csv"
 BEGINS = rb"\d{4}-\d\d-\d\d[\s,]+\d\d:\d\d:\d\d"
 LINE = re.compile(
@@ -37,20 +37,23 @@ PREFIXES = {
     "illuminance": "LS",
     "luminance": "LS",
 }
-# The prefix of all other boolean fields: an item that is used or not.
+# The prefix of any other boolean field: an item that is in use or not.
 ITEM = "I"
 
 
 @dataclass
 class _Mark:
-    """The mark for an activity's begin or end on the line of a change."""
+    """A mark for an activity's begin or end, on the line of a change."""
 
     activity: str
     word: str
 
 
 def write_text(log: Log) -> FormatFiles:
-    """Spaces between the columns, sensors numbered by kind (`M003`), changes alone."""
+    """Write the changes with spaces between columns; sensors are numbered by kind (`M003`).
+
+    Initial states are left out.
+    """
     names = _numbered(log.channels)
     lines = []
     marks, notes = _marks(log, names)
@@ -64,11 +67,14 @@ def write_text(log: Log) -> FormatFiles:
 
 
 def write_csv(log: Log) -> FormatFiles:
-    """Commas, sensors by their names in one word (`PIRHall`), changes alone."""
+    """Write the changes with commas; sensors have their names as one word (`PIRHall`).
+
+    Initial states are left out.
+    """
     names = _named(log.channels)
     lines = []
     marks, notes = _marks(log, names)
-    inside = _Inside(log)
+    inside = _PresentActivity(log)
     for change in log.updates():
         if change.channel in names:
             mark = marks.get(id(change))
@@ -89,7 +95,7 @@ def _written(
         notes.append("no sensor changed: the file is empty, as CASAS lists changes alone")
     renamed = [f"{c.sensor.name} is {name}" for c, name in names.items() if c.sensor.name != name]
     if renamed and not log.has_states:
-        # From CASAS; the names of other logs are in the second file.
+        # For a log that came from CASAS. Other logs have these names in the second file.
         notes.append(
             f"sensors without a name of CASAS are renamed, as OUT{SUFFIX} lists: {listed(renamed)}"
         )
@@ -97,8 +103,8 @@ def _written(
 
 
 def _numbered(channels: list[Channel]) -> dict[Channel, str]:
-    """Names of CASAS, which sensors that already have one keep."""
-    kept = {c: title for c, title in titles(channels).items() if _is_of_casas(c, title)}
+    """Return CASAS names; a channel that already has one keeps it."""
+    kept = {c: title for c, title in titles(channels).items() if _has_casas_name(c, title)}
     taken = set(kept.values())
     counts: dict[str, int] = {}
     found = {}
@@ -113,9 +119,11 @@ def _numbered(channels: list[Channel]) -> dict[Channel, str]:
     return found
 
 
-def _is_of_casas(channel: Channel, name: str) -> bool:
-    """Whether a name has the letters that CASAS gives to what the channel measures, or letters
-    that do not say what a sensor measures."""
+def _has_casas_name(channel: Channel, name: str) -> bool:
+    """Return whether a name is a CASAS name that fits the quantity of the channel.
+
+    Letters that CASAS does not assign to a quantity fit any quantity.
+    """
     letters = re.fullmatch(r"([A-Z]{1,2})\d+", name)
     quantity = letters and source.NUMBERED.get(letters[1], channel.quantity)
     return channel.type is bool and quantity == channel.quantity
@@ -127,21 +135,23 @@ def _next(prefix: str, counts: dict[str, int]) -> str:
 
 
 def _named(channels: list[Channel]) -> dict[Channel, str]:
-    """One-word names; text fields are left out."""
+    """Return one-word names; text fields are left out."""
     named = {c: title for c, title in titles(channels).items() if c.type is not str}
     spelling = unique(named.values(), camel)
     return {channel: spelling[title] for channel, title in named.items()}
 
 
 def _stamp(log: Log, change: Change, separator: str) -> str:
-    # Not by `strftime`, which writes years before 1000 with fewer digits.
+    # `strftime` would write years before 1000 with fewer digits.
     return log.local(change.time).replace(tzinfo=None).isoformat(separator, "microseconds")
 
 
 def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[str]]:
-    """The marks, by `id` of their change, and notes. The first and the last change during an
-    activity bear its marks. A line holds one mark; an activity without two free lines is left out,
-    and a note says so."""
+    """Return the marks by `id` of their change, and notes.
+
+    The first and the last change during an activity bear its marks. A line holds one mark. An
+    activity without two free lines is left out, and a note says so.
+    """
     changes = [change for change in log.updates() if change.channel in names]
     times = [change.time for change in changes]
     found: dict[int, _Mark] = {}
@@ -167,12 +177,12 @@ def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[
 
 
 def _label(log: Log, activity: LoggedActivity) -> str:
-    """An activity's label, with the person's name where there are several: `R1_Sleeping`."""
+    """Return an activity's label, with the person's name if there are several: `R1_Sleeping`."""
     name = label(activity.activity)
     return f"{label(activity.person)}_{name}" if len(log.people) > 1 else name
 
 
-class _Inside:
+class _PresentActivity:
     """The label of the activity at a time; the times must come in order."""
 
     def __init__(self, log: Log) -> None:
@@ -181,6 +191,7 @@ class _Inside:
         self.present: list[LoggedActivity] = []
 
     def at(self, time: int) -> str:
+        """Return the label at `time`, or ""."""
         while self.coming and self.coming[-1].start <= time:
             self.present.append(self.coming.pop())
         self.present = [activity for activity in self.present if time <= activity.end]
@@ -188,10 +199,10 @@ class _Inside:
 
 
 def read(path: Path) -> ParsedLog:
-    """Reads either format, written by this program or by a real home, without the activities.
+    """Read either format, written by this program or by a real home, without the activities.
 
-    Without the second file, the sensors' kinds are guessed from their names, and numbers are
-    left out. Raises ValueError, which names the line.
+    Without the second file, the sensors' kinds are guessed from their names, and numbers are left
+    out. Raise ValueError, which names the line.
     """
     labels: set[str] = set()
     found = source.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))

@@ -6,12 +6,12 @@ from __future__ import annotations
 from ..log import rows_csv
 from .log import DEFAULT_START, FormatFiles, Log
 
-# The first names in the header of a log, and of a day's.
+# The first names in the header of an event log, and of the events of simulated days.
 BEGINS = rb"\"?(time_s\"?,\"?frame|time\"?,\"?sensor)\b"
 
 
 def write(log: Log) -> FormatFiles:
-    """A row for each change, initial states included; with dates, unless the log has none."""
-    # Not `==`: a log may also begin in 1970.
+    """Return a row for each change, initial states included; with dates, if the log has any."""
+    # `is`, because a log with dates can also begin in 1970.
     start = None if log.start is DEFAULT_START else log.start
     return FormatFiles({"": rows_csv((change.event for change in log.changes), start)})

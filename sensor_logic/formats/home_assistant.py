@@ -2,9 +2,9 @@
 """MQTT messages for Home Assistant, discovery and states, and a file of these messages.
 
 https://www.home-assistant.io/integrations/mqtt/#discovery-messages: each sensor is a device with
-its room as suggested area, each field an entity. A line of the file has `time_s`, `time` (ISO
-8601), `topic`, `payload` and `retain`. Home Assistant stamps messages with their time of arrival,
-so the sender must send them in time, as `angen replay` does.
+its room as suggested area, and each field is an entity. A line of the file has `time_s`, `time`
+(ISO 8601), `topic`, `payload` and `retain`. Home Assistant stamps messages with their time of
+arrival, so the sender must send them in time, as `angen replay` does.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ PROGRAM = "angen-sensors"
 ONLINE, OFFLINE = "online", "offline"
 # Home Assistant's payload for an unknown state.
 UNKNOWN = "None"
-# The payload for an empty text; an empty payload would delete the broker's retained state.
+# The payload for an empty text. An empty payload would delete the state that the broker retains.
 NO_TEXT = "–"
 VALUES: dict[str, Value] = {"ON": True, "OFF": False, NO_TEXT: ""}
-# Home Assistant refuses a longer state.
+# Home Assistant rejects a longer state.
 LONGEST = 255
-# Quantity → device class. A force in newtons has none: pressure is in pascals, weight in kilograms.
+# The device class of a quantity. A force in newtons has none: pressure is in Pa, weight in kg.
 BINARY_CLASSES = {
     "motion": "motion",
     "opening": "door",
@@ -44,14 +44,14 @@ NUMBER_CLASSES = {"illuminance": "illuminance", "distance": "distance"}
 
 
 class Message(NamedTuple):
-    """An MQTT message. The broker retains it, so that later subscribers receive it too."""
+    """An MQTT message; the broker retains it for later subscribers."""
 
     topic: str
     payload: str
 
 
 class HomeMessages:
-    """The MQTT messages of a home's sensors; their topics are all below `topic`."""
+    """The MQTT messages of a home's sensors; all topics except discovery are below `topic`."""
 
     def __init__(
         self, channels: Iterable[Channel], topic: str = TOPIC, version: str = "unknown"
@@ -61,11 +61,11 @@ class HomeMessages:
         self._names = unique((channel.sensor.name for channel in self.channels), slug)
 
     def status(self, payload: str) -> Message:
-        """The availability of all sensors, ONLINE or OFFLINE ("unavailable")."""
+        """Return the availability of all sensors: ONLINE or OFFLINE ("unavailable")."""
         return Message(f"{self.topic}/status", payload)
 
     def discovery(self) -> list[Message]:
-        """The discovery messages, one for each sensor, which becomes a device."""
+        """Return the discovery messages: one for each sensor, which becomes a device."""
         channels: dict[str, list[Channel]] = {name: [] for name in self._names}
         for channel in self.channels:
             channels[channel.sensor.name].append(channel)
@@ -78,7 +78,7 @@ class HomeMessages:
         ]
 
     def state(self, channel: Channel, value: Value | None) -> Message:
-        """The state message of a channel; None: its value is unknown."""
+        """Return the state message of a channel; a value of None is unknown."""
         return Message(
             f"{self.topic}/{self._names[channel.sensor.name]}/{channel.field}",
             UNKNOWN if value is None else payload(channel, value),
@@ -125,7 +125,7 @@ class HomeMessages:
 
 
 def payload(channel: Channel, value: Value) -> str:
-    """The payload for a value; never empty."""
+    """Return the payload for a value; never empty."""
     if channel.type is bool:
         return "ON" if value else "OFF"
     if isinstance(value, float) and not math.isfinite(value):
@@ -135,7 +135,7 @@ def payload(channel: Channel, value: Value) -> str:
 
 
 def is_config_of(topic: str, message: Message) -> bool:
-    """Whether this program wrote a discovery message, for a home with this topic."""
+    """Return whether this program wrote a discovery message for a home with this topic."""
     try:
         config = json.loads(message.payload)
         return bool(
@@ -146,7 +146,7 @@ def is_config_of(topic: str, message: Message) -> bool:
 
 
 def write(log: Log) -> FormatFiles:
-    """Discovery and "online", then every state change, and "offline" at the end."""
+    """Return the messages: discovery and "online", every state change, "offline" at the end."""
     home = HomeMessages(log.channels, version=log.about.get("versions.angen_sensors", "unknown"))
     messages = [(0, message) for message in (*home.discovery(), home.status(ONLINE))]
     for change in log.changes:
@@ -166,10 +166,10 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(path: Path) -> ParsedLog:
-    """The states of the sensors that have discovery messages."""
+    """Return the states of the sensors that have discovery messages."""
     found = ParsedLog([])
     known: dict[str, tuple[str, str, str]] = {}
-    # Not by `splitlines`: names may have U+2028, which JSON writes as it is.
+    # Not `splitlines`: names can contain U+2028, which JSON does not escape.
     lines = path.read_text(encoding="utf-8").split("\n")
     for number, line in enumerate(lines, start=1):
         if not line.strip():

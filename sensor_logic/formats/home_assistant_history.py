@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The history that Home Assistant exports (*History → Download data*), a CSV file with the header
-`entity_id,state,last_changed`: the entities one after the other, times in UTC.
+"""The history that Home Assistant exports (*History → Download data*) as CSV.
 
-The kind of an entity's sensor is guessed from its name: `binary_sensor.hall_motion`, or a field of
-this program's sensors at its end, as `sensor.pad_force_n` has.
+The header is `entity_id,state,last_changed`. The file lists one entity after the other, with times
+in UTC.
+
+The kind of an entity's sensor is guessed from the entity's name, such as
+`binary_sensor.hall_motion`. The name can also end with a field of this program's sensors, as in
+`sensor.pad_force_n`.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ HEADER = ("entity_id", "state", "last_changed")
 BEGINS = rb"\"?entity_id\"?,\"?state\"?,\"?last_changed\b|\{[^\n]*\"topic\""
 STATES = {"on": True, "off": False, "open": True, "closed": False}
 BINARY, NUMBER = {"binary_sensor", "input_boolean"}, "sensor"
-# The quantity by the domain, or by a word in the name; any other binary sensor detects motion.
+# The quantity by the domain, or by a word in the name. Any other binary sensor detects motion.
 OF_DOMAIN = {"light": "light", "cover": "opening"}
 OF_WORD = {
     **dict.fromkeys(("door", "window", "contact", "opening", "open", "gate"), "opening"),
@@ -37,7 +40,7 @@ OF_WORD = {
 
 
 class Entity(NamedTuple):
-    """The sensor's field whose values an entity has."""
+    """The sensor and the field that an entity reports."""
 
     sensor: str
     kind: str
@@ -46,12 +49,12 @@ class Entity(NamedTuple):
 
 
 def read(path: Path) -> ParsedLog:
-    """The states in a history, or in the messages that `home_assistant` writes, by time."""
+    """Read a history, or the messages that `home_assistant` writes, sorted by time."""
     with open(path, "rb") as file:
         if file.read(4).removeprefix(b"\xef\xbb\xbf").startswith(b"{"):
             return home_assistant.read(path)
     found = ParsedLog([], in_utc=True)
-    left_out = source.Told("state", "left out")
+    left_out = source.RowTally("state", "left out")
     with open(path, newline="", encoding="utf-8-sig") as text:
         reader = csv.DictReader(text)
         rows = [(reader.line_num, [row[column] or "" for column in HEADER]) for row in reader]
@@ -76,12 +79,12 @@ def read(path: Path) -> ParsedLog:
 
 
 def entities_of(names: Iterable[str]) -> dict[str, Entity]:
-    """Entity → its sensor and field, without those that measure what no kind publishes."""
+    """Return the sensor and field of each entity, except entities that no kind can publish."""
     found = {name: entity for name in names if (entity := _entity(name)) is not None}
     fields: dict[str, set[str]] = defaultdict(set)
     for entity in found.values():
         fields[entity.sensor].add(entity.field)
-    # Kinds share names of fields: a sensor is of the first kind that has all of its fields.
+    # Kinds share names of fields: use the first kind that has all fields of the sensor.
     for sensor, wanted in fields.items():
         has_all = [k.identifier for k in KINDS.values() if wanted <= {f.name for f in k.events}]
         for name, entity in found.items():
@@ -110,7 +113,7 @@ def _fits(domain: str, of: type) -> bool:
 
 
 def _value(entity: Entity | None, state: str) -> Value | None:
-    """The value of a state; None where it has none."""
+    """Return the value of a state; None if the state has no value."""
     if entity is None or state.lower() in {"unavailable", "unknown"}:
         return None
     if entity.type is bool:

@@ -2,8 +2,8 @@
 """InfluxDB's line protocol: a line for each sensor and time, nanoseconds since 1970 in UTC.
 
 https://docs.influxdata.com/influxdb/v2/reference/syntax/line-protocol/: the measurement is the
-sensor's kind, its tags are the sensor's name and room, its fields the published ones. An activity
-has the measurement `activity`, with a line at its begin and one at its end.
+sensor's kind, the tags are the sensor's name and room, and the fields are the published fields. An
+activity has the measurement `activity`, with a line at its begin and one at its end.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import re
 from itertools import groupby
 from pathlib import Path
 
-from ..log import Event, Value, format_value, told
+from ..log import Event, Value, as_logged, format_value
 from .log import Change, FormatFiles, Log
 from .source import ParsedLog, since_epoch
 
-# Comments, and a line that ends with its time.
+# Comments, then a line that ends with a time.
 BEGINS = rb"((#[^\n]*)?\r?\n)*[^\s,={#]+(,(\\.|[^\\\s])+)? [^\s=]+=[^\n]* -?\d+\s*(\n|\Z)"
 ACTIVITY = "activity"
 # Times are signed 64-bit nanoseconds.
@@ -24,7 +24,7 @@ SECONDS = -(2**63) // 10**9 + 1, 2**63 // 10**9 - 1
 
 
 def write(log: Log) -> FormatFiles:
-    """All changes, initial states included, then the activities."""
+    """Return all changes, initial states included, then the activities."""
     lines = []
     for (time, sensor), changes in groupby(log.changes, lambda c: (c.time, c.channel.sensor)):
         fields = ",".join(f"{_key(c.channel.field)}={_field(c)}" for c in changes)
@@ -47,7 +47,10 @@ def _tags(**tags: str) -> str:
 
 
 def _key(text: str) -> str:
-    """A measurement, tag or field name. Line breaks and a last backslash are not possible."""
+    """Return a measurement, tag or field name.
+
+    The format cannot hold line breaks or a backslash at the end.
+    """
     possible = re.sub(r"\s", " ", text).rstrip("\\")
     return re.sub(r"([,= ])", r"\\\1", possible)
 
@@ -74,9 +77,9 @@ def _notes(log: Log) -> tuple[str, ...]:
 
 
 def read(path: Path) -> ParsedLog:
-    """The sensors' changes, without the activities."""
+    """Read the sensors' changes, without the activities."""
     found = ParsedLog([], in_utc=True)
-    # Not by `splitlines`: names may have U+2028.
+    # Not `splitlines`: names can contain U+2028.
     for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), start=1):
         parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
         if parts is None:
@@ -110,5 +113,5 @@ def _value(text: str) -> Value:
         return re.sub(r"\\(.)", r"\1", text[1:-1])
     if text.lower() in {"t", "true", "f", "false"}:
         return text[0] in "tT"
-    number: float = told(float(text.rstrip("iu")))
+    number: float = as_logged(float(text.rstrip("iu")))
     return number

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An event log with typed values, rooms, dates and activities, as other formats need them."""
+"""An event log with typed values, rooms, dates and activities, for the writers of formats."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from datetime import UTC, datetime, timedelta, tzinfo
 from ..log import Event, Value, moment
 from ..recording.tracks import Recording
 
-# The start of a log without dates, so that its seconds are seconds since 1970.
+# The start of a log without dates. Its seconds are then seconds since 1970.
 DEFAULT_START = datetime(1970, 1, 1)
 
 
 @dataclass(frozen=True, eq=False)
 class SensorFacts:
-    """The facts about a sensor besides its events; `parameters` in SI units."""
+    """The facts about a sensor besides its events; `parameters` are in SI units."""
 
     name: str
     kind: str
@@ -29,7 +29,7 @@ class SensorFacts:
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """One published field of one sensor; `quantity` as in `kind.Field`, never empty."""
+    """One published field of one sensor; `quantity` as in `kind.Field`, but never empty."""
 
     sensor: SensorFacts
     field: str
@@ -40,9 +40,19 @@ class Channel:
 
 @dataclass(frozen=True)
 class Change:
-    """A channel's new value; `time` in whole microseconds since the log's start. In a faulty log:
-    the `faults` that changed it; its index in the log without faults, `origin` (None: it was
-    added); `is_first`: it is the initial state of its channel."""
+    """A new value of a channel.
+
+    Attributes
+    ----------
+    time
+        Whole microseconds since the log's start.
+    faults
+        In a faulty log: the faults that changed this row.
+    origin
+        In a faulty log: the index in the log without faults, or None if a fault added the row.
+    is_first
+        In a faulty log: the row is the initial state of its channel.
+    """
 
     time: int
     channel: Channel
@@ -61,7 +71,7 @@ class Change:
 
 @dataclass(frozen=True, order=True)
 class LoggedActivity:
-    """An activity of a person; times in whole microseconds since the log's start."""
+    """An activity of a person; times are whole microseconds since the log's start."""
 
     start: int
     end: int
@@ -72,12 +82,19 @@ class LoggedActivity:
 
 @dataclass(frozen=True)
 class Log:
-    """Changes in time order. The first change of each channel is its initial state, if the log
-    `has_states`.
+    """Changes in time order, with facts about the home.
 
-    `start`: date and time of t = 0; without a time zone it is the local time of the home.
-    `about`: home, seed, versions, as text. `samples`: all updates, where the log has them.
-    `has_states` off: initial states are unknown, as in CASAS, and all changes are updates.
+    Attributes
+    ----------
+    start
+        Date and time of t = 0; without a time zone it is in local time of the home.
+    about
+        The home, the seed and versions, as text.
+    samples
+        All updates, if the log has them.
+    has_states
+        The first change of each channel is its initial state. If false, as in CASAS, initial states
+        are unknown, and all changes are updates.
     """
 
     changes: tuple[Change, ...]
@@ -99,50 +116,56 @@ class Log:
         found = {change.channel.sensor for change in self.changes}
         return sorted(found, key=lambda sensor: sensor.name)
 
-    # Once a log; without it all activities are gone through for each line that names one.
+    # Cached, because the writer of CASAS needs it for each line with an activity.
     @functools.cached_property
     def people(self) -> frozenset[str]:
-        """The persons of all activities."""
+        """The names of the people of all activities."""
         return frozenset(activity.person for activity in self.activities)
 
     def initial(self) -> dict[Channel, Change]:
-        """Each channel's initial state."""
+        """Return the initial state of each channel."""
         found: dict[Channel, Change] = {}
         for change in self.changes if self.has_states else ():
             found.setdefault(change.channel, change)
         return found
 
     def updates(self) -> list[Change]:
-        """The changes without the initial states."""
+        """Return the changes without the initial states."""
         first = {id(change) for change in self.initial().values()}
         return [change for change in self.changes if id(change) not in first]
 
     def span(self) -> tuple[int, int]:
-        """The times of the first and the last change or activity; those of t = 0 if it is empty."""
+        """Return the times of the first and the last change or activity; (0, 0) if empty."""
         times = [change.time for change in (*self.changes[:1], *self.changes[-1:])]
         times += [time for activity in self.activities for time in (activity.start, activity.end)]
         return min(times, default=0), max(times, default=0)
 
     def local(self, time: int) -> datetime:
-        """The local time of the home `time` microseconds after the start."""
+        """Return the local time of the home, `time` microseconds after the start."""
         return moment(self.start, timedelta(microseconds=time))
 
     def epoch_us(self, time: int) -> int:
-        """Microseconds since 1970 in UTC; a start without a time zone counts as UTC."""
+        """Return microseconds since 1970 in UTC; a start without a time zone counts as UTC."""
         start = self.start if self.start.tzinfo else self.start.replace(tzinfo=UTC)
         since = start - datetime(1970, 1, 1, tzinfo=UTC)
         return since // timedelta(microseconds=1) + time
 
     def iso(self, time: int) -> str:
-        """ISO 8601 with microseconds and offset; a start without a time zone counts as UTC."""
+        """Return a time in ISO 8601 with microseconds and offset.
+
+        A start without a time zone counts as UTC.
+        """
         local = self.local(time)
         zoned = local if local.tzinfo else local.replace(tzinfo=UTC)
         return zoned.isoformat(timespec="microseconds")
 
 
 def titles(channels: list[Channel]) -> dict[Channel, str]:
-    """Channel → a unique name: the sensor's name for its first boolean field, else sensor and
-    field."""
+    """Return a unique title for each channel.
+
+    The first boolean field of a sensor has the sensor's name, any other field the names of sensor
+    and field.
+    """
     main: dict[SensorFacts, Channel] = {}
     for channel in channels:
         if channel.type is bool and channel.quantity != "validity":
@@ -153,18 +176,21 @@ def titles(channels: list[Channel]) -> dict[Channel, str]:
         title = channel.sensor.name
         if main.get(channel.sensor) is not channel:
             title = f"{title} {channel.field}"
-            while title in taken:  # a sensor may have the name of another's field
+            while title in taken:  # a sensor can have the name of another sensor's field
                 title += "_"
         taken.add(title)
         found[channel] = title
     return found
 
 
-# Spellings of names for other formats, without duplicates.
+# Names spelled for other formats, without duplicates.
 
 
 def unique(names: Iterable[str], spell: Callable[[str], str]) -> dict[str, str]:
-    """Name → its spelling; of two equal spellings the one of the later name gets a number."""
+    """Return the spelling of each name.
+
+    Of two names with equal spellings, the later name gets a number.
+    """
     found: dict[str, str] = {}
     taken: set[str] = set()
     for name in sorted(set(names)):
@@ -179,40 +205,49 @@ def unique(names: Iterable[str], spell: Callable[[str], str]) -> dict[str, str]:
 
 
 def slug(name: str) -> str:
-    """Lower-case ASCII letters, digits and single underscores, a letter first: `pir_hall`."""
+    """Return a name in lower-case ASCII letters, digits and single underscores: `pir_hall`.
+
+    The first character is a letter.
+    """
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
     words = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")
     return words if words[:1].isalpha() else f"sensor_{words}".rstrip("_")
 
 
 def camel(name: str) -> str:
-    """One word in camel case, of ASCII letters and digits: `PIR hall` → `PIRHall`."""
+    """Return a name as one word of ASCII letters and digits in camel case.
+
+    For example, `PIR hall` becomes `PIRHall`.
+    """
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
     words = re.findall(r"[A-Za-z0-9]+", plain)
     return "".join(word[0].upper() + word[1:] for word in words) or "Sensor"
 
 
 def label(activity: str) -> str:
-    """An activity as a CASAS label, one word: `Bed to toilet` → `Bed_to_toilet`."""
+    """Return an activity as a CASAS label, one word: `Bed to toilet` → `Bed_to_toilet`."""
     return re.sub(r"\W+", "_", activity).strip("_") or "Activity"
 
 
-# Local times in a home's time zone, where clocks go forward in spring and back in autumn.
+# Local times in a time zone whose clocks go forward in spring and back in autumn.
 
 MICROSECOND = timedelta(microseconds=1)
 
 
 def is_left_out(time: datetime, zone: tzinfo) -> bool:
-    """Whether clocks went forward past this local time."""
+    """Return whether clocks skipped this local time when they went forward."""
     return time.tzinfo is None and _utc(time, zone).astimezone(zone).replace(tzinfo=None) != time
 
 
 def localised(time: datetime, zone: tzinfo) -> datetime:
-    """A local time in its zone. One that clocks left out becomes the moment at which they went
-    forward, so that times stay in order."""
+    """Return a local time in its zone.
+
+    A time that clocks skipped becomes the time at which they went forward, so that times stay in
+    order.
+    """
     if time.tzinfo is not None or not is_left_out(time, zone):
         return time if time.tzinfo else time.replace(tzinfo=zone)
-    # With the offset of after, the time lies before that moment; with that of before, after it.
+    # `early` uses the later offset and lies before the clock change; `late` lies after the change.
     early, late = (_utc(time.replace(fold=fold), zone) for fold in (1, 0))
     offset = early.astimezone(zone).utcoffset()
     while late - early > MICROSECOND:
@@ -225,8 +260,11 @@ def localised(time: datetime, zone: tzinfo) -> datetime:
 
 
 def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datetime]:
-    """The same moments in a zone; those without a zone are UTC if `in_utc`, or else local. In the
-    hour that local clocks repeat, times that would go back are of the second time."""
+    """Return the given times in a zone.
+
+    Times without a zone are in UTC if `in_utc`, else in local time. In the hour that local clocks
+    repeat, a time that would go back belongs to the second pass.
+    """
     found: list[datetime] = []
     for time in times:
         if time.tzinfo is not None or in_utc:
@@ -240,16 +278,19 @@ def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datet
 
 
 def count_left_out(times: Sequence[datetime], zone: tzinfo | None) -> int:
-    """How many of these local times clocks went past."""
+    """Return how many of the local times clocks skipped."""
     return 0 if zone is None else sum(is_left_out(time, zone) for time in times)
 
 
 def since(start: datetime, time: datetime) -> int:
-    """Microseconds from the start; a time without a zone is a local one in the start's zone.
-    Raises TypeError for a time with a zone where the start has none."""
+    """Return the microseconds from `start` to `time`.
+
+    A time without a zone is a local time in the zone of `start`. Raise TypeError if only `time` has
+    a zone.
+    """
     zone = start.tzinfo
     if zone is not None:
-        # Python subtracts times of one zone as if daylight saving did not exist.
+        # Python ignores daylight saving when it subtracts times in the same zone.
         start, time = start.astimezone(UTC), localised(time, zone).astimezone(UTC)
     return (time - start) // MICROSECOND
 
@@ -258,15 +299,15 @@ def _utc(time: datetime, zone: tzinfo) -> datetime:
     return time.replace(tzinfo=zone).astimezone(UTC)
 
 
-# The result of the formats' writers.
+# The result of a writer.
 
 
 @dataclass(frozen=True)
 class FormatFiles:
-    """The contents of a format's files, and notes, a sentence each, about what was left out.
+    """The contents of a format's files, and notes about what was left out, one sentence each.
 
-    A format of one file has it under the key "", and files beside it under suffixes of its name
-    (".sensors.csv"); a format that is a folder has its files' names as keys.
+    A format of a single file has it under the key "", and files beside it under the suffix of their
+    name (".sensors.csv"). A format that is a folder has the names of its files as keys.
     """
 
     files: Mapping[str, str | bytes]

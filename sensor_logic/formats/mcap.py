@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes MCAP files with ROS 2 messages, which `ros2 bag`, Foxglove and rosbags read, and reads
-them back.
+"""MCAP files with ROS 2 messages, which `ros2 bag`, Foxglove and rosbags read.
 
-https://mcap.dev/spec: records of a type byte, a length and content; messages in chunks with an
-index and CRCs, a summary at the end. Each field of a sensor is a topic, `/angen/pir_hall/moved`.
+https://mcap.dev/spec: a record has a type byte, a length and content. Messages are in chunks with
+an index and CRCs, and a summary is at the end. Each field of a sensor is a topic, such as
+`/angen/pir_hall/moved`.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pathlib import Path
 
 from ..kind import RAYS
 from ..kinds import KINDS
-from ..log import Event, told
+from ..log import Event, as_logged
 from ..parameters import defaults
 from .log import Change, Channel, FormatFiles, Log, slug, unique
 from .source import ParsedLog, since_epoch
 
-# ROS 2 messages: their definitions, and their encoding in CDR (OMG DDSI-RTPS 2.5, chapter 10).
+# ROS 2 messages: definitions, and encoding in CDR (OMG DDSI-RTPS 2.5, chapter 10).
 #
 # Plain CDR, little endian: a header of four bytes, then each number at a multiple of its own size.
 
@@ -38,7 +38,7 @@ _RANGE = (
 
 
 def _definition(text: str, *parts: tuple[str, str]) -> str:
-    """The definition of a message and of those in it, in the encoding `ros2msg`."""
+    """Return the definition of a message and of nested messages, in the encoding `ros2msg`."""
     return text + "".join(f"{'=' * 80}\nMSG: {name}\n{part}" for name, part in parts)
 
 
@@ -56,12 +56,12 @@ DEFINITIONS = {
 
 @dataclass
 class Cdr:
-    """Encodes one message field by field."""
+    """A message, encoded field by field."""
 
     data: bytearray = field(default_factory=lambda: bytearray(b"\x00\x01\x00\x00"))
 
     def number(self, code: str, *values: float) -> Cdr:
-        """Adds numbers of one `struct` code, each aligned to its size from the header's end on."""
+        """Append numbers of one `struct` code, each aligned to its size after the header."""
         size = struct.calcsize(f"<{code}")
         for value in values:
             self.data += b"\x00" * (-(len(self.data) - 4) % size)
@@ -69,26 +69,29 @@ class Cdr:
         return self
 
     def text(self, text: str) -> Cdr:
-        """Adds a text: its length, UTF-8 and a closing zero."""
+        """Append a text: its length, UTF-8 and a closing zero."""
         encoded = text.encode() + b"\x00"
         self.number("I", len(encoded))
         self.data += encoded
         return self
 
     def header(self, epoch_us: int, frame_id: str) -> Cdr:
-        """Adds a std_msgs/Header: time and frame."""
+        """Append a std_msgs/Header: time and frame."""
         seconds, rest = divmod(epoch_us, 1_000_000)
         return self.number("i", seconds).number("I", rest * 1000).text(frame_id)
 
 
 def string_message(value: str) -> bytes:
+    """Return a std_msgs/String."""
     return bytes(Cdr().text(value).data)
 
 
 def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> bytes:
-    """A sensor_msgs/Range of a beam that only detects whether it is blocked: -inf if it is, else
-    +inf. The comment in Range.msg prescribes this, and equal `min_range` and `max_range`, for
-    fixed-distance rangers."""
+    """Return a sensor_msgs/Range of a beam: -inf if the beam is blocked, else +inf.
+
+    The comment in Range.msg prescribes these values, and equal `min_range` and `max_range`, for
+    fixed-distance rangers.
+    """
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
     return bytes(found.number("f", 0.0, reach, reach, float("inf" if is_open else "-inf")).data)
 
@@ -96,8 +99,21 @@ def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> b
 def range_message(
     epoch_us: int, frame_id: str, distance: float, view: float, least: float, most: float
 ) -> bytes:
-    """A sensor_msgs/Range: a distance (m), the field of view (rad), and both range limits (m). The
-    greatest distance means no target: +inf, as REP 117 prescribes."""
+    """Return a sensor_msgs/Range of a measured distance.
+
+    The greatest distance means no target: +inf, as REP 117 prescribes.
+
+    Parameters
+    ----------
+    epoch_us
+        The time in microseconds since 1970.
+    distance
+        The distance in m.
+    view
+        The field of view in rad.
+    least, most
+        The limits of the range in m.
+    """
     # Blender stores the greatest distance in single precision.
     distance = distance if distance < most * (1.0 - 1e-6) else float("inf")
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
@@ -105,13 +121,13 @@ def range_message(
 
 
 def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
-    """A geometry_msgs/WrenchStamped: the force on the pad, along its -Z."""
+    """Return a geometry_msgs/WrenchStamped of the force on the pad, along the pad's -Z."""
     found = Cdr().header(epoch_us, frame_id)
     return bytes(found.number("d", 0.0, 0.0, -newtons, 0.0, 0.0, 0.0).data)
 
 
 def value_of(schema: str, data: bytes) -> bool | float | str:
-    """The value in a sensor's message. Raises ValueError for any other schema."""
+    """Return the value in a sensor's message. Raise ValueError for any other schema."""
     if schema == "std_msgs/msg/Bool":
         return bool(data[4])
     if schema == "std_msgs/msg/Float32":
@@ -137,7 +153,7 @@ MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 1 << 20
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
 STATISTICS, METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = 0x0B, 0x0C, 0x0D, 0x0E, 0x0F
-# Times in message headers are signed 32-bit seconds, and the file's are not negative.
+# Times in message headers are signed 32-bit seconds; times in the file are not negative.
 SECONDS = 0, 2**31 - 1
 RANGE = "sensor_msgs/msg/Range"
 BY_QUANTITY = {
@@ -153,8 +169,10 @@ ACTIVITIES = "activities"
 
 @dataclass(frozen=True)
 class _Message:
-    """The bytes of a message on a topic, with its time in nanoseconds since 1970; `about`: the
-    metadata of the topic."""
+    """The bytes of a message on a topic, with its time in nanoseconds since 1970.
+
+    `about` is the metadata of the topic.
+    """
 
     time: int
     topic: str
@@ -165,7 +183,7 @@ class _Message:
 
 @dataclass
 class _Chunk:
-    """The position and content of a chunk, for the chunk index."""
+    """The position and the content of a chunk, for the chunk index."""
 
     first: int
     last: int
@@ -188,7 +206,7 @@ class _File:
 
 
 def write(log: Log) -> FormatFiles:
-    """All changes, initial states included, and all activities as text."""
+    """Return all changes, initial states included, and all activities as text."""
     file = _File()
     file.data += _record(HEADER, _text("ros2") + _text("angen-sensors"))
     waiting: list[_Message] = []
@@ -238,7 +256,7 @@ def _of_change(
     yield _Message(time * 1000, topic, schema, data, _about(channel))
     if channel.quantity == "opening" and KINDS[channel.sensor.kind].requires(RAYS):
         data = beam_message(time, frame, bool(change.value), _parameter(channel, "range_max"))
-        # Our reader takes the sensor's changes from its own topic.
+        # `read` ignores this topic: the changes are in the topic of the field.
         about = {"holds": "beam"}
         yield _Message(time * 1000, f"/angen/{frame}/range", RANGE, data, about)
 
@@ -249,7 +267,7 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
         return string_message(value)
     write: dict[str, Callable[[], bytes]] = {
         "std_msgs/msg/Bool": lambda: bytes(Cdr().number("?", bool(value)).data),
-        # Its variance of zero means unknown.
+        # A variance of zero means unknown.
         "sensor_msgs/msg/Illuminance": lambda: bytes(
             Cdr().header(time, frame).number("d", value, 0.0).data
         ),
@@ -268,16 +286,18 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
 
 
 def _parameter(channel: Channel, name: str) -> float:
-    """A parameter of the channel's sensor; its kind's default if it is not known."""
+    """Return a parameter of the channel's sensor, or the kind's default if it is unknown."""
     default = defaults(KINDS[channel.sensor.kind].parameters).get(name, 0.0)
     value = channel.sensor.parameters.get(name, default)
     return float(value) if isinstance(value, (int, float)) else 0.0
 
 
 def _range_max(channel: Channel, greatest: float) -> float:
-    """The greatest distance that the channel's sensor measures, which is also its value without a
-    target. If it is not known: the kind's default, or where the `greatest` value in the log exceeds
-    that, the next one of the kind's presets."""
+    """Return the greatest distance of the channel's sensor, which is also its value without target.
+
+    If the parameter is unknown, return the kind's default. If the `greatest` value in the log
+    exceeds the default, return the next larger one of the kind's presets.
+    """
     found = _parameter(channel, "range_max")
     if "range_max" in channel.sensor.parameters or greatest <= found:
         return found
@@ -286,7 +306,7 @@ def _range_max(channel: Channel, greatest: float) -> float:
 
 
 def _add_chunk(file: _File, messages: list[_Message]) -> None:
-    """Appends messages as a chunk, new schemas and channels first, and its indexes."""
+    """Append messages as a chunk, new schemas and channels first, and the chunk's indexes."""
     records = bytearray()
     index: dict[int, list[tuple[int, int]]] = defaultdict(list)
     for message in messages:
@@ -320,7 +340,7 @@ def _new_channel(file: _File, message: _Message) -> bytes:
 
 
 def _about(channel: Channel) -> dict[str, str]:
-    """The metadata of a topic: the names in their original spelling, room and unit."""
+    """Return the metadata of a topic: the names in their original spelling, room and unit."""
     sensor = channel.sensor
     return {
         "sensor": sensor.name,
@@ -344,7 +364,7 @@ def _channel_record(file: _File, topic: str) -> bytes:
 
 
 def _add_summary(file: _File, metadata: tuple[int, int]) -> None:
-    """Appends the summary, which repeats schemas and channels and has statistics and indexes."""
+    """Append the summary, which repeats schemas and channels and has statistics and indexes."""
     start = len(file.data)
     groups = (
         (SCHEMA, [_schema_record(file, name) for name in file.schemas]),
@@ -405,11 +425,11 @@ def _map(pairs: Mapping[str, str]) -> bytes:
     return _sized(b"".join(_text(key) + _text(value) for key, value in pairs.items()))
 
 
-# Reads MCAP files as `mcap.py` writes them: uncompressed chunks of ROS 2 messages.
+# The reader: only uncompressed chunks of ROS 2 messages, as `write` makes them.
 
 
 def read(path: Path) -> ParsedLog:
-    """The changes on the topics whose metadata name a sensor."""
+    """Read the changes on the topics whose metadata name a sensor."""
     found = ParsedLog([], in_utc=True)
     schemas: dict[int, str] = {}
     topics: dict[int, tuple[str, dict[str, str]]] = {}
@@ -425,7 +445,7 @@ def read(path: Path) -> ParsedLog:
             number, _, time = struct.unpack_from("<HIQ", content)
             schema_name, about = topics[number]
             if "sensor" in about:
-                value = told(value_of(schema_name, content[22:]))
+                value = as_logged(value_of(schema_name, content[22:]))
                 clock, sensor = since_epoch(time // 1000), about["sensor"]
                 change = Event(clock, sensor, about["field"], 0.0, about["kind"], value)
                 found.changes.append(change)
@@ -435,7 +455,7 @@ def read(path: Path) -> ParsedLog:
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Type and content of each record before the summary, records in chunks included."""
+    """Yield type and content of each record before the summary, records in chunks included."""
     at = 0
     while at < len(data):
         kind, length = struct.unpack_from("<BQ", data, at)
@@ -455,7 +475,7 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _read_text(data: bytes, at: int) -> tuple[str, int]:
-    """The text at a position, and the position after it."""
+    """Return the text at a position, and the position after it."""
     (length,) = struct.unpack_from("<I", data, at)
     return data[at + 4 : at + 4 + length].decode(), at + 4 + length
 

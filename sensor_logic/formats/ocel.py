@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OCEL 2.0 as JSON: object-centric event logs (https://www.ocel-standard.org/2.0/).
 
-Objects are sensors, rooms and people; an event is a change of a sensor's field, or the begin or
-end of an activity, and refers to the objects that took part in it.
+Objects are sensors, rooms and people. An event is a change of a sensor's field, or the begin or end
+of an activity, and refers to the objects that took part.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from ..log import Event, format_value, told
+from ..log import Event, as_logged, format_value
 from .log import Change, FormatFiles, Log, LoggedActivity, SensorFacts
 from .source import ParsedLog
 
@@ -22,10 +22,10 @@ ACTIVITY_TYPES = ("activity begins", "activity ends")
 
 
 def write(log: Log) -> FormatFiles:
-    """All changes, initial states included, and all activities."""
+    """Return all changes, initial states included, and all activities."""
     timed = [(c.time, _change(log, number, c)) for number, c in enumerate(log.changes)]
     timed += _activities(log, len(timed))
-    # By elapsed time: local times are out of order where daylight saving ends.
+    # Sorted by elapsed time, because local times are out of order when daylight saving ends.
     events = [event for _, event in sorted(timed, key=lambda pair: pair[0])]
     found = {
         "objectTypes": _object_types(),
@@ -137,7 +137,7 @@ def _relation(identifier: str, qualifier: str) -> dict[str, str]:
 
 
 def read(path: Path) -> ParsedLog:
-    """The sensors' changes, without the activities."""
+    """Read the sensors' changes, without the activities."""
     content = json.loads(path.read_text(encoding="utf-8"))
     objects = {one["id"]: one for one in content["objects"]}
     found = ParsedLog([])
@@ -146,7 +146,7 @@ def read(path: Path) -> ParsedLog:
         related = [objects[relation["objectId"]] for relation in event["relationships"]]
         for sensor in (one for one in related if one["type"] == "sensor"):
             name, kind = (_attribute(sensor, key) for key in ("name", "kind"))
-            value = told(_attribute(event, "value"))
+            value = as_logged(_attribute(event, "value"))
             time = datetime.fromisoformat(event["time"])
             found.changes.append(Event(time, name, event["type"], 0.0, kind, value))
             rooms = [_attribute(one, "name") for one in related if one["type"] == "room"]

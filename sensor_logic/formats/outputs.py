@@ -13,7 +13,7 @@ from . import Format, FormatFiles
 
 
 def check_installed(target: Format) -> None:
-    """Raises AngenError where the package that a format needs is not installed."""
+    """Raise InputError if the package that a format needs is not installed."""
     if target.needs and find_spec(target.needs) is None:
         raise InputError(
             f"{target.name} needs {target.needs}, which is not installed: "
@@ -22,7 +22,7 @@ def check_installed(target: Format) -> None:
 
 
 def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
-    """Raises AngenError where a format's files could not be written to `out`."""
+    """Raise InputError if a format's files could not be written to `out`."""
     check_installed(target)
     for source in sources:
         if out.resolve() == source.resolve():
@@ -35,8 +35,10 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
 
 
 def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
-    """Raises AngenError where a file could not be written, or is one of the `others`, which are
-    also read or written."""
+    """Raise InputError if a file cannot be written, or is one of the `others`.
+
+    The `others` are also read or written by the same command.
+    """
     if path.is_dir():
         raise InputError(f"{flag}: {path} is a folder, not a file name")
     if path.resolve() in {other.resolve() for other in others}:
@@ -45,7 +47,7 @@ def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
 
 
 def output_files(target: Format, out: Path, written: FormatFiles) -> dict[Path, str | bytes]:
-    """Path → content: files in the folder `out`, or the file `out` with those beside it."""
+    """Return the content of each file: files in the folder `out`, or `out` and files beside it."""
     if target.is_folder:
         return {out / name: content for name, content in written.files.items()}
     return {

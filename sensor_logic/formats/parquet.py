@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parquet, through pyarrow: one table, for pandas and other data frames.
 
-A simulation gives a row for each update of each sensor, with the columns of the sample files (empty
-where a sensor's kind has no such column); an event log gives its rows, with typed times.
+A simulation gives a row for each update of each sensor, with the columns of the sample files; a
+column that a sensor's kind lacks is empty. An event log gives its own rows, with typed times.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from typing import Any
 
 from ..error import AngenError
 from ..kinds import KINDS
-from ..log import Event, Value, format_value, told
+from ..log import Event, Value, as_logged, format_value
 from .log import FormatFiles, Log
 from .source import ParsedLog
 
-# A log as columns: {name: (type, values)}.
+# The columns of a table: {name: (type, values)}.
 
 Columns = dict[str, tuple[type, list[Any]]]
 
 
 def event_columns(log: Log) -> Columns:
-    """The columns of the event log, with the value as text and as a number."""
+    """Return the columns of the event log, with the value as text and as a number."""
     changes = log.changes
     numbers = [None if isinstance(c.value, str) else float(c.value) for c in changes]
     return {
@@ -39,7 +39,7 @@ def event_columns(log: Log) -> Columns:
 
 
 def sample_columns(log: Log) -> Columns:
-    """The columns of all updates, ordered by sensor name and time."""
+    """Return the columns of all updates, ordered by sensor name and time."""
     assert log.samples is not None
     tracks = [log.samples.tracks[name] for name in sorted(log.samples.tracks)]
     used = {name for track in tracks for name in track.columns}
@@ -66,7 +66,7 @@ def sample_columns(log: Log) -> Columns:
 
 
 def _plain(of: type, column: Any, count: int) -> list[Any]:
-    """A column's values as Python objects; None where nothing was measured."""
+    """Return a column's values as Python objects; None where nothing was measured."""
     if column is None:
         return [None] * count
     if of is float:
@@ -78,7 +78,7 @@ TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
 
 
 def write(log: Log) -> FormatFiles:
-    """Raises AngenError where pyarrow is missing."""
+    """Return the table as a file. Raise AngenError if pyarrow is missing."""
     pyarrow = _pyarrow()
     columns = sample_columns(log) if log.samples else event_columns(log)
     about = {f"angen.{key}": value for key, value in log.about.items()}
@@ -96,9 +96,9 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(path: Path) -> ParsedLog:
-    """The rows of an event log, or the changes in a table of updates. Raises AngenError."""
+    """Read the rows of an event log, or the changes in a table of updates. Raise AngenError."""
     table = _pyarrow().parquet.read_table(path).to_pylist()
-    # A log with a time zone was written in UTC, any other in its own clock.
+    # Writers store times in UTC if the log has a time zone, else in local time.
     found = ParsedLog([], in_utc=any(row["time"].tzinfo for row in table[:1]))
     last: dict[tuple[str, str], Value] = {}
     for row in sorted(table, key=lambda row: row["time"]):
@@ -113,13 +113,13 @@ def read(path: Path) -> ParsedLog:
 
 
 def _event_values(row: dict[str, Any]) -> dict[str, Value]:
-    """An update's values of the event fields."""
+    """Return the values of an update in the fields of events."""
     names = [field.name for field in KINDS[str(row["kind"])].events]
-    return {name: told(row[name]) for name in names if row.get(name) is not None}
+    return {name: as_logged(row[name]) for name in names if row.get(name) is not None}
 
 
 def _pyarrow() -> Any:
-    """Imports pyarrow. Raises AngenError where it is missing."""
+    """Import pyarrow. Raise AngenError if it is missing."""
     try:
         import pyarrow
         import pyarrow.parquet

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The folder that pyadlml reads with `load_act_assist`: devices, activities and their maps.
 
-A device is a field of a sensor. Maps give devices and activities numbers and rooms; columns and
+A device is a field of a sensor. Maps give devices and activities numbers and rooms. Columns and
 times are as in pyadlml's `activity_assistant.py`.
 """
 
@@ -20,16 +20,16 @@ from .source import ParsedLog
 
 TIME = "%d.%m.%Y %H:%M:%S.%f"
 DEVICES = "devices.csv"
-# The names of the devices; older folders have the second.
+# The file with the names of the devices; older folders have the second one.
 MAPS = ("device_map.csv", "device_mapping.csv")
-# A file for kinds, fields and units, which pyadlml does not read.
+# The file with kinds, fields and units, which pyadlml does not read.
 SENSORS = "sensors.csv"
-# The subject of a log without activities: pyadlml needs at least one.
+# The subject of a log without activities, because pyadlml needs at least one.
 NOBODY = "R1"
 
 
 def write(log: Log) -> FormatFiles:
-    """All changes, initial states included; text fields are left out."""
+    """Return all changes, initial states included; text fields are left out."""
     named = {c: title for c, title in titles(log.channels).items() if c.type is not str}
     device = {channel: str(number) for number, channel in enumerate(named)}
     names = sorted({a.activity for a in log.activities})
@@ -37,7 +37,7 @@ def write(log: Log) -> FormatFiles:
 
     def clock(time: int) -> str:
         local = log.local(time)
-        # `%Y` writes years before 1000 with fewer digits.
+        # `%Y` would write years before 1000 with fewer digits.
         return local.strftime(TIME.replace("%Y", f"{local.year:04}"))
 
     files: dict[str, str | bytes] = {
@@ -71,7 +71,7 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(folder: Path) -> ParsedLog:
-    """The devices' changes, written by this program or by another, without the activities.
+    """Read the devices' changes, written by any program, without the activities.
 
     Without `sensors.csv`, the devices' kinds are guessed from their names.
     """
@@ -98,7 +98,10 @@ def _rows(folder: Path) -> Iterator[source.TextRow]:
 
 
 def _names(folder: Path) -> dict[str, str]:
-    """Number → name of each device; empty where a folder has no map, and devices their names."""
+    """Return the name of each device by its number.
+
+    The result is empty for a folder without a map, where devices are given by name.
+    """
     path = next((folder / name for name in MAPS if (folder / name).is_file()), None)
     if path is None:
         return {}
@@ -127,7 +130,7 @@ def _time(line: int, text: str | None) -> datetime:
 
 
 def _areas(of: str, rows: Iterable[tuple[str, str]]) -> str:
-    """A map of rooms, with semicolons, as pyadlml reads it."""
+    """Return a map of rooms, with semicolons, as pyadlml reads it."""
     return "".join(f"{first};{room}\r\n" for first, room in [(of, "area"), *rows])
 
 

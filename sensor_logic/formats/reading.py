@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a log in any format, which it recognises by the content."""
+"""Read a log in any format, recognised by its content."""
 
 from __future__ import annotations
 
@@ -22,12 +22,24 @@ HEAD = 4096
 
 @dataclass(frozen=True)
 class LoadedLog:
-    """A log from a file: events in seconds since `start` (None: unknown), and the facts about its
-    sensors. `has_states`: the first event of each field is its initial state. `has_activities`: the
-    file has activities, which were not read. `left_out`: how many changes have a local time that
-    the home's clocks went past in spring; they count as at the moment at which these did. `notes`:
-    a sentence for each thing that was mended or left out. `end`: the second until which the sensors
-    were watched; None: unknown."""
+    """A log from a file: events in seconds since `start`, and the facts about its sensors.
+
+    Attributes
+    ----------
+    start
+        Date and time of t = 0; None if unknown.
+    has_states
+        The first event of each field is its initial state.
+    has_activities
+        The file has activities, which were not read.
+    left_out
+        The number of changes at a local time that the home's clocks skipped in spring. They count
+        as at the time of the clock change.
+    notes
+        A sentence for each repair or omission.
+    end
+        The second until which the sensors were observed; None if unknown.
+    """
 
     path: Path
     events: list[Event[float]]
@@ -46,7 +58,10 @@ class LoadedLog:
         activities: Iterable[LoggedActivity] = (),
         about: Mapping[str, str] | None = None,
     ) -> Log:
-        """The events as a log, with further facts. Raises InputError, which names the file."""
+        """Return the events as a log, with further facts.
+
+        Raise InputError, which names the file.
+        """
         facts = self.sensors | dict(sensors or {})
         states = self.has_states
         with explained(str(self.path), InputError):
@@ -56,11 +71,24 @@ class LoadedLog:
 def read_log(
     path: Path, start: datetime | None = None, zone: tzinfo | None = None, sort: bool = False
 ) -> LoadedLog:
-    """Reads an event log, a folder of days, or a file or folder in any of the readable formats.
+    """Read an event log, a folder of days, or a file or folder in any of the readable formats.
 
-    `start` is the time of t = 0; None: the time in the log, or that of the first change; `zone`:
-    the home's, if known; `sort`: sort the rows by time, and keep exact repeats once. Raises
-    InputError, which names the file and the problem, or OSError.
+    Parameters
+    ----------
+    start
+        The date and time of t = 0; None means the start in the log, or the time of the first
+        change.
+    zone
+        The time zone of the home, if known.
+    sort
+        Sort the rows by time, and keep only one of equal rows.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read as a log; the text names the file and the problem.
+    OSError
+        If the file cannot be opened.
     """
     found = _format_of(path)
     if found is None and not path.is_dir() and not path.stat().st_size:
@@ -103,7 +131,7 @@ def _loaded(
     except InputError:
         raise
     except AngenError as error:
-        # The library that reads it is missing.
+        # The library that reads this format is missing.
         raise InputError(f"{path}: {error}") from None
     notes = tuple(f"{path}: {text}" for text in read.notes)
     if not events and name != "events":
@@ -117,8 +145,10 @@ def _loaded(
 
 
 def _format_of(path: Path) -> Format | None:
-    """The format of a file or folder, that of any other folder being `events`; None for unknown
-    content."""
+    """Return the format of a file or folder; None for unknown content.
+
+    A folder that no format recognises has the format `events`.
+    """
     if path.is_dir():
         names = "\n".join(sorted(one.name for one in path.iterdir())).encode("utf-8", "replace")
         folders = (f for f in FORMATS.values() if f.is_folder)

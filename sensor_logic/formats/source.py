@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a `Log` from an event log or from what a format's reader found, the facts about its home
-(also from a table of sensors), and its activities."""
+"""Make a `Log` from events or from the result of a format's reader, with facts and activities.
+
+The facts about the home come from `home.toml`, from the list of sensors as JSON, or from a table of
+sensors beside the log.
+"""
 
 from __future__ import annotations
 
@@ -24,19 +27,30 @@ from ..log import COLUMN, HEADER, Event, Time, Value, format_value, parse_start,
 from ..recording.tracks import Recording
 from .log import DEFAULT_START, Change, Channel, Log, LoggedActivity, SensorFacts, in_zone, since
 
-# The result of the formats' readers: changes with dates.
+# The result of a reader: changes with dates.
 
 EPOCH = datetime(1970, 1, 1)
 
 
 @dataclass
 class ParsedLog:
-    """A file's changes in time order, and rooms by sensor. `has_states`: the first change of each
-    field is its initial state. `has_activities`: the file also has activities, which readers
-    ignore. `in_utc`: times without a zone are UTC, not the home's. `undated`: how many changes at
-    the begin are initial states that have the time of the first row. `notes`: a sentence for each
-    thing that was mended or left out. `end`: the local time until which the sensors were watched;
-    None: unknown."""
+    """The changes in a file in time order, and the room of each sensor.
+
+    Attributes
+    ----------
+    has_states
+        The first change of each field is its initial state.
+    has_activities
+        The file also has activities, which readers ignore.
+    in_utc
+        Times without a zone are in UTC, not in the home's time zone.
+    undated
+        The number of initial states at the begin that have the time of the first row.
+    notes
+        A sentence for each repair or omission.
+    end
+        The local time until which the sensors were observed; None if unknown.
+    """
 
     changes: list[Event[datetime]]
     rooms: dict[str, str] = field(default_factory=dict)
@@ -48,7 +62,7 @@ class ParsedLog:
     end: datetime | None = None
 
     def sort(self) -> None:
-        """Sorts the changes as `sort_rows` does."""
+        """Sort the changes as `sort_rows` does."""
         states, changes = self.changes[: self.undated], self.changes[self.undated :]
         changes, note = sort_rows(changes)
         self.changes = [state.at(changes[0].time) for state in states] + changes
@@ -56,13 +70,15 @@ class ParsedLog:
 
 
 def since_epoch(microseconds: int) -> datetime:
-    """The UTC time without a zone, as writers store the times of a log without a zone."""
+    """Return a time in UTC without a zone, as writers store the times of a log without a zone."""
     return EPOCH + timedelta(microseconds=microseconds)
 
 
 def field_of(quantity: str) -> tuple[str, str]:
-    """The first kind of sensor, by number, with a boolean field of this quantity, and the field.
-    Raises ValueError."""
+    """Return the first kind of sensor with a boolean field of this quantity, and the field.
+
+    Kinds are tried in the order of their numbers. Raise ValueError if there is none.
+    """
     for kind in KINDS.values():
         for published in kind.events:
             if published.type is bool and published.quantity == quantity:
@@ -73,11 +89,23 @@ def field_of(quantity: str) -> tuple[str, str]:
 def events_of(
     read: ParsedLog, start: datetime | None, zone: tzinfo | None = None
 ) -> tuple[list[Event[float]], datetime | None]:
-    """The events in seconds since `start` (None: since the first change), and the start; `zone`:
-    the home's, if known. Raises ValueError where times decrease."""
+    """Return the events in seconds since the start, and the start.
+
+    Parameters
+    ----------
+    start
+        The date and time of t = 0; None means the time of the first change.
+    zone
+        The time zone of the home, if known.
+
+    Raises
+    ------
+    ValueError
+        If times decrease.
+    """
     times = [change.time for change in read.changes]
     if not any(time.utcoffset() for time in times):
-        # A start without a time zone was written as UTC.
+        # Writers store a start without a time zone as UTC.
         times = [time.replace(tzinfo=None) for time in times]
     if zone is not None:
         times = in_zone(times, zone, read.in_utc)
@@ -86,7 +114,7 @@ def events_of(
     last: datetime | None = None
     for time, change in zip(times, read.changes, strict=True):
         assert start is not None
-        # A start without a time zone is a local time of the home.
+        # A start without a time zone is in local time of the home.
         clock = time.replace(tzinfo=None) if start.tzinfo is None else time
         seconds = since(start, clock) / 1e6
         if found and seconds < found[-1].time:
@@ -100,13 +128,15 @@ def events_of(
 
 
 def at_line(number: int) -> str:
-    """The begin of a message about a line; empty where there are no lines."""
+    """Return the beginning of a message about a line; empty if there are no lines."""
     return f"line {number}: " if number else ""
 
 
 def sort_rows(rows: Iterable[Event[Time]]) -> tuple[list[Event[Time]], str]:
-    """The rows by time, exact repeats once, and a note on what changed; rows of one time keep their
-    order. Raises TypeError where only some times have a zone."""
+    """Return the rows sorted by time and without exact repeats, and a note about the changes.
+
+    Rows of the same time keep their order. Raise TypeError if only some times have a zone.
+    """
     given = list(rows)
     late = sum(after.time < before.time for before, after in pairwise(given))
     kept = list(dict.fromkeys(sorted(given, key=lambda row: row.time)))
@@ -116,7 +146,7 @@ def sort_rows(rows: Iterable[Event[Time]]) -> tuple[list[Event[Time]], str]:
 
 
 DAY_HEADER = ("time", "sensor", "kind", "field", "value", "person", "because")
-# The quantity of a field that names none, by type.
+# The quantity, by type, of a field that declares none.
 ANY_QUANTITY = {bool: "state", str: "text", float: "number", int: "number"}
 ACTIVITY_HEADER = ("start", "end", "person", "activity", "room")
 
@@ -130,10 +160,19 @@ def make_log(
     samples: Recording | None = None,
     has_states: bool = True,
 ) -> Log:
-    """A log of events; a sensor that is not in `sensors` has no room.
+    """Return a log of events.
 
-    `has_states`: the first event of each field is its initial state. Raises InputError for an
-    unknown kind or field, an invalid value, and decreasing times.
+    Parameters
+    ----------
+    sensors
+        The facts about sensors by name; a sensor without facts has no room.
+    has_states
+        The first event of each field is its initial state.
+
+    Raises
+    ------
+    InputError
+        For an unknown kind or field, an invalid value, or decreasing times.
     """
     channels: dict[tuple[str, str], Channel] = {}
     facts = dict(sensors or {})
@@ -165,6 +204,7 @@ def make_log(
 
 
 def channel_of(sensor: SensorFacts, published: Field) -> Channel:
+    """Return the channel of a sensor's field."""
     quantity = published.quantity or ANY_QUANTITY[published.type]
     return Channel(sensor, published.name, published.type, quantity, published.unit)
 
@@ -181,7 +221,7 @@ def _field(where: str, event: Event[float]) -> Field:
 
 
 def _value(where: str, event: Event[float], of: type) -> Value:
-    """The value, which from a file may still be text."""
+    """Return the typed value of an event, which can be text if it is from a file."""
     text = format_value(event.value)
     if of is str:
         return text
@@ -199,10 +239,11 @@ def _value(where: str, event: Event[float], of: type) -> Value:
 def read_log_events(
     path: Path, start: datetime | None
 ) -> tuple[list[Event[float]], datetime | None] | ParsedLog:
-    """The events of an event log and their start; of the `events.csv` of a folder of days, which
-    has dates instead of seconds, the changes.
+    """Read an event log and return its events and their start.
 
-    `start` None: the dates in the file give the start. Raises InputError, OSError.
+    The `events.csv` of a folder of days has dates in place of seconds; its changes are returned as
+    a `ParsedLog`. With `start` None, the dates in the file determine the start. Raise InputError or
+    OSError.
     """
     not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
     with not_text, open(path, newline="", encoding="utf-8-sig") as file:
@@ -219,14 +260,16 @@ def read_log_events(
 
 
 def _end_of_days(folder: Path) -> datetime | None:
-    """The midnight at which a folder of days ends; None if it does not say so."""
+    """Return the midnight at which a folder of days ends; None if unknown."""
     home = home_beside(folder)
     return home.start + timedelta(days=home.days) if home.start and home.days else None
 
 
 def _start_by_row(row: Sequence[str]) -> datetime | None:
-    """The date and time of t = 0, from an event's seconds and date; None for an invalid row, which
-    `read_events` reports."""
+    """Return the date and time of t = 0, from an event's seconds and date.
+
+    Return None for an invalid row, which `read_events` reports.
+    """
     try:
         return datetime.fromisoformat(row[-1]) - timedelta(seconds=float(row[0]))
     except (ValueError, IndexError, OverflowError):
@@ -245,8 +288,11 @@ def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[Event[date
 
 @dataclass(frozen=True)
 class HomeFile:
-    """The facts in a `home.toml`. `days`: how many the folder beside it has; 0: unknown. `labels`:
-    what other vocabularies call activities, by vocabulary and activity."""
+    """The facts in a `home.toml`.
+
+    `days` is the number of days in the folder, or 0 if unknown. `labels` has the names of
+    activities in other vocabularies, by vocabulary and activity.
+    """
 
     sensors: dict[str, SensorFacts] = field(default_factory=dict)
     start: datetime | None = None
@@ -256,15 +302,17 @@ class HomeFile:
 
 
 def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """What the format `name` calls activities, where `labels` say so by vocabulary and activity:
-    `casas-csv` is of the vocabulary `casas` too."""
+    """Return the names of activities in the format `name`.
+
+    A format also has the vocabulary of its family: `casas-csv` uses the vocabulary `casas` too.
+    """
     return {**labels.get(name.partition("-")[0], {}), **labels.get(name, {})}
 
 
 def read_home(path: Path) -> HomeFile:
-    """Reads a `home.toml`, or the sensors that `angen list --json` printed.
+    """Read a `home.toml`, or the sensors that `angen list --json` printed.
 
-    Raises InputError, OSError.
+    Raise InputError or OSError.
     """
     text, is_json = read_text(path), path.suffix.lower() == ".json"
     with replaced(f"{path} is nested too deeply", RecursionError), explained(str(path), ValueError):
@@ -288,13 +336,16 @@ def read_home(path: Path) -> HomeFile:
 
 
 def home_beside(events: Path) -> HomeFile:
-    """The facts in a folder of days; none of any other log. Raises InputError, OSError."""
+    """Return the facts in a folder of days; no facts for any other log.
+
+    Raise InputError or OSError.
+    """
     path = events / "home.toml"
     return read_home(path) if path.is_file() else HomeFile()
 
 
 def _labels(found: Any) -> dict[str, dict[str, str]]:
-    """The tables of labels; without what is no such table."""
+    """Return the tables of labels; other entries are ignored."""
     tables = found.items() if isinstance(found, dict) else ()
     return {
         vocabulary: {activity: str(label) for activity, label in table.items()}
@@ -317,7 +368,7 @@ def _sensor_facts(path: Path, entry: Any) -> SensorFacts:
 
 
 def _about(home: Mapping[str, Any]) -> dict[str, str]:
-    """The facts about the home itself, those in tables as `table.name`."""
+    """Return the facts about the home itself; a fact in a table has the key `table.name`."""
     found: dict[str, str] = {}
     for key, value in home.items():
         if key == "labels":
@@ -332,10 +383,9 @@ def _about(home: Mapping[str, Any]) -> dict[str, str]:
 def read_activities(
     path: Path, start: datetime, labels: Mapping[str, str] | None = None
 ) -> list[LoggedActivity]:
-    """The rows of an `activities.csv`: start, end, person, activity, room; `labels`: the names that
-    activities get instead.
+    """Read an `activities.csv`, with the columns start, end, person, activity, room.
 
-    Raises InputError, OSError.
+    `labels` replaces the names of activities. Raise InputError or OSError.
     """
     not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
     with not_text, open(path, newline="", encoding="utf-8-sig") as file:
@@ -364,20 +414,20 @@ def _activity(
 # The table of sensors beside a log, for formats whose lines have only a name and a word.
 
 KEY_HEADER = ("id", "sensor", "field", "kind", "room", "unit", "initial")
-# The words of CASAS, and those of pandas' booleans.
+# The words of CASAS, and the words for booleans in pandas.
 WORDS = {"ON": True, "OFF": False, "OPEN": True, "CLOSE": False, "CLOSED": False}
 WORDS |= {"PRESENT": True, "ABSENT": False, "TRUE": True, "FALSE": False}
-# The quantity by the letters of a CASAS name; names of the release of 2025 are places instead.
+# The quantity by the letters of a CASAS name. In the release of 2025, names are places instead.
 NUMBERED = {"M": "motion", "MA": "motion", "D": "opening", "I": "occupancy", "L": "light"}
-# The quantity by the word, where the name does not tell.
+# The quantity by the word, for names without known letters.
 OF_WORD = dict.fromkeys(("OPEN", "CLOSE", "CLOSED"), "opening")
 OF_WORD |= dict.fromkeys(("PRESENT", "ABSENT"), "occupancy")
-# A word into which the next sensor's name ran, as in ONM026.
+# A word that is merged with the name of the next sensor, as in ONM026.
 GLUED = re.compile(rf"({'|'.join(sorted(WORDS, reverse=True))})[A-Z]{{1,2}}\d+")
 
 
 class TextRow(NamedTuple):
-    """A row of a log, as text; `line`: where the file has it."""
+    """A row of a log, as text; `line` is its line in the file."""
 
     line: int
     time: datetime
@@ -386,7 +436,7 @@ class TextRow(NamedTuple):
 
 
 class KeyRow(NamedTuple):
-    """A row of the table: the sensor and field of an identifier in the log."""
+    """A row of the table: the sensor and the field of an identifier in the log."""
 
     sensor: str
     field: str
@@ -396,7 +446,7 @@ class KeyRow(NamedTuple):
 
 
 def word(channel: Channel, value: Value) -> str:
-    """A value in CASAS: ON, OFF, OPEN, CLOSE, or a number."""
+    """Return a value in CASAS: ON, OFF, OPEN, CLOSE, or a number."""
     if channel.type is not bool:
         return format_value(value)
     words = ("CLOSE", "OPEN") if channel.quantity == "opening" else ("OFF", "ON")
@@ -404,8 +454,10 @@ def word(channel: Channel, value: Value) -> str:
 
 
 def to_text(log: Log, names: Mapping[Channel, str]) -> str:
-    """The table for the fields that a log lists under these names; without initial states where
-    the log has none."""
+    """Return the table for the fields that a log lists under `names`.
+
+    Initial states are left out if the log has none.
+    """
     initial = log.initial()
     rows = [
         (
@@ -423,19 +475,22 @@ def to_text(log: Log, names: Mapping[Channel, str]) -> str:
 
 
 def read_rows(table: Path, rows: Iterable[TextRow], has_initial: bool = False) -> ParsedLog:
-    """The changes in the rows. The table, if it exists, gives their sensors and fields; else they
-    are guessed from their names. `has_initial`: the rows include the initial states."""
+    """Return the changes in the rows.
+
+    The table gives the sensors and fields; without a table, they are guessed from their names. With
+    `has_initial`, the rows include the initial states.
+    """
     entries = _read_table(table)
     states = [entry for entry in entries.values() if entry.initial]
     found = ParsedLog([], {entry.sensor: entry.room for entry in entries.values()}, bool(states))
     numbers = {name for name, entry in entries.items() if not _is_boolean(entry)}
     booleans = entries.keys() - numbers
-    mended, left_out = Told("word", "mended"), Told("row", "left out")
+    mended, left_out = RowTally("word", "mended"), RowTally("row", "left out")
     for row in rows:
         line, time, name, text = row
         is_plain = name in numbers or (name in booleans and text in {"0", "1"})
         word = text if is_plain else mended_word(text)
-        # CASAS has single letters where a name was damaged.
+        # In CASAS, a single letter is a damaged name.
         is_name = has_initial or not (len(name) == 1 and name.islower())
         if word is None or not is_name or (name in numbers and not is_number(text)):
             left_out.add(line, f"'{name} {text}'")
@@ -449,7 +504,7 @@ def read_rows(table: Path, rows: Iterable[TextRow], has_initial: bool = False) -
         begin = found.changes[0].time
         found.changes[:0] = [_change(begin, entry, entry.initial, 0) for entry in states]
         found.undated = len(states)
-    texts = [told.text for told in (mended, left_out) if told.count]
+    texts = [tally.text for tally in (mended, left_out) if tally.count]
     found.notes += ["; ".join(texts)] if texts else []
     return found
 
@@ -465,7 +520,7 @@ def _is_boolean(entry: KeyRow) -> bool:
 
 
 def is_number(text: str) -> bool:
-    """Whether a text is a finite number."""
+    """Return whether a text is a finite number."""
     try:
         return math.isfinite(float(text))
     except ValueError:
@@ -473,8 +528,10 @@ def is_number(text: str) -> bool:
 
 
 def mended_word(text: str) -> str | None:
-    """The word of `WORDS` that a text is, or was before it was damaged: OFFc, OFcF, OF, ONM026.
-    None where it is not obvious."""
+    """Return the word of `WORDS` that a damaged text was, such as OFFc, OFcF, OF or ONM026.
+
+    Return None if the word is not obvious.
+    """
     upper = text.upper()
     if upper in WORDS:
         return upper
@@ -489,8 +546,8 @@ def mended_word(text: str) -> str | None:
 
 
 @dataclass
-class Told:
-    """Counts what was done to rows of a file, and keeps the first of them."""
+class RowTally:
+    """A count of changed or omitted rows of a file, with the first one."""
 
     noun: str
     done: str
@@ -498,11 +555,13 @@ class Told:
     first: str = ""
 
     def add(self, line: int, what: str) -> None:
+        """Count a row."""
         self.first = self.first or f"{at_line(line)}{what}"
         self.count += 1
 
     @property
     def text(self) -> str:
+        """The sentence about the rows."""
         noun = self.noun if self.count == 1 else f"{self.noun}s"
         return f"{self.count} {noun} {self.done}, first {self.first}"
 

@@ -38,7 +38,7 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def write(log: Log) -> FormatFiles:
-    """All changes, initial states included, and all activities."""
+    """Return all changes, initial states included, and all activities."""
     parts = [HEAD]
     parts += [_attribute(1, "string", f"angen:{key}", value) for key, value in log.about.items()]
     days: dict[str, list[Change]] = defaultdict(list)
@@ -104,7 +104,7 @@ def _event(*attributes: str) -> str:
 
 
 def _attribute(depth: int, kind: str, key: str, value: str) -> str:
-    """The line of an attribute; none for an empty text. XML has no control characters."""
+    """Return the line of an attribute, without control characters; "" for an empty text."""
     if not value:
         return ""
     legal = re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", value)
@@ -113,7 +113,7 @@ def _attribute(depth: int, kind: str, key: str, value: str) -> str:
 
 
 def read(path: Path) -> ParsedLog:
-    """The sensors' changes, without the activities."""
+    """Read the sensors' changes, without the activities."""
     found = ParsedLog([])
     for _, element in ElementTree.iterparse(path):
         if element.tag.rpartition("}")[2] != "event":

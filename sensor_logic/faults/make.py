@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adds faults to a log, and lists them in a truth file, from which the log comes back. The faults
-of a sensor depend only on the plan, its seed, and that sensor's name and rows.
+"""Add faults to a log, and list them in a truth file, from which the log can be restored.
+
+The faults of a sensor depend only on the plan, its seed, and that sensor's name and rows.
 
 A message is all rows of a sensor at one time: they are lost, late or doubled together. The first
 row of each field is its initial state and is never lost, late or doubled.
@@ -41,8 +42,11 @@ class DrawnFault:
 
 @dataclass
 class FaultyLog:
-    """A log with faults, the `clean` one, the rows `missing` from the faulty one, and the faults
-    that were drawn."""
+    """A log with faults, and the information to restore it.
+
+    `clean` is the log without faults, `missing` has its rows that the faulty log lacks, and `drawn`
+    lists the faults that were drawn for each sensor.
+    """
 
     log: Log
     clean: Log
@@ -52,7 +56,7 @@ class FaultyLog:
 
 @dataclass
 class _Sensor:
-    """One sensor's rows while the faults are added one by one."""
+    """The rows of one sensor while the faults are added one by one."""
 
     facts: SensorFacts
     rows: list[Change]
@@ -64,26 +68,27 @@ class _Sensor:
     drawn: list[DrawnFault] = field(default_factory=list)
 
     def generator(self, fault: str) -> np.random.Generator:
-        """A random generator for this sensor, table and fault, independent of all others."""
+        """Return a random generator for this sensor, table and fault, independent of all others."""
         names = [zlib.crc32(text.encode()) for text in (self.facts.name, fault)]
         return np.random.default_rng([self.seed, self.table, *names])
 
     def note(self, fault: str, time: int, text: str) -> None:
+        """Add an entry to the list of drawn faults."""
         self.drawn.append(DrawnFault(fault, time, self.facts, text))
 
     def messages(self) -> Iterator[list[Change]]:
-        """The rows of each time, without the initial states."""
+        """Return the messages: the rows of each time, without the initial states."""
         later = [row for row in self.rows if not row.is_first]
         return (list(rows) for _, rows in groupby(later, key=lambda row: row.time))
 
     def replace_messages(self, rows: Iterable[Change]) -> None:
-        """Replaces all rows except the initial states."""
+        """Replace all rows except the initial states."""
         first = [row for row in self.rows if row.is_first]
         self.rows = sorted([*first, *rows], key=_order)
 
 
 def make_faults(log: Log, plan: FaultPlan) -> FaultyLog:
-    """The log with the plan's faults."""
+    """Return the log with the faults of the plan."""
     first = {id(change) for change in log.initial().values()}
     of: dict[SensorFacts, list[Change]] = defaultdict(list)
     for index, change in enumerate(log.changes):
@@ -113,12 +118,12 @@ def _order(row: Change) -> tuple[int, str, str]:
 
 
 def _with_fault(row: Change, fault: str, time: int | None = None) -> Change:
-    """The row with one more fault, and at another `time` (microseconds) if one is given."""
+    """Return the row with one more fault, at `time` (microseconds) if that is given."""
     return replace(row, faults=(*row.faults, fault), time=row.time if time is None else time)
 
 
 def _frames(log: Log) -> Callable[[int], float]:
-    """Time → the nearest frame, by the times and frames in the log."""
+    """Return a function that gives the nearest frame of a time, interpolated from the log."""
     times = np.array([change.time for change in log.changes], float)
     frames = np.array([change.frame for change in log.changes])
     return lambda time: float(round(float(np.interp(time, times, frames))))
@@ -148,14 +153,14 @@ def _us(seconds: float) -> int:
 
 
 def _false_alarms(sensor: _Sensor, fault: Fault) -> None:
-    """The sensor's first output goes on at random times, whatever it senses."""
+    """Switch the sensor's first output on at random times."""
     if not fault.false_alarms_per_day:
         return
     rng = sensor.generator("false_alarm")
     begin, end = sensor.span
     mean = DAY_S / fault.false_alarms_per_day
     spans: list[Span] = []
-    # Drawn one after the other, so that a longer log begins with the false alarms of a shorter one.
+    # Drawn in order of time, so that a longer log begins with the false alarms of a shorter one.
     while (begin := begin + _us(rng.exponential(mean)) + 1) <= end:
         lasts = rng.uniform(*fault.false_alarm_lasts)
         sensor.note("false_alarm", begin, f"for {lasts:.6f} s")
@@ -170,7 +175,7 @@ def _false_alarms(sensor: _Sensor, fault: Fault) -> None:
 
 
 def _stuck(sensor: _Sensor, fault: Fault) -> None:
-    """The sensor's outputs stay on or off, or all its fields keep their values."""
+    """Hold the sensor's outputs on or off, or hold all its fields at their values."""
     if not fault.stuck:
         return
     rng = sensor.generator("stuck")
@@ -195,8 +200,11 @@ def _is_output(channel: Channel) -> bool:
 def _force(
     sensor: _Sensor, channel: Channel, spans: list[Span], value: Value | None, fault: str
 ) -> None:
-    """Holds a field at a value (None: at its last one) during the spans, which are in order and do
-    not overlap; at the end of each span the field returns to the sensed value."""
+    """Hold a field at a value (None: at its last value) during the spans.
+
+    The spans are in order and do not overlap. After each span the field returns to the sensed
+    value.
+    """
     rows = [row for row in sensor.rows if row.channel is channel]
     out: list[Change] = []
     at = 0
@@ -231,7 +239,7 @@ def _force(
 
 
 def _battery(sensor: _Sensor, fault: Fault) -> None:
-    """The sensor sends nothing after its battery's life."""
+    """Drop all messages after the end of the battery's life."""
     life = _drawn(sensor.generator("battery"), fault.battery_life)
     if math.isinf(life):
         return
@@ -250,7 +258,7 @@ def _drop(sensor: _Sensor, fault: str, is_dropped: Callable[[int], bool]) -> Non
 
 
 def _clock(sensor: _Sensor, fault: Fault) -> None:
-    """The clock that stamps the sensor's messages has an offset and a drift."""
+    """Shift the times of all messages by an offset and a drift of the sensor's clock."""
     rng = sensor.generator("clock")
     offset = _drawn(rng, fault.clock_offset)
     ppm = _drawn(rng, fault.clock_drift_ppm)
@@ -300,18 +308,19 @@ def _doubled(sensor: _Sensor, fault: Fault) -> None:
         sensor.replace_messages(out)
 
 
-# The truth file: lists what faults changed in a log, so that `undo` can restore the log.
+# The truth file lists every change that faults made to a log, so that `undo` can restore the log.
 #
-# It has one row for each row of the log that is missing (without `row`), has another time (with
-# both numbers) or was added (without `true_row`). The row shows the event as in the log without
-# faults, an added one as in the faulty log. Rows are counted from 1, the first after the header.
-# What was drawn for a sensor, such as the time at which its battery dies, has neither number.
+# A row with `true_row` only is an event that the faulty log lacks; a row with `row` only was added
+# by a fault; a row with both numbers has another time. An added event is shown as in the faulty
+# log, any other event as in the log without faults. Numbers count from 1, the first row after the
+# header. A row with neither number is a fact drawn for a sensor, such as the time at which its
+# battery dies.
 
 TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)
 
 
 def truth_csv(faulty: FaultyLog) -> str:
-    """The truth file of a faulty log, sorted by time."""
+    """Return the truth file of a faulty log, sorted by time."""
     found = [(drawn.time, _drawn_row(drawn)) for drawn in faulty.drawn]
     numbered = [(str(number), row) for number, row in enumerate(faulty.log.changes, start=1)]
     for number, row in [*numbered, *(("", row) for row in faulty.missing)]:
@@ -329,9 +338,9 @@ def _drawn_row(drawn: DrawnFault) -> tuple[str, ...]:
 
 
 def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
-    """The events without faults, in their order.
+    """Return the events without faults, in their order.
 
-    Raises InputError where the file is no truth file or belongs to another log, or OSError.
+    Raise InputError if `truth` is no truth file or belongs to another log, or OSError.
     """
     left: dict[int, Event[float]] = dict(enumerate(faulty, start=1))
     put: dict[int, Event[float]] = {}
@@ -348,7 +357,7 @@ def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
 
 
 def _is_same(there: Event[float], event: Event[float], with_time: bool) -> bool:
-    """Whether two events are equal; `with_time`: also in time."""
+    """Return whether two events are equal; `with_time`: also in time."""
     return there.row[1 - with_time :] == event.row[1 - with_time :]
 
 
@@ -359,7 +368,7 @@ def _rows(truth: Path) -> list[tuple[int, list[str]]]:
             rows = csv.reader(file)
             if tuple(next(rows, ())) != TRUTH_HEADER:
                 raise InputError(f"{truth}: line 1 is not {','.join(TRUTH_HEADER)}")
-            # Rows of what was drawn have neither number.
+            # Rows of drawn facts have neither number.
             return [
                 (rows.line_num, row)
                 for row in rows

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a faults file: a seed, and a `[[fault]]` table for each group of sensors."""
+"""Read a faults file: a seed, and a `[[fault]]` table for each group of sensors."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ LONGEST_S = 1e9
 
 
 class _Bounds(NamedTuple):
-    """The valid numbers of a key; `is_range`: one number, or [lowest, highest]. `text` says so in
-    messages."""
+    """The valid numbers of a key, and their description `text` for messages.
+
+    With `is_range`, a value is one number or a list [lowest, highest].
+    """
 
     low: float
     high: float
@@ -65,9 +67,11 @@ NEEDS = {
 
 @dataclass(frozen=True)
 class Fault:
-    """Faults of the sensors whose name matches one of `sensors` and whose kind is in `kinds`
-    (empty: any). Times in seconds; values are drawn evenly from ranges. `docs/faults.md` explains
-    each key."""
+    """Faults of the sensors whose name matches one of `sensors` and whose kind is in `kinds`.
+
+    An empty `kinds` means any kind. Times are in seconds. A value is drawn uniformly from its
+    range. `docs/faults.md` explains each key.
+    """
 
     sensors: tuple[str, ...] = ("*",)
     kinds: tuple[str, ...] = ()
@@ -86,6 +90,7 @@ class Fault:
     false_alarm_lasts: Range = (0.0, 0.0)
 
     def concerns(self, name: str, kind: str) -> bool:
+        """Return whether the faults apply to a sensor of this name and kind."""
         return (not self.kinds or kind in self.kinds) and any(
             _matches(name, pattern) for pattern in self.sensors
         )
@@ -93,14 +98,14 @@ class Fault:
 
 @dataclass(frozen=True)
 class FaultPlan:
-    """A faults file. `places`: file and line of each fault's sensors, for messages."""
+    """A faults file; `places` has the file and line of each fault's sensors, for messages."""
 
     seed: int
     faults: tuple[Fault, ...]
     places: tuple[str, ...]
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Raises InputError for a name or pattern that matches none of a home's sensors."""
+        """Raise InputError for a name or pattern that matches none of a home's sensors."""
         names = sorted(names)
         for fault, place in zip(self.faults, self.places, strict=True):
             for pattern in fault.sensors:
@@ -116,7 +121,7 @@ def _matches(name: str, pattern: str) -> bool:
 
 
 def read_plan(path: Path) -> FaultPlan:
-    """Reads a faults file. Raises InputError, which names file and line."""
+    """Read a faults file. Raise InputError, which names file and line."""
     found, lines = read_toml(read_text(path), str(path))
     where = _Places(path, lines)
     for key in found:
@@ -135,13 +140,13 @@ def read_plan(path: Path) -> FaultPlan:
 
 
 class _Places(NamedTuple):
-    """Finds the lines of keys in a faults file, for messages."""
+    """The lines of keys in a faults file, for messages."""
 
     path: Path
     lines: dict[KeyPath, int]
 
     def of(self, key: str, number: int | None = None) -> str:
-        """File and line of a key in fault `number` (None: in the whole file)."""
+        """Return file and line of a key in fault `number` (None: at the top of the file)."""
         path = (key,) if number is None else ("fault", number, key)
         return f"{self.path}: line {line_of(self.lines, path)}"
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a layout and checks it as far as possible without the home.
+"""Read a layout and check it as far as possible without the home.
 
-A layout is a list of sensors, or an object whose `sensors` is one. A key that a sensor does not
-name keeps its value, or has its default where the sensor is new. With `others_enabled` the object
-also switches all sensors on or off that it does not name.
+A layout is a list of sensors, or an object with a list of sensors as `sensors`. An existing sensor
+keeps its value for a key that the layout leaves out; a new sensor has the default. `others_enabled`
+switches all sensors on or off that the layout does not name.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..lines import KeyPath, read_json
 from ..parameters import FormerChoice, Spec, defaults, former_choice, specs
 from ..wording import hint
 
-# The key of a layout that switches sensors which it does not name.
+# The key that switches on or off all sensors that the layout does not name.
 OTHERS = "others_enabled"
 # The largest numbers that Blender stores: in single precision, and as an integer.
 LARGEST = 3.4028234e38
@@ -101,7 +101,7 @@ def _anything(value: Any) -> str:
     return ""
 
 
-# The keys of a sensor, each with a function that says what is wrong with a value ("": nothing).
+# The keys of a sensor, each with a function that returns the problem of a value ("" if valid).
 KEYS: dict[str, Callable[[Any], str]] = {
     "name": _name,
     "kind": _kind,
@@ -118,7 +118,7 @@ KEYS: dict[str, Callable[[Any], str]] = {
     "preset": _text,
     "parameters": _object,
     "library": _text,
-    # Written by `list --json` and not read.
+    # Written by `list --json` and ignored here.
     "simulated": _anything,
     "reading": _anything,
     "units": _anything,
@@ -127,7 +127,7 @@ KEYS: dict[str, Callable[[Any], str]] = {
 
 @dataclass(frozen=True)
 class LayoutEntry:
-    """A sensor in a layout: the `values` of its KEYS, and the `lines` where they stand."""
+    """A sensor in a layout: the `values` of its KEYS, and the `lines` of its keys in the file."""
 
     file: str
     values: Mapping[str, Any]
@@ -135,20 +135,23 @@ class LayoutEntry:
 
     @property
     def name(self) -> str:
+        """The name of the sensor."""
         return str(self.values["name"])
 
     def where(self, *key: str) -> str:
-        """The file, the line of the value at the path `key`, and this sensor's name."""
+        """Return the file, the line of the value at the path `key`, and this sensor's name."""
         line, name = self.lines.get(key, self.lines[()]), self.values.get("name")
         return f"{self.file}, line {line}" + (f": '{name}'" if isinstance(name, str) else "")
 
     def error(self, text: str, *key: str) -> InputError:
-        """The error for the value at the path `key` in this sensor."""
+        """Return the error for the value at the path `key` in this sensor."""
         return InputError(f"{self.where(*key)}: {text}")
 
     def settings(self, kind: Kind) -> dict[str, Any]:
-        """The parameters that the keys `preset` and `parameters` set for a sensor of this kind,
-        with the kind's types. Raises InputError."""
+        """Return the parameters that the keys `preset` and `parameters` set, with the kind's types.
+
+        Raise InputError for an unknown preset or parameter, or for an invalid value.
+        """
         found: dict[str, Any] = {}
         preset = self.values.get("preset")
         if preset is not None:
@@ -170,7 +173,7 @@ class LayoutEntry:
         return found
 
     def former_choices(self, kind: Kind) -> list[tuple[str, str, FormerChoice]]:
-        """The choices in `parameters` that `settings` replaces, as for `former_text`."""
+        """Return the choices in `parameters` that `settings` replaces, as for `former_text`."""
         known, given = specs(kind.parameters), self.values.get("parameters", {})
         found = ((name, former_choice(known[name], value)) for name, value in given.items())
         return [(self.name, name, former) for name, former in found if former is not None]
@@ -181,7 +184,7 @@ def _is_number(default: Any) -> bool:
 
 
 def _of_type(default: Any, spec: Spec, value: Any) -> str:
-    """Why a value is invalid for this parameter; "" where it is valid."""
+    """Return why a value is invalid for this parameter; "" if it is valid."""
     if spec.pointer:
         return _no_or_name(value)
     if spec.choices:
@@ -196,15 +199,17 @@ def _of_type(default: Any, spec: Spec, value: Any) -> str:
 
 @dataclass(frozen=True)
 class Layout:
-    """The `sensors` of a layout. `others`: an entry without a name for all sensors that it lacks;
-    None where these stay as they are."""
+    """The `sensors` of a layout, and an entry without a name for all other sensors of the home.
+
+    `others` is None if the other sensors stay as they are.
+    """
 
     sensors: list[LayoutEntry]
     others: LayoutEntry | None = None
 
 
 def read_layout(path: Path) -> Layout:
-    """Read a layout file, each sensor checked by itself. Raises InputError."""
+    """Read a layout file and check each sensor by itself. Raise InputError."""
     found, lines = read_json(read_text(path), path.name)
     top: KeyPath = ()
     others = None
@@ -235,7 +240,7 @@ def read_layout(path: Path) -> Layout:
 
 
 def _checked(entry: LayoutEntry) -> LayoutEntry:
-    """The entry, after checking it by itself. Raises InputError."""
+    """Return the entry after checking it by itself. Raise InputError."""
     if not isinstance(entry.values, dict):
         raise LayoutEntry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
     for key, value in entry.values.items():
@@ -258,7 +263,7 @@ def _checked(entry: LayoutEntry) -> LayoutEntry:
 
 
 def _check_names(entries: Iterable[LayoutEntry]) -> None:
-    """Raises InputError where two entries have the same sensor."""
+    """Raise InputError if two entries name the same sensor."""
     seen: dict[tuple[str, str], LayoutEntry] = {}
     for entry in entries:
         key = entry.name, entry.values.get("library", "")

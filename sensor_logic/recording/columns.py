@@ -2,8 +2,8 @@
 """A column of a track: values of one type in time order, compressed in memory.
 
 A day of a sensor at 10 Hz has 864,000 readings, most of which equal the one before. Each chunk is
-stored as a repeating pattern (the tilts of a range scan), as runs of one value, or unchanged. A
-column reads like a list, or as a whole by numpy.
+stored as a repeating pattern (the tilts of a range scan), as runs of equal values, or unchanged. A
+column can be read like a list, or as a whole by numpy.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 CHUNK = 8192
-# Values of the longest pattern that is tried.
+# The length of the longest pattern that is tried.
 LONGEST = 256
 CODES = {bool: "b", int: "q", float: "d", str: "I"}
 # Values are compared by their bits: a negative zero differs from zero, and a NaN equals itself.
 BITS = {1: np.uint8, 4: np.uint32, 8: np.uint64}
-# A float holds whole numbers up to this exactly.
+# Floats represent all whole numbers up to this one exactly.
 LARGEST = 2.0**53
 
 Index = NDArray[np.int64]
@@ -31,17 +31,18 @@ Values = NDArray[Any]
 
 
 class EvenSpacing(NamedTuple):
-    """The numbers `offset` + m × `spacing`, for whole m."""
+    """The numbers `offset` + m × `spacing`, for integers m."""
 
     offset: int
     spacing: Fraction
 
     def values(self, steps: Index) -> NDArray[np.float64]:
+        """Return the numbers (n,) for the integers `steps` (n,)."""
         spacing = self.spacing
         return np.asarray(self.offset + steps * spacing.numerator / spacing.denominator)
 
     def steps(self, values: Values) -> Index | None:
-        """The m of each value; None unless `values` gives back all of them to the bit."""
+        """Return the integer m of each value; None unless `values` restores them to the bit."""
         nearest = np.rint((values - self.offset) / float(self.spacing))
         if not (np.abs(nearest) < LARGEST).all():
             return None
@@ -50,8 +51,11 @@ class EvenSpacing(NamedTuple):
 
 
 class _Packed(NamedTuple):
-    """`size` values: `values` repeated as a pattern; or, with `lengths`, runs of them; or, with a
-    `start`, the differences of consecutive steps on a grid."""
+    """A compressed chunk of `size` values.
+
+    `values` is a repeating pattern. With `lengths`, it has the values of runs instead. With
+    `start`, the unpacked numbers are the differences of consecutive steps on an even grid.
+    """
 
     size: int
     values: Values
@@ -65,8 +69,11 @@ class _Packed(NamedTuple):
 
 
 class Column(Sequence[Any]):
-    """Values of one type (bool, int, float or str); booleans are stored as 0 and 1, texts as
-    indices into `texts`. `grid`: the grid on which floats usually are."""
+    """Values of one type (bool, int, float or str).
+
+    Booleans are stored as 0 and 1, texts as indices into `texts`. `grid` is the even spacing on
+    which most floats lie.
+    """
 
     def __init__(
         self, of: type, values: Iterable[Any] = (), grid: EvenSpacing | None = None
@@ -80,17 +87,18 @@ class Column(Sequence[Any]):
         # The first number of each chunk, for `until`.
         self._firsts: list[Any] = []
         self._rest = array(self._code)
-        # The chunk that was unpacked last, until another is; without it 4 µs more a reading.
+        # The number and the values of the last unpacked chunk: a cache that saves 4 µs a reading.
         self._known: tuple[int, Values] = (-1, np.empty(0))
         self.extend(values)
 
     def append(self, value: Any) -> None:
+        """Append one value."""
         self._rest.append(self._number(value) if self.type is str else value)
         if len(self._rest) >= CHUNK:
             self._pack_full()
 
     def extend(self, values: Iterable[Any]) -> None:
-        """Appends all values of an array, list or other iterable."""
+        """Append all values of an array, list or other iterable."""
         if self.type is str:
             values = np.fromiter(map(self._number, values), np.uint32)
         elif not isinstance(values, (np.ndarray, array, Column)):
@@ -138,7 +146,7 @@ class Column(Sequence[Any]):
         return numbers if dtype is None else numbers.astype(dtype)
 
     def __eq__(self, other: object) -> bool:
-        """Columns of numbers are equal to the bit; others as lists are."""
+        """Return whether all values are equal, numbers to the bit."""
         if isinstance(other, Column) and self.type is other.type and self.type is not str:
             return len(self) == len(other) and all(
                 _same(a, b)
@@ -148,26 +156,28 @@ class Column(Sequence[Any]):
 
     @property
     def nbytes(self) -> int:
-        """Memory of the values in bytes."""
+        """The memory of the values in bytes."""
         packed = sum(
             p.values.nbytes + (0 if p.lengths is None else p.lengths.nbytes) for p in self._packed
         )
         return packed + self._rest.itemsize * len(self._rest)
 
     def numbers(self) -> Values:
-        """All values (n,) as numbers: of texts, their indices into `texts`."""
+        """Return all values (n,) as numbers; a text is its index into `texts`."""
         parts = [values for _, values in self._numbers()]
         return np.concatenate([np.empty(0, self._code), *parts])
 
     def parts(self) -> Iterator[tuple[int, Values]]:
-        """The values chunk by chunk, each with the index of its first value."""
+        """Yield the values chunk by chunk, each with the index of its first value."""
         names = np.array([*self.texts, ""], object)
         for start, numbers in self._numbers():
             yield start, names[numbers] if self.type is str else numbers
 
     def changes(self, begin: int = 0) -> NDArray[np.intp]:
-        """Indices, from `begin` on, of the values that differ from the one before by any bit; the
-        first value counts as different."""
+        """Return the indices, from `begin` on, of the values that differ from the value before.
+
+        Values are compared by their bits. The first value counts as different.
+        """
         found, last = [np.empty(0, np.intp)], None
         for start, numbers in self._numbers(begin // CHUNK):
             if start < begin:
@@ -181,7 +191,7 @@ class Column(Sequence[Any]):
         return np.concatenate(found)
 
     def until(self, value: float) -> int:
-        """How many numbers are at most `value`, in a column of ascending numbers."""
+        """Return how many numbers are at most `value`, in a column of ascending numbers."""
         number = bisect_right(self._firsts, value) - 1
         if number < 0 and self._packed:
             return 0
@@ -192,7 +202,7 @@ class Column(Sequence[Any]):
         return number * CHUNK + int(np.searchsorted(self._chunk(number), value, side="right"))
 
     def _numbers(self, first: int = 0) -> Iterator[tuple[int, Values]]:
-        """The numbers chunk by chunk, from chunk `first` on."""
+        """Yield the numbers chunk by chunk, from chunk `first` on."""
         for number in range(first, len(self._packed)):
             yield number * CHUNK, self._unpacked(number)
         if len(self._rest):
@@ -223,7 +233,7 @@ def _same(one: Values, other: Values) -> bool:
 
 
 def _packed_on(grid: EvenSpacing | None, values: Values) -> _Packed | None:
-    """The values as differences of grid steps; None where they are not on the grid."""
+    """Return the values as differences of grid steps; None if they are not on the grid."""
     steps = grid.steps(values) if grid is not None else None
     if steps is None:
         return None

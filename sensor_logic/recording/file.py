@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a recording as bytes for a file, and reads it: small, exact, and with a checksum.
+"""Convert a recording to bytes for a file and back: small, exact, and with a checksum.
 
 The first line has a title, the version and the checksum; a header in JSON and the columns follow.
-Frames and times are not stored where the clock gives them. A column of few different floats is
-stored as a table of them and indices into it. Header and columns are compressed.
+Frames and times are not stored if the clock determines them. A column with few different floats is
+stored as a table of these floats and indices into the table. Header and columns are compressed.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from ..kinds import KINDS
 from .columns import CODES, Column
 from .tracks import Recording, Track
 
-# Reads the bytes that `to_bytes` writes. They may come from a stranger: the reader unpacks no
-# more than the header's counts and `VALUES` allow, and checks the type of each value.
+# The bytes to read are untrusted. The reader unpacks no more than the header's counts and `VALUES`
+# allow, and checks the type of each value.
 
 MIB = 2**20
-# Largest unpacked header; one with the names of 100,000 objects has some 12 MiB.
+# The largest unpacked header. A header with the names of 100,000 objects has some 12 MiB.
 HEADER_BYTES = 32 * MIB
-# Most values of all columns of a file, and the most memory that they take once compressed.
+# The most values in all columns of a file, and the most memory of the compressed columns.
 VALUES = 2**27
 BYTES = 256 * MIB
 MOST_SUBSTEPS = 10_000
@@ -44,8 +44,10 @@ TOO_MANY = "it has more readings than a file can hold"
 
 
 def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
-    """The recording and the facts in the bytes after the line with the checksum, if it has at most
-    so many `values`. Raises AngenError, or one of `WRONG`."""
+    """Return the recording and the facts in the bytes after the line with the checksum.
+
+    Raise AngenError, also if the recording has more than `values` values, or one of `WRONG`.
+    """
     size = int.from_bytes(body[:4], "little")
     unpacker = zlib.decompressobj()
     text = unpacker.decompress(body[4 : 4 + size], HEADER_BYTES)
@@ -72,13 +74,14 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
 
 
 def size_of(recording: Recording) -> int:
-    """The number of values in a recording."""
+    """Return the number of values in a recording."""
     return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
 
 
 def frames_and_times(
     steps: NDArray[np.int64], clock: Clock
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the frames (n,) and the times (n,) in s of clock steps (n,)."""
     rate = clock.steps_per_second
     return clock.frame_start + steps / clock.substeps, steps * rate.denominator / rate.numerator
 
@@ -89,7 +92,7 @@ class _Reader:
         self._at = start
 
     def take(self, packed: Any, size: int) -> bytes:
-        """The next `packed` bytes, which must unpack to `size` bytes."""
+        """Return the next `packed` bytes, which must unpack to `size` bytes."""
         self._at += _whole(packed, 0)
         unpacker = zlib.decompressobj()
         raw = unpacker.decompress(self._data[self._at - packed : self._at], size + 1)
@@ -183,13 +186,15 @@ def _read_values(facts: dict[str, Any], code: str, count: int, reader: _Reader) 
 
 TITLE = b"Recording of Angen Sensors"
 VERSION = 1
-# zlib's level: higher ones take many times as long and save little.
+# The level of zlib: higher levels take many times as long and save little.
 LEVEL = 3
 
 
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
-    """The bytes of the recording and of `facts` (plain values), which `from_bytes` returns. Raises
-    AngenError where the recording is too large."""
+    """Return the bytes of the recording and of `facts` (plain values).
+
+    Raise AngenError if the recording is too large.
+    """
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
         raise AngenError(TOO_MANY)
     out = _Writer()
@@ -205,8 +210,10 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
 
 
 def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
-    """The recording and the facts, if it has at most so many `values`. Raises
-    AngenError."""
+    """Return the recording and the facts that `to_bytes` wrote.
+
+    Raise AngenError, also if the recording has more than `values` values.
+    """
     title, _, body = data.partition(b"\n")
     if not title.startswith(TITLE + b" "):
         raise AngenError("it is not a recording")
@@ -232,7 +239,7 @@ class _Writer:
         self.data = bytearray()
 
     def add(self, raw: bytes) -> int:
-        """Adds bytes; returns their compressed size."""
+        """Append compressed bytes and return their size."""
         packed = zlib.compress(raw, LEVEL)
         self.data += packed
         return len(packed)
@@ -274,7 +281,7 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
 
 
 def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
-    """The clock's steps of the updates; None where they do not give the exact frames and times."""
+    """Return the clock steps of the updates; None if they do not give exact frames and times."""
     if clock is None:
         return None
     frames, times = np.asarray(track.frames), np.asarray(track.times)
@@ -291,7 +298,7 @@ def _same(one: Column, other: Column) -> bool:
 
 
 def _column(column: Column, out: _Writer) -> dict[str, Any]:
-    """Adds a column; returns its entry in the header."""
+    """Append a column and return its entry in the header."""
     values = column.numbers()
     if column.type is str:
         texts = sorted(column.texts)
@@ -300,13 +307,13 @@ def _column(column: Column, out: _Writer) -> dict[str, Any]:
     code = CODES[column.type]
     if code == "b":
         return {"as": "b", "size": out.add(values.tobytes())}
-    # By their bits, so that negative zeros and NaNs come back unchanged.
+    # Compared by their bits, so that negative zeros and NaNs stay unchanged.
     bits = values.view(np.uint64)
     found, which = np.unique(bits, return_inverse=True)
     for size in (np.uint8, np.uint16):
         if len(found) <= np.iinfo(size).max and len(found) * 4 <= len(bits):
             raw = found.tobytes() + which.astype(size).tobytes()
             return {"as": code, "found": len(found), "size": out.add(raw)}
-    # Bytes of equal significance side by side compress better.
+    # Bytes of equal significance compress better next to each other.
     raw = bits.view(np.uint8).reshape(-1, 8).T.tobytes()
     return {"as": code, "found": 0, "size": out.add(raw)}

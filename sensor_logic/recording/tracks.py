@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The readings of a run, from which scrubbing, logs and reports are made."""
+"""The readings of a run, as used by playback, logs and reports."""
 
 from __future__ import annotations
 
@@ -22,9 +22,17 @@ from .columns import Column, EvenSpacing
 class Track:
     """One sensor's readings in time order, as columns; frames and times (s) are floats.
 
-    `uid` identifies the sensor in this session (its object, or its path in a collection instance),
-    also after it was renamed. `steps`: the least change of a field that is an event. `clock`: the
-    time base of frames and times, if there is one. NaN: not measured.
+    Attributes
+    ----------
+    uid
+        Identifies the sensor in this session, also after it was renamed: its object's session uid,
+        or its path in a collection instance.
+    steps
+        The least change of a field that is an event.
+    clock
+        The time base of frames and times, if known.
+    columns
+        The values of each field by name; NaN where nothing was measured.
     """
 
     sensor: str
@@ -44,9 +52,11 @@ class Track:
 
     @property
     def kind(self) -> Kind:
+        """The kind of the sensor."""
         return KINDS[self.kind_name]
 
     def append(self, frame: float, time: float, reading: Reading) -> None:
+        """Append one reading."""
         self.frames.append(frame)
         self.times.append(time)
         self.active.append(reading.active)
@@ -56,8 +66,11 @@ class Track:
             column.append(math.nan if value is None else value)
 
     def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
-        """Appends n readings: `active` (n,), `value` (n,) and `fields`, a list or array (n,) for
-        each field, or None for one that no reading measured."""
+        """Append n readings.
+
+        `readings` has `active` (n,), `value` (n,) and `fields`: a list or array (n,) for each
+        field, or None for a field that no reading measured.
+        """
         self.frames.extend(frames)
         self.times.extend(times)
         self.active.extend(readings.active)
@@ -75,12 +88,12 @@ class Track:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the readings in bytes."""
+        """The memory of the readings in bytes."""
         columns = [self.frames, self.times, self.active, self.value, *self.columns.values()]
         return sum(column.nbytes for column in columns)
 
     def __eq__(self, other: object) -> bool:
-        """Whether all readings are equal to the bit; NaN equals NaN."""
+        """Return whether all readings are equal to the bit; NaN equals NaN."""
         return isinstance(other, Track) and self._content() == other._content()
 
     def _content(self) -> list[Any]:
@@ -88,14 +101,16 @@ class Track:
         return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
 
     def reading_at(self, index: int) -> Field:
-        """The field of `value` at an update: the first number that was measured, which depends on
-        the method."""
+        """Return the field of the main reading at an update: the first number that was measured.
+
+        Which field is measured depends on the method of the sensor.
+        """
         numbers = [f for f in self.kind.samples if f.type is float]
         measured = (f for f in numbers if not math.isnan(self.columns[f.name][index]))
         return next(measured, numbers[0])
 
     def at(self, frame: float) -> int | None:
-        """Index of the last update at or before `frame`."""
+        """Return the index of the last update at or before `frame`; None before the first."""
         index = self.frames.until(frame) - 1
         return index if index >= 0 else None
 
@@ -110,12 +125,13 @@ class Recording:
     frame_end: int = 0
 
     def track_of(self, uid: int | tuple[int, ...]) -> Track | None:
-        """The track of the sensor with this `uid`."""
+        """Return the track of the sensor with this `uid`, or None."""
         return next((track for track in self.tracks.values() if track.uid == uid), None)
 
     def only(self, names: Collection[str]) -> Recording:
-        """The recording with only the sensors of these names."""
+        """Return the recording with only the sensors of these names."""
         return replace(self, tracks={n: t for n, t in self.tracks.items() if n in names})
 
     def covers(self, frame: float) -> bool:
+        """Return whether the recording includes this frame."""
         return self.frame_start <= frame < self.frame_end + 1

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a detector detects a motion: the detector's own model, on rays that were cast once
-through the empty room and are then intersected with the moving body in closed form.
+"""Decide whether a detector detects a motion, with the detector's own model.
 
-A motion starts at an update; with the saw-tooth, at that of the first tilt.
+The rays are cast once through the empty room and then intersected with the moving body in closed
+form. A motion starts at an update of the detector; with the saw-tooth, at the update of the first
+tilt.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from ..model import Array
 from .detectors import SAMPLE_EVERY, Response, filtered
 from .motions import BodyHits, Motion, Rays, Start, hits
 
-# Bodies times rays in one batch, to bound the memory.
+# The most pairs of a body and a ray in one batch, to bound the memory.
 AT_ONCE = 1_500_000
 
 
@@ -28,19 +29,29 @@ class DetectorView(Protocol):
     """One detector in the room, and its response to motions."""
 
     def strengths(self, motion: Motion, start: Start) -> Array:
-        """The signal (m,) of each motion divided by the threshold: above 1 it is detected."""
+        """Return the signal (m,) of each motion divided by the threshold (> 1: detected)."""
         ...
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """(m,): false only for motions that are not detected; a much faster test."""
+        """Return (m,) false only for motions that are not detected; a much faster test."""
         ...
 
 
 @dataclass(frozen=True)
 class RangeView:
-    """A range scan: unit `directions` (tilts, rays, 3) in the world; `free` (tilts, rays): its
-    ranges in m without the body; `period`: s between two scans of one tilt; `offsets` (tilts,): the
-    times of the first scans in s."""
+    """A detector that scans ranges.
+
+    Attributes
+    ----------
+    directions
+        Unit directions (tilts, rays, 3) in the world.
+    free
+        The ranges (tilts, rays) in m without the body.
+    period
+        The time in s between two scans of the same tilt.
+    offsets
+        The times (tilts,) of the first scans in s.
+    """
 
     origin: Array
     directions: Array
@@ -51,23 +62,25 @@ class RangeView:
     period: float
     offsets: Array
 
-    # Once a view; without it 0.1 ms a tilt of 1440 rays for each cell.
+    # Cached: it costs 0.1 ms for a tilt of 1440 rays, and every cell needs it.
     @cached_property
     def _tilts(self) -> list[Rays]:
         each = zip(self.directions, self.free, strict=True)
         return [Rays(self.origin, ways, free) for ways, free in each]
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
+        """Return (m,) whether any ray can hit the body during the motion."""
         found = np.zeros(len(start), bool)
         apart = np.linalg.norm(start.feet[:, :2] - self.origin[:2], axis=1)
         far = max(float(rays.far.max(initial=0.0)) for rays in self._tilts)
         left = np.flatnonzero(apart <= far + motion.longest)
         for rays in self._tilts:
-            found[left] = rays.may_meet(motion, start.part(left))
+            found[left] = rays.may_hit(motion, start.part(left))
             left = left[~found[left]]
         return found
 
     def strengths(self, motion: Motion, start: Start) -> Array:
+        """Return the largest change (m,) of any range, divided by the threshold."""
         changes = np.zeros(len(start))
         near = np.flatnonzero(self.may_notice(motion, start))
         at_once = max(1, AT_ONCE // max(1, self.free.shape[1]))
@@ -79,11 +92,11 @@ class RangeView:
         return np.where(changes > 0.0, ratio, 0.0)
 
     def _changes(self, motion: Motion, start: Start) -> Array:
-        """(m,): the largest change in m of any range from one scan of a tilt to the next."""
+        """Return the largest change (m,) in m of any range from one scan of a tilt to the next."""
         longest = float(start.length.max(initial=0.0)) / motion.speed
         largest = np.zeros(len(start))
         for tilt, offset in enumerate(self.offsets.tolist()):
-            # At rest, then at each scan, until the body is at rest again.
+            # Before the motion, then at each scan until the body is at rest again.
             scans = max(0, math.ceil((longest - offset) / self.period - 1e-9)) + 1
             times = [0.0, *(offset + k * self.period for k in range(scans))]
             if times[1] == 0.0:
@@ -94,9 +107,9 @@ class RangeView:
     def _compare(
         self, tilt: int, motion: Motion, start: Start, times: list[float], largest: Array
     ) -> None:
-        """Raises `largest` (m,) to the changes of one tilt's ranges from each time to the next.
+        """Raise `largest` (m,) to the changes of one tilt's ranges from each time to the next.
 
-        Only rays that hit a body are compared: all others read `free`.
+        Only rays that hit a body are compared: the range of any other ray is `free`.
         """
         free = self.free[tilt]
         rays = len(free)
@@ -104,7 +117,7 @@ class RangeView:
         known = np.empty(0, np.intp)
         for number, time in enumerate(times):
             met = hits(motion, start, time, self._tilts[tilt])
-            at = _met_at(met, self.range_min)
+            at = _hit_distances(met, self.range_min)
             nearer = at < free[met.ray]
             found = met.body[nearer] * rays + met.ray[nearer]
             after[found] = at[nearer]
@@ -117,10 +130,23 @@ class RangeView:
 
 @dataclass(frozen=True)
 class WarmView:
-    """A pyroelectric detector: unit `directions` (n, 3) in the world, their signed `weights` (n,)
-    in sr, and their ranges without the body, `free` (n,) in m; the radiosity `behind` (n,) there
-    and that of the `body`, both in W/m² above that of the ambient; the `threshold` in W per m² of
-    lenslet; `interval`: s between updates."""
+    """A pyroelectric detector.
+
+    Attributes
+    ----------
+    directions
+        Unit directions (n, 3) of the rays in the world.
+    weights
+        The signed solid angle (n,) of each ray in sr.
+    free
+        The ranges (n,) in m without the body.
+    behind, body
+        Radiosity of the surfaces (n,) at the hits and of the body, in W/m² above the ambient's.
+    threshold
+        The least signal that is detected, in W per m² of lenslet.
+    interval
+        The time in s between updates.
+    """
 
     origin: Array
     directions: Array
@@ -133,15 +159,17 @@ class WarmView:
     threshold: float
     interval: float
 
-    # Once a view; without it 0.1 ms for each cell.
+    # Cached: it costs 0.1 ms, and every cell needs it.
     @cached_property
     def _all(self) -> Rays:
         return Rays(self.origin, self.directions, self.free)
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        return self._all.may_meet(motion, start)
+        """Return (m,) whether any ray can hit the body during the motion."""
+        return self._all.may_hit(motion, start)
 
     def strengths(self, motion: Motion, start: Start) -> Array:
+        """Return the largest size (m,) of the signal, divided by the threshold."""
         signals = np.zeros(len(start))
         near = np.flatnonzero(self.may_notice(motion, start))
         at_once = max(1, AT_ONCE // max(1, len(self.free)))
@@ -151,14 +179,14 @@ class WarmView:
         return signals / self.threshold
 
     def _signals(self, motion: Motion, start: Start) -> Array:
-        """(m,): the largest size of the signal, from rest until it has decayed."""
+        """Return the largest size (m,) of the signal, from rest until the signal has decayed."""
         longest = float(start.length.max(initial=0.0)) / motion.speed
         moving = math.ceil(longest / self.interval - 1e-9) + 1
         settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0
         still = max(1, math.ceil(settle / self.interval))
         powers = [self._power(motion, start, k * self.interval) for k in range(moving)]
         powers += [powers[-1]] * still
-        # Like the detector's model: power changes linearly, with samples between the updates.
+        # As in the detector's model, the power changes linearly between updates.
         parts = max(1, math.ceil(self.interval / SAMPLE_EVERY - 1e-9))
         steps = [powers[0]]
         for one, two in pairwise(powers):
@@ -168,9 +196,12 @@ class WarmView:
         return signals
 
     def _power(self, motion: Motion, start: Start, time: float) -> Array:
-        """(m,): the change of the power on the elements by the bodies, W per m² of lenslet."""
+        """Return the change (m,) of the power on the elements by the bodies.
+
+        The unit is W per m² of lenslet.
+        """
         met = hits(motion, start, time, self._all)
-        seen = _met_at(met, self.range_min) < self.free[met.ray]
+        seen = _hit_distances(met, self.range_min) < self.free[met.ray]
         ray = met.ray[seen]
         added = self.weights[ray] * (self.body - self.behind[ray]) / math.pi
         power = np.bincount(met.body[seen], added, len(start))
@@ -178,15 +209,17 @@ class WarmView:
 
 
 def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
-    """Raises `largest` (m,) to the changes (n,) of the bodies (n,), which must be in order."""
+    """Raise `largest` (m,) to the changes (n,) of the bodies (n,), which must be in order."""
     if len(body):
         first = np.flatnonzero(np.diff(body, prepend=-1))
         most = np.maximum.reduceat(change, first)
         largest[body[first]] = np.maximum(largest[body[first]], most)
 
 
-def _met_at(met: BodyHits, range_min: float) -> Array:
-    """The distances (n,) in m of the hits from the origin; a ray, which begins at `range_min`, hits
-    the far side of a body that it begins in."""
+def _hit_distances(met: BodyHits, range_min: float) -> Array:
+    """Return the distances (n,) in m of the hits from the origin.
+
+    A ray begins at `range_min`. If it begins inside a body, it hits the far side of that body.
+    """
     at = np.where(met.enter >= range_min, met.enter, met.leave)
     return np.where(at >= range_min, at, np.inf)

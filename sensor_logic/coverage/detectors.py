@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kind of sensor for coverage maps and proposals, and the functions that they use of it; no
-other module of coverage names it."""
+"""The kind of sensor for coverage maps and proposals, and the functions of that kind they need.
+
+No other module of `coverage` imports from a kind.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +28,11 @@ DETECTOR = KINDS["PIR"]
 
 @dataclass(frozen=True)
 class Walker:
-    """A walking person as an upright cylinder: `height` and `radius` in m, `speed` in m/s,
-    `celsius` the mean surface temperature of skin and clothing. The default is an adult."""
+    """A walking person as an upright cylinder; the default is an adult.
+
+    `height` and `radius` are in m, `speed` in m/s. `celsius` is the mean surface temperature of
+    skin and clothing.
+    """
 
     height: float = 1.7
     radius: float = 0.2

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cells of a coverage map, the motions detected in each, the coverage of rooms, and the choice
-of detectors that together cover the most."""
+"""The cells of a coverage map, the coverage of rooms, and the best choice of detectors."""
 
 from __future__ import annotations
 
@@ -16,16 +15,24 @@ from ..model import Array
 from ..wording import aligned
 from .motions import HEADINGS, Motion, Start
 
-# A cell is covered if a detector detects this share of the possible directions of motion.
+# A detector covers a cell if it detects this share of the possible directions of motion.
 ENOUGH = 0.5
 NO_ROOM = "no room"
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Squares of `size` m on the floor: their middles `at` (n, 3), the names of their `room` (n),
-    the number of their `storey` (n,), and how far a body can move, `lengths` (n, 8), by
-    `Motion.lengths`."""
+    """Square cells of the floor, `size` m wide.
+
+    Attributes
+    ----------
+    at
+        The centres (n, 3) of the cells.
+    room, storey
+        The name of the room and the number of the storey of each cell (n,).
+    lengths
+        How far a body can move from the centre in each direction (n, 8), from `Motion.lengths`.
+    """
 
     size: float
     at: Array
@@ -38,18 +45,18 @@ class Cells:
 
     @property
     def rooms(self) -> list[str]:
-        """The rooms by name; NO_ROOM comes last."""
+        """The names of the rooms; NO_ROOM comes last."""
         return sorted(set(self.room), key=lambda name: (name == NO_ROOM, name))
 
     def of(self, rooms: Iterable[str]) -> Cells:
-        """The cells of these rooms."""
+        """Return the cells of these rooms."""
         wanted = set(rooms)
         rows = np.array([name in wanted for name in self.room], bool)
         names = tuple(name for name in self.room if name in wanted)
         return Cells(self.size, self.at[rows], names, self.storey[rows], self.lengths[rows])
 
     def starts(self) -> tuple[Start, NDArray[np.intp], NDArray[np.intp]]:
-        """All possible motions, and the cell and direction of each."""
+        """Return all possible motions, with the cell and the direction of each."""
         cell, direction = np.nonzero(self.lengths > 0.0)
         start = Start(self.at[cell], HEADINGS[direction], self.lengths[cell, direction])
         return start, cell, direction
@@ -57,8 +64,11 @@ class Cells:
 
 @dataclass(frozen=True)
 class RoomCoverage:
-    """The number of a room's cells, how many of them no, one and several detectors cover (`dead`,
-    `once`, `overlap`), and the `area` of a cell in m²."""
+    """The coverage of a room, as numbers of cells; `area` is that of one cell in m².
+
+    No detector covers the `dead` cells, exactly one covers the cells `once`, and several cover the
+    cells `overlap`.
+    """
 
     name: str
     cells: int
@@ -69,13 +79,17 @@ class RoomCoverage:
 
     @property
     def share(self) -> float:
+        """The share of cells that at least one detector covers."""
         return 1.0 - self.dead / self.cells
 
 
 @dataclass(frozen=True)
 class CoverageMap:
-    """`strength` (detectors, cells, 8): the signal divided by the threshold for each direction, 0
-    where the body cannot move."""
+    """A coverage map.
+
+    `strength` (detectors, cells, 8) is the signal divided by the threshold for each direction of
+    the motion, 0 if the body cannot move that way.
+    """
 
     motion: Motion
     cells: Cells
@@ -84,43 +98,44 @@ class CoverageMap:
 
     @property
     def noticed(self) -> Array:
-        """(detectors, cells): the share of the possible directions that the detector detects."""
+        """The share of the possible directions that each detector detects, (detectors, cells)."""
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).sum(axis=2) / possible
         return share
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """(detectors, cells): whether the detector covers the cell."""
+        """Whether each detector covers each cell, (detectors, cells)."""
         return covered_by(self.noticed)
 
     @property
     def count(self) -> NDArray[np.intp]:
-        """(cells,): how many detectors cover each cell."""
+        """The number of detectors that cover each cell (cells,)."""
         number: NDArray[np.intp] = self.covered.sum(axis=0)
         return number
 
     @property
     def best(self) -> Array:
-        """(cells,): the share of the possible directions that at least one detector detects."""
+        """The share of the possible directions that at least one detector detects, (cells,)."""
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).any(axis=0).sum(axis=1) / possible
         return share
 
     @property
     def margin(self) -> Array:
-        """(cells,): the median over the possible directions of the best detector's signal divided
-        by its threshold."""
+        """The strength (cells,) of the best detector, the median over the possible directions."""
         best = self.strength.max(axis=0, initial=0.0).astype(np.float64)
         best[self.cells.lengths <= 0.0] = np.nan
         median: Array = np.nanmedian(best, axis=1) if len(best) else np.empty(0)
         return median
 
     def rooms(self) -> list[RoomCoverage]:
+        """Return the coverage of each room."""
         count, names = self.count, np.array(self.cells.room, object)
         return [self._room(name, count[names == name]) for name in self.cells.rooms]
 
     def total(self) -> RoomCoverage:
+        """Return the coverage of all cells together."""
         return self._room("all", self.count)
 
     def _room(self, name: str, count: NDArray[np.intp]) -> RoomCoverage:
@@ -131,6 +146,7 @@ class CoverageMap:
 
 
 def covered_by(noticed: Array) -> NDArray[np.bool_]:
+    """Return whether the shares `noticed` are large enough for a covered cell."""
     covered: NDArray[np.bool_] = noticed >= ENOUGH - 1e-9
     return covered
 
@@ -139,9 +155,12 @@ COLUMNS = ("x_m", "y_m", "floor_m", "room", "directions", "covered_by", "noticed
 
 
 def map_csv(coverage: CoverageMap) -> str:
-    """A row for each cell: its middle, its room, the number of possible directions, the number of
-    detectors that cover it, the share of directions detected by any, the margin, and the share of
-    each detector."""
+    """Return the map as CSV with a row for each cell.
+
+    The columns are the centre, the room, the number of possible directions, the number of detectors
+    that cover the cell, the share of directions that any detector detects, the margin, and the
+    share that each detector detects.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*COLUMNS, *coverage.sensors])
@@ -158,13 +177,13 @@ def map_csv(coverage: CoverageMap) -> str:
 
 
 def table(coverage: CoverageMap) -> str:
-    """The coverage of each room as a text table."""
+    """Return the coverage of each room as a text table."""
     rows = [("room", "area m²", "covered", "dead m²", "overlap"), *room_rows(coverage)]
     return "\n".join(aligned(rows)) + "\n"
 
 
 def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
-    """For each room and for all: name, area, and the covered, dead and overlapping part."""
+    """Return name, area, and covered, dead and overlapping part of each room and of all rooms."""
     return [
         (
             room.name,
@@ -177,14 +196,14 @@ def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
     ]
 
 
-# Chooses detectors that together cover the most: greedily, then by swaps, with a proven bound.
+# The choice of detectors that together cover the most: greedy, then by swaps, with a proven bound.
 #
 # The coverage of k sets is submodular. So the greedy choice reaches at least 1 − 1/e of the
-# optimum (Nemhauser, Wolsey, Fisher 1978). A tighter bound for the given sets: the optimum covers
-# at most the coverage of any choice plus the k largest gains beyond it (Minoux 1978; Leskovec et
-# al. 2007).
+# optimum (Nemhauser, Wolsey, Fisher 1978). A tighter bound holds for the given sets: the optimum
+# covers at most what any choice covers, plus the k largest gains that could be added to that
+# choice (Minoux 1978; Leskovec et al. 2007).
 
-# Rounds of swaps. Each round improves the choice, so that they end long before.
+# The most rounds of swaps. In practice no swap improves the choice long before.
 MOST_ROUNDS = 100
 # Gains closer than this are equal.
 TIE = 1e-9
@@ -194,8 +213,19 @@ Sets = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class ChosenPlaces:
-    """The rows `chosen` in the order of their gains; the weight that they cover (`covered`), that
-    which the greedy choice covered (`greedy`), and a `bound` that no choice of as many exceeds."""
+    """The result of `choose`.
+
+    Attributes
+    ----------
+    chosen
+        The rows of the chosen sets, in the order of their gains.
+    covered, greedy
+        The weight that the chosen sets cover, and the weight that the greedy choice covered.
+    bound
+        A weight that no choice of as many sets can exceed.
+    swaps
+        The number of swaps after the greedy choice.
+    """
 
     chosen: tuple[int, ...]
     covered: float
@@ -205,13 +235,32 @@ class ChosenPlaces:
 
     @property
     def assured(self) -> float:
-        """A lower bound of the share of the optimum that is reached."""
+        """A lower bound of the covered weight, as a share of the optimum."""
         return self.covered / self.bound if self.bound > 0.0 else 1.0
 
 
 def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) -> ChosenPlaces:
-    """Chooses at most `count` of the sets (m, n), which cover items (n,) of `weights`. The seed
-    decides between equally good sets. Raises ValueError."""
+    """Choose at most `count` sets that together cover items of the largest weight.
+
+    Parameters
+    ----------
+    sets
+        Whether each set covers each item, (m, n).
+    weights
+        The weights (n,) of the items, at least 0; None means equal weights.
+    seed
+        Decides between equally good sets.
+
+    Raises
+    ------
+    ValueError
+        If `count` is below 1 or a weight is negative.
+
+    References
+    ----------
+    .. [1] Nemhauser, Wolsey, Fisher 1978: the bound of the greedy choice.
+    .. [2] Minoux 1978; Leskovec et al. 2007: the bound for the given sets.
+    """
     if count < 1:
         raise ValueError(f"a number of {count}: at least 1 must be chosen")
     worth = np.ones(sets.shape[1]) if weights is None else np.asarray(weights, np.float64)
@@ -241,13 +290,15 @@ def _gains(sets: Sets, taken: NDArray[np.bool_], worth: Array) -> Array:
 
 
 def _best(gains: Array) -> int:
-    """The first set of the largest gain."""
+    """Return the first set with the largest gain."""
     return int(np.flatnonzero(gains >= gains.max() - TIE)[0])
 
 
 def _greedy(sets: Sets, count: int, worth: Array, bounds: list[float]) -> list[int]:
-    """The sets of the largest gain, one after the other; adds the bound of each step to
-    `bounds`."""
+    """Return the sets of the largest gain, one after the other.
+
+    The bound of each step is added to `bounds`.
+    """
     taken = np.zeros(sets.shape[1], bool)
     chosen: list[int] = []
     while len(chosen) < min(count, len(sets)):
@@ -268,8 +319,7 @@ def _online_bound(sets: Sets, chosen: list[int], count: int, worth: Array) -> fl
 
 
 def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], int]:
-    """The choice after swapping single sets as long as that covers more, and the number of
-    swaps."""
+    """Swap single sets while that covers more; return the choice and the number of swaps."""
     chosen = list(chosen)
     swaps = 0
     for _ in range(MOST_ROUNDS):
@@ -289,7 +339,7 @@ def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], in
 
 
 def _ranked(sets: Sets, chosen: list[int], worth: Array) -> list[int]:
-    """The chosen sets in the order of their gains."""
+    """Return the chosen sets in the order of their gains."""
     left, ranked = list(chosen), []
     taken = np.zeros(sets.shape[1], bool)
     while left:

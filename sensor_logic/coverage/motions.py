@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motions in a cell of a coverage map: a person's step, an arm, a cat, as boxes and cylinders.
+"""The motions that a coverage map tests: a person's step, an arm, a cat, as boxes and cylinders.
 
-The step and the arm are those of the test of occupancy sensors NEMA WD 7: a person who walks at
-4 ft/s through cells of 3 ft, and an arm of 3 × 3 × 15 in, 36 in above the floor, which turns by
-90° in a second.
+The step and the arm are from the test of occupancy sensors NEMA WD 7: a person who walks at 4 ft/s
+through cells of 3 ft, and an arm of 3 × 3 × 15 in, 36 in above the floor, which turns by 90° in a
+second.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from ..model import Array
 DIRECTIONS = 8
 HEADINGS: Array = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
 FOOT, INCH = 0.3048, 0.0254
-# m: a shorter free way is not a possible direction.
+# In m. A direction with a shorter free path is not possible.
 SHORTEST = 0.3
-# m: margin of the quick tests, which leave close cases to the exact test.
+# In m. Margin of the quick tests, which leave close cases to the exact test.
 CLOSE = 1e-6
 
 
@@ -33,9 +33,10 @@ CLOSE = 1e-6
 class Motion:
     """A body and its motion, in m, s and radians; `bottom` and `top` are heights above the floor.
 
-    With `walks`, the body moves straight ahead by at most `step` at `speed`; else it is a
-    horizontal beam from the cell's middle outwards that turns by `step` radians at `speed` rad/s.
-    With a `radius` it is a cylinder; else a box, `length` along its heading and `width` across.
+    With `walks`, the body moves straight ahead by at most `step` at `speed`. Otherwise it is a
+    horizontal bar from the cell's centre outwards that turns by `step` radians at `speed` rad/s. A
+    body with a `radius` is a cylinder. Any other body is a box, `length` along its heading and
+    `width` across.
     """
 
     identifier: str
@@ -52,22 +53,24 @@ class Motion:
 
     @property
     def room(self) -> float:
-        """The free radius in m around the cell's middle that the body needs."""
+        """The free radius in m around the cell's centre that the body needs."""
         return self.radius or self.width / 2.0
 
     @property
     def reach(self) -> float:
-        """The distance in m from its axis to its farthest point, seen from above."""
+        """The distance in m from the body's axis to its farthest point, seen from above."""
         return self.radius or math.hypot(self.length, self.width) / 2.0
 
     @property
     def longest(self) -> float:
-        """The distance in m from its start to its farthest point at any time."""
+        """The largest distance in m from the start to any point of the body during the motion."""
         return self.reach + (self.step if self.walks else self.length)
 
     def at_height(self, height: float) -> Motion:
-        """The motion with the body's top at `height` m, or its middle if it is above the floor.
-        Raises AngenError."""
+        """Return the motion with the body's top at `height` m.
+
+        For a body above the floor, `height` is the height of its middle. Raise AngenError.
+        """
         if self.bottom == 0.0:
             low, high = 0.0, height
         else:
@@ -78,8 +81,11 @@ class Motion:
         return replace(self, bottom=low, top=high)
 
     def lengths(self, clearance: Array) -> Array:
-        """How far it moves (…, 8), in m or radians, with a free `clearance` (…, 8) in m in each
-        direction from the cell's middle; 0 where it cannot move."""
+        """Return how far the body can move in each direction (…, 8), in m or radians.
+
+        `clearance` (…, 8) is the free distance in m in each direction from the cell's centre. The
+        result is 0 where the body cannot move.
+        """
         if self.walks:
             most = np.minimum(clearance - max(self.radius, self.length / 2.0), self.step)
             result: Array = np.where(most >= SHORTEST - 1e-9, most, 0.0)
@@ -153,8 +159,11 @@ MOTIONS: Mapping[str, Motion] = {
 
 
 class BodyHits(NamedTuple):
-    """Pairs (n,) of a `body` and a `ray` that hits it, by number, and the distances in m from the
-    rays' origin at which the ray would `enter` and `leave` the body. The origin may be inside."""
+    """Pairs (n,) of a `body` and a `ray` that hits it, by their numbers.
+
+    `enter` and `leave` are the distances in m from the rays' origin at which the ray enters and
+    leaves the body. The origin can be inside the body.
+    """
 
     body: NDArray[np.intp]
     ray: NDArray[np.intp]
@@ -164,14 +173,18 @@ class BodyHits(NamedTuple):
 
 @dataclass(frozen=True)
 class Start:
-    """m motions: the start `feet` (m, 3) on the floor, the `heading` (m,) in radians, and how far
-    the body moves, `length` (m,)."""
+    """The start of m motions.
+
+    `feet` (m, 3) are points on the floor, `heading` (m,) is in radians, and `length` (m,) is how
+    far each body moves.
+    """
 
     feet: Array
     heading: Array
     length: Array
 
     def part(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Start:
+        """Return the motions of these rows."""
         return Start(self.feet[rows], self.heading[rows], self.length[rows])
 
     def __len__(self) -> int:
@@ -179,17 +192,20 @@ class Start:
 
 
 class Rays:
-    """Rays from one `origin` (3,) along unit `directions` (n, 3) with ranges `free` (n,) in m
-    without a body, sorted by bearing, so that each body is compared with few of them."""
+    """Rays from one `origin` (3,), sorted by bearing.
+
+    The order lets each body be compared with few rays. `directions` (n, 3) are unit vectors, and
+    `free` (n,) has the ranges in m without a body.
+    """
 
     def __init__(self, origin: Array, directions: Array, free: Array) -> None:
         self.origin, self.directions, self.free = origin, directions, free
         bearing = np.arctan2(directions[:, 1], directions[:, 0])
         self.order = np.argsort(bearing, kind="stable")
         once, turn = bearing[self.order], 2.0 * math.pi
-        # Three turns, so that no interval wraps around at ±π.
+        # The bearings three times, so that no interval wraps around at ±π.
         self._bearings = np.concatenate([once - turn, once, once + turn])
-        # Seen from above: their lengths, and their rise per metre.
+        # The horizontal length of each ray, and its rise per horizontal metre.
         flat = np.hypot(directions[:, 0], directions[:, 1])
         self.far = free * flat
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -198,21 +214,39 @@ class Rays:
     def beside(
         self, towards: Array, reach: Array | float
     ) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
-        """The distances (m,) of bodies in directions `towards` (m, 2), and the first and the number
-        of the rays that, seen from above, come within `reach` of each."""
+        """Return which rays come near each body, seen from above.
+
+        Parameters
+        ----------
+        towards
+            The horizontal vectors (m, 2) from the origin to the bodies.
+        reach
+            The radius of the bodies in m.
+
+        Returns
+        -------
+        apart
+            The distances (m,) of the bodies.
+        first, count
+            The first ray in the order of bearings, and the number of rays, that come within `reach`
+            of each body (m,).
+        """
         apart = np.linalg.norm(towards, axis=1)
         outside = apart > reach * (1.0 + 1e-9)
         half = np.arcsin(reach / np.where(outside, apart, reach)) + 1e-9
         middle = np.arctan2(towards[:, 1], towards[:, 0])
         first = np.searchsorted(self._bearings, middle - half)
         count = np.searchsorted(self._bearings, middle + half, side="right") - first
-        # Rays of any bearing can hit a body above or below the origin.
+        # A body above or below the origin can be hit by rays of any bearing.
         rays = len(self.order)
         return apart, np.where(outside, first, rays), np.where(outside, count, rays)
 
-    def may_meet(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """(m,): which bodies can hit rays during their motion, by bearing, distance and height.
-        True for every body for which `hits` finds a hit at any time."""
+    def may_hit(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
+        """Return (m,) which bodies can hit rays during their motion.
+
+        The test uses bearing, distance and height. The result is true for every body for which
+        `hits` finds a hit at any time.
+        """
         if not len(start):
             return np.zeros(0, bool)
         half = start.length / 2.0 if motion.walks else np.zeros(len(start))
@@ -225,15 +259,18 @@ class Rays:
             float(start.feet[:, 2].min()) + motion.bottom - self.origin[2] - CLOSE,
             float(start.feet[:, 2].max()) + motion.top - self.origin[2] + CLOSE,
         )
-        # One more at the end, because `reduceat` needs a valid index for empty intervals.
+        # An extra value at the end, because `reduceat` needs a valid index for empty intervals too.
         nearest = np.minimum.reduceat(np.append(np.tile(enter, 3), np.inf), ends)[::2]
         farthest = np.maximum.reduceat(np.append(np.tile(leave, 3), -np.inf), ends)[::2]
         met: NDArray[np.bool_] = (count > 0) & (farthest >= apart - reach - CLOSE)
         return met & (nearest <= apart + reach + CLOSE)
 
     def _between(self, low: float, high: float) -> tuple[Array, Array]:
-        """The range of distances, seen from above, in which each ray (by bearing) is between two
-        heights above the origin: begin and end; inf and -inf where it never is."""
+        """Return the range of horizontal distances in which each ray is between two heights.
+
+        The heights are relative to the origin, the rays in the order of bearings. A ray that is
+        never between the heights has the range from inf to -inf.
+        """
         rise, far = self.rise[self.order], self.far[self.order]
         with np.errstate(divide="ignore", invalid="ignore"):
             one, two = low / rise, high / rise
@@ -247,7 +284,7 @@ class Rays:
 
 
 def hits(motion: Motion, start: Start, time: float, rays: Rays) -> BodyHits:
-    """The hits of rays and bodies, `time` s after the bodies start."""
+    """Return the hits of rays on bodies, `time` s after the bodies start."""
     gone = np.minimum(motion.speed * max(time, 0.0), start.length)
     turned = start.heading if motion.walks else start.heading + gone
     ahead = np.stack([np.cos(turned), np.sin(turned)], axis=1)
@@ -274,8 +311,7 @@ def hits(motion: Motion, start: Start, time: float, rays: Rays) -> BodyHits:
 def _near(
     motion: Motion, towards: Array, low: Array, rays: Rays
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs of a body and a ray that come near each other by bearing, distance and height, in the
-    order of the bodies."""
+    """Return pairs of a body and a ray that come near each other, in the order of the bodies."""
     apart, first, count = rays.beside(towards, motion.reach)
     body = np.repeat(np.arange(len(towards)), count)
     within = np.arange(len(body)) - np.repeat(np.cumsum(count) - count, count)
@@ -292,8 +328,11 @@ def _near(
 
 
 def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, Array]:
-    """The distances at which rays with horizontal components `flat` (n, 2) enter and leave upright
-    cylinders."""
+    """Return the distances at which rays enter and leave upright cylinders.
+
+    `towards` (n, 2) are the horizontal vectors to the cylinders' axes; `flat` (n, 2) are the
+    horizontal components of the rays' unit directions.
+    """
     square = np.einsum("ni,ni->n", flat, flat)
     nearest = np.einsum("ni,ni->n", towards, flat)
     apart = np.einsum("ni,ni->n", towards, towards) - radius**2
@@ -309,7 +348,10 @@ def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, 
 
 
 def _slab(direction: Array, middle: Array, half: float) -> tuple[Array, Array]:
-    """Where rays enter and leave what lies within `half` of `middle` along one axis."""
+    """Return the distances at which rays enter and leave a slab.
+
+    The slab is within `half` of `middle` along one axis.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         one, two = (middle - half) / direction, (middle + half) / direction
     level = direction == 0.0

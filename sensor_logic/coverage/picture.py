@@ -14,8 +14,8 @@ from ..report.svg import coordinate, plain_style, safe, shown_number, text_width
 from .detectors import DETECTOR
 from .grid import CoverageMap, room_rows
 
-# Colours of a coverage map, brighter with better coverage, and distinct in grey and for the
-# colour-blind (viridis).
+# The colours of a coverage map (viridis) are brighter with better coverage. They are also distinct
+# in grey and for the colour-blind.
 
 # Matplotlib's viridis (CC0) at 0, 1/4, 1/2, 3/4 and 1, sRGB.
 VIRIDIS = np.array(
@@ -27,7 +27,7 @@ VIRIDIS = np.array(
         (0.993, 0.906, 0.144),
     ]
 )
-# The levels of a cell: nothing detected; less than `grid.ENOUGH`; covered by one, two, more.
+# The levels of a cell: no detection; a share below `grid.ENOUGH`; covered by one, two, or more.
 LEVELS = (
     "not noticed",
     "noticed in few directions",
@@ -38,7 +38,7 @@ LEVELS = (
 
 
 def levels(coverage: CoverageMap) -> np.typing.NDArray[np.intp]:
-    """The index (cells,) into LEVELS of each cell."""
+    """Return the index (cells,) into LEVELS of each cell."""
     count = np.minimum(coverage.count, 3)
     partly = (coverage.best > 0.0).astype(np.intp)
     found: np.typing.NDArray[np.intp] = np.where(count > 0, count + 1, partly)
@@ -46,20 +46,21 @@ def levels(coverage: CoverageMap) -> np.typing.NDArray[np.intp]:
 
 
 def linear(colour: Array) -> Array:
-    """Linear values of sRGB colours."""
+    """Return the linear values of sRGB colours."""
     low, high = colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4
     result: Array = np.where(colour <= 0.04045, low, high)
     return result
 
 
 def css(level: int) -> str:
+    """Return the CSS colour of a level."""
     return "#" + "".join(f"{round(255 * c):02x}" for c in VIRIDIS[level].tolist())
 
 
 HEAD, LINE, MARGIN = 64.0, 18.0, 40.0
-# Furniture lets the cells show that are over or under it.
+# Furniture is translucent, so that the cells above and below it stay visible.
 SEE_THROUGH = ".low{fill-opacity:.35}.solid{fill-opacity:.5}"
-# Cells that nothing notices are hatched too.
+# Cells without any detection are also hatched.
 HATCH = (
     '<pattern id="dead" width="6" height="6" patternUnits="userSpaceOnUse" '
     'patternTransform="rotate(45)"><path d="M0 0V6" stroke="#fff" stroke-width="1.6"/></pattern>'
@@ -67,7 +68,7 @@ HATCH = (
 
 
 def svg(coverage: CoverageMap, storeys: Sequence[PlanStorey], title: str) -> str:
-    """`storeys` as of the report's plans, in the order of the map's."""
+    """Return the picture; `storeys` are the plans of the map's storeys, in the same order."""
     numbers = {name: i + 1 for i, name in enumerate(coverage.sensors)}
     kinds = dict.fromkeys(coverage.sensors, DETECTOR.identifier)
     motion = coverage.motion
@@ -100,7 +101,7 @@ def svg(coverage: CoverageMap, storeys: Sequence[PlanStorey], title: str) -> str
 
 
 def _cells(coverage: CoverageMap, storey: int, frame: Frame) -> str:
-    """Squares in the colours of their levels; those of one colour in one path."""
+    """Return the cells as squares in the colours of their levels, one path for each colour."""
     here = coverage.cells.storey == storey
     level = levels(coverage)
     side = coverage.cells.size * frame.scale
@@ -135,7 +136,7 @@ def _legend(y: float) -> tuple[str, float]:
 
 
 def _table(coverage: CoverageMap, y: float) -> tuple[str, float]:
-    """The rooms on the left, the detectors with what each covers on the right."""
+    """Return the table of rooms and the list of detectors with their covered areas."""
     parts = []
     columns = (MARGIN, 220.0, 290.0, 360.0, 430.0)
     heads = ("room", "free m²", "covered", "dead m²", "overlap")

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The times at which moving rays intersect triangles: exact for rays whose ends move in straight
-lines. And the motion of a body between two poses.
+"""The times at which moving rays intersect triangles, and the motion of a body between two poses.
+
+The times are exact for rays whose ends move in straight lines.
 
 A ray intersects a triangle while it passes the three edges on the same side. That side is the sign
-of det(W, p, e), with W from the ray's start to its end, p from its start to a corner, and e along
-the edge [1]: a quadratic function of time where the ray's ends move in straight lines. Only at its
-roots, and at the times at which an end crosses the triangle's plane, can the intersection begin or
-end; one test between two such times decides for the whole interval.
+of det(W, p, e), where W is the ray from start to end, p the vector from the ray's start to a
+corner, and e the edge [1]_. If the ray's ends move in straight lines, the determinant is a
+quadratic function of time. The intersection can begin or end only at its roots, and at the times at
+which an end of the ray crosses the triangle's plane. So one test between two such times decides for
+the whole interval.
 
-[1] C. Ericson, Real-Time Collision Detection (2005), 5.3.4: a line against a triangle.
+References
+----------
+.. [1] C. Ericson, Real-Time Collision Detection (2005), 5.3.4: a line against a triangle.
 """
 
 from __future__ import annotations
@@ -22,15 +26,23 @@ from numpy.typing import NDArray
 from ..model import Array
 from .trees import Index, TriangleTree
 
-# Share of the time: a shorter interval is a rounding error.
+# In shares of the step's time. A shorter interval is a rounding error.
 NO_TIME = 1e-9
 
 
 @dataclass(frozen=True)
 class RayCrossings:
-    """Intersections (p,) of rays with moving solids: the index of the `ray`; the shares `begin` and
-    `end` of the step's time, 0 to 1; the distances from the ray's start at these times, `near` and
-    `far`, which change linearly in between; and the number of the `solid`."""
+    """Intersections (p,) of rays with moving solids during one step.
+
+    Attributes
+    ----------
+    ray, solid
+        The index of the ray and the number of the solid.
+    begin, end
+        The begin and the end of the intersection, as shares of the step's time, 0 to 1.
+    near, far
+        The distances from the ray's start at `begin` and `end`; they change linearly in between.
+    """
 
     ray: Index
     begin: Array
@@ -43,17 +55,18 @@ class RayCrossings:
         return len(self.ray)
 
     def __getitem__(self, which: Index) -> RayCrossings:
-        """The crossings with these indices, in this order."""
+        """Return the crossings with these indices, in this order."""
         return RayCrossings(*(column[which] for column in vars(self).values()))
 
 
 def no_crossings() -> RayCrossings:
+    """Return an empty set of crossings."""
     none = np.zeros(0)
     return RayCrossings(np.zeros(0, np.intp), none, none, none, none, np.zeros(0, np.int64))
 
 
 def joined(parts: list[RayCrossings]) -> RayCrossings:
-    """The crossings of all `parts`."""
+    """Return the crossings of all `parts`."""
     if not parts:
         return no_crossings()
     columns = zip(*(vars(part).values() for part in parts), strict=True)
@@ -61,10 +74,19 @@ def joined(parts: list[RayCrossings]) -> RayCrossings:
 
 
 def crossings(paths: Array, lengths: Array, triangles: TriangleTree, number: int) -> RayCrossings:
-    """The crossings of rays and the triangles of the solid `number`.
+    """Return the crossings of moving rays and the triangles of one solid.
 
-    `paths` (n + 1, k, 2, 3): both ends of k rays at the bounds of n equal time intervals, in which
-    they move in straight lines; `lengths` (k,): the rays' lengths, in the unit of `near` and `far`.
+    Parameters
+    ----------
+    paths
+        Both ends of k rays at the bounds of n equal time intervals, (n + 1, k, 2, 3). The ends move
+        in straight lines within an interval.
+    lengths
+        The lengths (k,) of the rays, in the unit of `near` and `far`.
+    triangles
+        The triangles of the solid.
+    number
+        The number of the solid.
     """
     pieces = len(paths) - 1
     found, order = [], []
@@ -86,17 +108,32 @@ def crossings(paths: Array, lengths: Array, triangles: TriangleTree, number: int
         order.append((piece * paths.shape[1] + ray) * len(triangles.corners) + triangle)
     if not found:
         return no_crossings()
-    # Ordered by piece, ray and triangle, whatever the order in which the tree found them.
+    # Sorted, because the order in which the tree finds the crossings can change.
     return joined(found)[np.argsort(np.concatenate(order), kind="stable")]
 
 
 def _intersections(
     before: Array, after: Array, corners: Array
 ) -> tuple[Index, Array, Array, Array, Array]:
-    """Of pairs (q) of a ray, its ends `before` and `after` (q, 2, 3), and a triangle (q, 3, 3):
-    the pair (p,), the shares of the time (p,) when it begins and ceases to meet it, and the shares
-    of the ray's length (p,) at which it does so then."""
-    # Seen from where the ray's start is, numbers are small.
+    """Return the intersections of q pairs of a moving ray and a triangle.
+
+    Parameters
+    ----------
+    before, after
+        The ends (q, 2, 3) of the rays at the begin and at the end of the interval.
+    corners
+        The triangles (q, 3, 3).
+
+    Returns
+    -------
+    pair
+        The index (p,) of the pair of each intersection.
+    begin, end
+        The times (p,) at which the intersection begins and ends, as shares of the interval.
+    near, far
+        The distances (p,) along the ray at these times, as shares of the ray's length.
+    """
+    # Relative to the ray's start, so that the numbers are small.
     drift = after[:, 0] - before[:, 0]
     way, turn = before[:, 1] - before[:, 0], after[:, 1] - after[:, 0]
     turn = turn - way
@@ -112,7 +149,7 @@ def _intersections(
         ],
         axis=-1,
     )
-    # The ray's length at which it goes through the plane: height / slope, both linear in time.
+    # The share of the ray's length at the plane is height / slope, both linear in time.
     height = np.stack(
         [np.einsum("qc,qc->q", normal, seen[:, 0]), -np.einsum("qc,qc->q", normal, drift)], axis=-1
     )
@@ -148,7 +185,7 @@ def _intersections(
 
 
 def _value(coefficients: Array, at: Array) -> Array:
-    """A polynomial, its coefficients along the last axis from the constant on."""
+    """Return a polynomial's value; the last axis has its coefficients, from the constant on."""
     value = coefficients[..., -1]
     for power in range(coefficients.shape[-1] - 2, -1, -1):
         value = value * at + coefficients[..., power]
@@ -156,40 +193,45 @@ def _value(coefficients: Array, at: Array) -> Array:
 
 
 def _roots(quadratics: Array) -> tuple[Array, Array]:
-    """The two real roots of c0 + c1 t + c2 t², (q, e, 3) → (q, e) twice; what is none is NaN or
-    infinite."""
+    """Return the two roots of c0 + c1 t + c2 t², each (q, e), for coefficients (q, e, 3).
+
+    A root that does not exist is NaN or infinite.
+    """
     constant, linear, square = np.moveaxis(quadratics, -1, 0)
-    # Never the difference of two numbers that are nearly equal.
+    # This form avoids the difference of two nearly equal numbers.
     apart = np.sqrt(linear * linear - 4.0 * square * constant)
     half = -(linear + np.where(linear < 0.0, -apart, apart)) / 2.0
     return half / square, constant / half
 
 
-# Interpolates the motion of a body between two known poses.
+# The motion of a body between two known poses.
 #
-# By Chasles' theorem a rigid body can always move between them by a screw: a rotation about an
-# axis and a translation along it. At a constant rate this is exact for bodies that move in a
-# straight line without turning, and for those that turn about a hinge, wherever their origin is. A
+# By Chasles' theorem, a rigid body can move between any two poses by a screw: a rotation about an
+# axis and a translation along it. At a constant rate, this is exact for a body that moves in a
+# straight line without turning, and for a body that turns about a hinge, whatever its origin. A
 # body that changes its size is also stretched at a constant rate (by the polar decomposition).
 
 # Rotations in single precision deviate from rigid ones by less than this.
 RIGID = 1e-5
-# rad: a smaller rotation is a rounding error; its centre would be too far away to compute.
+# In rad. A smaller rotation is a rounding error; its centre would be too far away to compute.
 SMALLEST_TURN = 1e-7
-# rad: the arc over which a path's deviation from a straight line is estimated.
+# In rad. The deviation of a path from a straight line is estimated over arcs of this angle.
 ARC = math.pi / 8.0
-# The least number of such arcs for a stretched body.
+# The least number of arcs for a stretched body.
 FEWEST = 8
-# Safety factor, because the deviation of an arc is only about that of a parabola.
+# Safety factor, because an arc deviates from a straight line only roughly as a parabola does.
 ENOUGH = 0.8
 # The most pieces that a path is cut into.
 MOST = 10_000
 
 
 class Movement:
-    """The motion from the matrix `before` to `after` (4, 4), which are invertible and of the same
-    handedness: `angle` (rad, 0 to π) of its rotation; `rigid`: it does not change the size. For
-    precision, give both relative to a near point."""
+    """The motion of a body from the matrix `before` to the matrix `after`, both (4, 4).
+
+    The matrices are invertible and have the same handedness. Give both relative to a near point,
+    for precision. `angle` is the angle of the rotation (0 to π rad). `rigid` says that the body
+    keeps its size.
+    """
 
     def __init__(self, before: Array, after: Array) -> None:
         self.before, self.after = before, after
@@ -209,7 +251,7 @@ class Movement:
             self._centre = (across + half * np.cross(self._axis, across)) / 2.0
 
     def at(self, shares: Array) -> Array:
-        """The body's matrices (n, 4, 4) at these shares (n,) of the time, 0 to 1."""
+        """Return the body's matrices (n, 4, 4) at the shares `shares` (n,) of the time, 0 to 1."""
         between = shares[:, None, None]
         if not self.angle:
             return np.asarray(self.before + between * (self.after - self.before))
@@ -223,13 +265,14 @@ class Movement:
 
 
 def _axis_and_angle(turn: Array) -> tuple[Array, float]:
-    """The axis (3,) and the angle (rad, 0 to π) of a rotation."""
+    """Return the axis (3,) and the angle (0 to π rad) of a rotation."""
     odd = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
     sine, cosine = float(np.linalg.norm(odd)), (float(np.trace(turn)) - 1.0) / 2.0
     angle = math.atan2(sine, cosine)
     if cosine > 0.0:
         return (odd / sine if sine > 0.0 else np.zeros(3)), angle
-    # Towards a half turn the odd part vanishes; the even one is cos·I + (1 − cos)·axis axisᵀ.
+    # Near a half turn the antisymmetric part vanishes; the symmetric part is
+    # cos·I + (1 − cos)·axis axisᵀ.
     even = (turn + turn.T) / 2.0 - cosine * np.eye(3)
     axis = even[:, int(np.argmax(np.diag(even)))]
     axis = axis / np.linalg.norm(axis)
@@ -237,7 +280,7 @@ def _axis_and_angle(turn: Array) -> tuple[Array, float]:
 
 
 def _turns(axis: Array, angles: Array) -> Array:
-    """Rotations (n, 3, 3) about an axis by angles (n,) in rad: Rodrigues' formula."""
+    """Return rotations (n, 3, 3) about an axis by angles (n,) in rad: Rodrigues' formula."""
     x, y, z = axis.tolist()
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sine, rest = np.sin(angles)[:, None, None], (1.0 - np.cos(angles))[:, None, None]
@@ -245,8 +288,19 @@ def _turns(axis: Array, angles: Array) -> Array:
 
 
 def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> Array:
-    """Points that move with a sensor, in the local space of a moving body: (n, k, 3) at shares (n,)
-    of the time; `ends` (k, 3) are their final positions in the world."""
+    """Return points that move with a sensor, in the local space of a moving body.
+
+    Parameters
+    ----------
+    shares
+        Shares (n,) of the step's time, 0 to 1.
+    ends
+        The final positions (k, 3) of the points in the world.
+
+    Returns
+    -------
+    The points (n, k, 3).
+    """
     carried = sensor.at(shares) @ np.linalg.inv(sensor.after)
     into = np.linalg.inv(body.at(shares)) @ carried
     seen = np.einsum("nij,kj->nki", into[:, :3, :3], ends) + into[:, None, :3, 3]
@@ -254,8 +308,16 @@ def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> A
 
 
 def pieces_needed(body: Movement, sensor: Movement, ends: Array, tolerance: float) -> int:
-    """The number of equal time intervals in each of which points (k, 3) of the sensor, seen from
-    the body, deviate by at most `tolerance` from a straight line, measured in the world."""
+    """Return the number of equal time intervals in which the sensor's points move almost straight.
+
+    Parameters
+    ----------
+    ends
+        The final positions (k, 3) of the points in the world.
+    tolerance
+        The largest deviation of a point's path from a straight line within an interval. The path is
+        seen from the body, the deviation measured in the world.
+    """
     straight = body.rigid and sensor.rigid and not (body.angle or sensor.angle)
     if straight:
         return 1

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two hierarchies of triangles: one finds those near a moving ray, one casts many rays at once
-against a surface of very many triangles, in little memory.
+"""Two bounding volume hierarchies of triangles: `TriangleTree` and `RayTree`.
 
-Blender's BVH takes 120 bytes and a microsecond per triangle before the first ray. The second sorts
+`TriangleTree` finds the triangles near a moving ray. `RayTree` casts many rays at once against a
+surface of very many triangles, in little memory.
+
+Blender's BVH takes 120 bytes and a microsecond per triangle before the first ray. `RayTree` sorts
 the triangles along a Morton curve and stores boxes around every eight of them, around every eight
 of those boxes, and so on: 8 bytes per triangle and a quarter of the time. A ray then costs some 20
-times as much, so it is for surfaces with many more triangles than rays are cast.
+times as much, so `RayTree` is for surfaces with many more triangles than rays.
 """
 
 from __future__ import annotations
@@ -20,26 +22,26 @@ from numpy.typing import NDArray
 
 from ..model import Array
 
-# A bounding volume hierarchy of triangles that finds those near a moving ray.
+# `TriangleTree`: the triangles near a moving ray.
 #
-# While its two ends move in straight lines, a ray stays within the convex hull of their four end
-# points. A box that a plane separates from this hull cannot contain a crossing. The tests use the
-# planes perpendicular to the world axes, to the ray, to its motion, and to both (separating axes).
+# A ray whose two ends move in straight lines stays within the convex hull of the four end points. A
+# box that a plane separates from this hull cannot contain a crossing. The tested planes are
+# perpendicular to the world axes, to the ray, to its motion, and to both (separating axes).
 
 Index = NDArray[np.intp]
-# Children of a box: 4 is as fast, 16 and 32 are slower.
+# The number of children of a box: 4 is as fast, 16 and 32 are slower.
 WITHIN = 8
-# Pairs of rays and boxes compared at once, to bound the memory.
+# The most pairs of rays and boxes compared at once, to bound the memory.
 PAIRS_AT_ONCE = 50_000
-# Neighbouring rays that descend the hierarchy as one bundle; larger bundles overlap more boxes.
+# Rays in a bundle, which descends the hierarchy as one; larger bundles overlap more boxes.
 TOGETHER = 8
-# Up to this many pairs of rays and triangles the hierarchy costs more than it saves.
+# Up to this many pairs of rays and triangles, the hierarchy costs more than it saves.
 FEW = 200
 # Boxes are enlarged by this share of the largest coordinate, far more than rounding errors.
 ROUNDING = 1e-9
 # Cells of the Morton curve per side: 2^21, because three cell numbers fit into 64 bits.
 CELLS = 2.0**21 - 1.0
-# SPREAD[n] has the bits of n at every third place; a cell number is looked up in two halves.
+# SPREAD[n] has the bits of n at every third place. A cell number is looked up in two halves.
 HALF = 11
 LOW = 2**HALF - 1
 SPREAD = np.zeros(2**HALF, np.int64)
@@ -55,13 +57,16 @@ class Boxes:
     half: Array
 
     def overlap(self, rows: Index, others: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Whether the pairs (q,) of these boxes `rows` and the others `which` are less than `room`
-        apart along each axis."""
+        """Return whether pairs (q,) of boxes are less than `room` apart along each axis.
+
+        A pair is a box of this set, with its index in `rows`, and one of `others`, with its index
+        in `which`.
+        """
         apart = np.abs(others.centre[which] - self.centre[rows])
         return _all_three(apart <= others.half[which] + self.half[rows] + room)
 
     def around(self) -> Boxes:
-        """The boxes around every WITHIN consecutive boxes."""
+        """Return the boxes around every WITHIN consecutive boxes."""
         starts = np.arange(0, len(self.centre), WITHIN)
         lo = np.minimum.reduceat(self.centre - self.half, starts)
         hi = np.maximum.reduceat(self.centre + self.half, starts)
@@ -69,7 +74,11 @@ class Boxes:
 
 
 class SweptBundles:
-    """Bounds of n bundles of k moving rays, whose ends are `before` and `after` (n, k, 2, 3)."""
+    """Bounds of n bundles of k moving rays.
+
+    `before` and `after` (n, k, 2, 3) are the ends of the rays at the begin and the end of the
+    motion.
+    """
 
     def __init__(self, before: Array, after: Array) -> None:
         points = np.concatenate([before, after], axis=1).reshape(len(before), -1, 3)
@@ -78,7 +87,7 @@ class SweptBundles:
         motion = (after - before).reshape(len(before), -1, 3)
         farthest = np.argmax((motion * motion).sum(axis=2), axis=1)
         across = np.cross(along, motion[np.arange(len(motion)), farthest])
-        # A ray at rest, or moving along itself, has no motion across: any perpendicular will do.
+        # A ray at rest, or moving along itself, has no motion across: use any perpendicular.
         still = np.abs(across).max(axis=1) <= ROUNDING * np.abs(along).max(axis=1) ** 2
         thinnest = np.eye(3)[np.argmin(np.abs(along[still]), axis=1)]
         across[still] = np.cross(along[still], thinnest)
@@ -90,8 +99,11 @@ class SweptBundles:
         self.turned_axes = np.abs(self.axes)
 
     def overlap(self, rows: Index, boxes: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Whether no tested plane separates the pairs (q,) of the bundles `rows` and the boxes
-        `which` by more than `room`."""
+        """Return whether no tested plane separates pairs (q,) of a bundle and a box.
+
+        A plane separates them if they are more than `room` apart. `rows` has the indices of the
+        bundles, `which` the indices of the boxes.
+        """
         near = self.box.overlap(rows, boxes, which, room)
         left = np.flatnonzero(near)
         rows, which = rows[left], which[left]
@@ -104,8 +116,10 @@ class SweptBundles:
 
 
 class TriangleTree:
-    """Triangles (m, 3, 3) in a hierarchy of boxes; those with a NaN or infinite corner are left
-    out."""
+    """Triangles (m, 3, 3) in a hierarchy of boxes.
+
+    Triangles with a NaN or infinite corner are left out.
+    """
 
     def __init__(self, corners: Array) -> None:
         self.corners = corners
@@ -120,9 +134,16 @@ class TriangleTree:
         self._largest = float(np.abs(corners[finite]).max(initial=0.0))
 
     def near(self, before: Array, after: Array) -> Iterator[tuple[Index, Index, Index]]:
-        """Candidates for crossings in batches: piece (q,), ray (q,) and triangle (q,). They include
-        all crossings. `before` and `after` (n, k, 2, 3): the ends of k neighbouring rays at the
-        begin and the end of n pieces of their paths, in which they move in straight lines."""
+        """Yield candidates for crossings in batches: piece (q,), ray (q,) and triangle (q,).
+
+        The candidates include all crossings.
+
+        Parameters
+        ----------
+        before, after
+            The ends (n, k, 2, 3) of k neighbouring rays at the begin and the end of n pieces of
+            their paths, in which the ends move in straight lines.
+        """
         if not len(self._numbers) or not before.size:
             return
         both = np.stack([before, after]).reshape(1, -1, 3)
@@ -137,7 +158,7 @@ class TriangleTree:
             return
         bundles = -(-rays // TOGETHER)
         size = -(-rays // bundles)
-        # The last bundle is filled up with the last ray.
+        # The last bundle is padded with the last ray.
         bundled = np.minimum(np.arange(bundles * size), rays - 1)
         swept = SweptBundles(
             *(at[:, bundled].reshape(pieces * bundles, size, 2, 3) for at in (before, after))
@@ -160,7 +181,7 @@ class TriangleTree:
     def _rays_near(
         self, before: Array, after: Array, room: float, single: Index, which: Index
     ) -> NDArray[np.bool_]:
-        """Whether the pairs (q,) of a single ray and a triangle are near each other."""
+        """Return whether pairs (q,) of a single ray and a triangle are near each other."""
         known, place = np.unique(single, return_inverse=True)
         swept = SweptBundles(*(at.reshape(-1, 1, 2, 3)[known] for at in (before, after)))
         return swept.overlap(place, self._levels[0], which, room)
@@ -168,8 +189,10 @@ class TriangleTree:
     def _descend(
         self, swept: SweptBundles, room: float, level: int, rows: Index, which: Index
     ) -> Iterator[tuple[Index, Index]]:
-        """Pairs of a bundle and a leaf box that overlap, below the pairs (q,) of a bundle and a box
-        of a level."""
+        """Yield overlapping pairs of a bundle and a leaf box.
+
+        The search starts at pairs (q,) of a bundle `rows` and a box `which` of the given level.
+        """
         boxes = self._levels[level]
         for start in range(0, len(rows), PAIRS_AT_ONCE):
             some = slice(start, start + PAIRS_AT_ONCE)
@@ -187,12 +210,12 @@ class TriangleTree:
 
 
 def _all_three(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """`mask.all(axis=1)` (n,) of a mask (n, 3), three times as fast."""
+    """Return `mask.all(axis=1)` (n,) of a mask (n, 3), three times as fast."""
     return np.asarray(mask[:, 0] & mask[:, 1] & mask[:, 2])
 
 
 def _boxes(points: Array) -> Boxes:
-    """The boxes (n,) around points (n, m, 3)."""
+    """Return the boxes (n,) around points (n, m, 3)."""
     if points.shape[1] > 4:
         lo, hi = points.min(axis=1), points.max(axis=1)
     else:
@@ -203,8 +226,11 @@ def _boxes(points: Array) -> Boxes:
 
 
 def morton_codes(points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
-    """The positions (n,) of points (n, 3) on a Morton curve, along which neighbours are mostly
-    near; that of a point with NaN or infinite coordinates is arbitrary."""
+    """Return the positions (n,) of points (n, 3) on a Morton curve.
+
+    Neighbours on the curve are mostly near in space. A point with NaN or infinite coordinates has
+    an arbitrary position.
+    """
     found = np.zeros(len(points), np.int64)
     finite = points[np.isfinite(points).all(axis=1)]
     if not len(finite):
@@ -219,20 +245,25 @@ def morton_codes(points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
     return found
 
 
-# Down to this level (boxes of 512 triangles) all boxes that a ray crosses are found; below it they
-# are opened from the nearest on.
+# `RayTree`: rays against very many triangles.
+
+# All boxes of this level (512 triangles) that a ray crosses are found first. Then they are opened,
+# the nearest first.
 MIDDLE = 2
-# The most boxes that a ray opens at once; their number doubles up to this.
+# The most boxes that a ray opens at once; their number doubles up to this one.
 MOST_OPENED = 16
-# Triangles, and rays, in one batch, to bound the memory.
+# The most triangles, and the most rays, in one batch, to bound the memory.
 TRIANGLES_AT_ONCE = 1 << 17
 RAYS_AT_ONCE = 1024
 
 
 @dataclass(frozen=True)
 class _Rays:
-    """Rays (k,): origins and unit directions (k, 3), two perpendicular directions (k, 3), the
-    reciprocals of the directions (k, 3), and the lengths (k,)."""
+    """Rays (k,).
+
+    `across` and `up` (k, 3) are unit vectors perpendicular to the unit `directions` (k, 3),
+    `inverse` (k, 3) the reciprocals of the directions, and `limits` (k,) the lengths.
+    """
 
     origins: Array
     directions: Array
@@ -242,12 +273,15 @@ class _Rays:
     limits: Array
 
     def of(self, which: Index | slice) -> _Rays:
+        """Return the rays of these indices."""
         return _Rays(*(part[which] for part in vars(self).values()))
 
 
 class RayTree:
-    """A hierarchy of the triangles (m, 3) of points (n, 3), neither of which it copies. No ray hits
-    a triangle with a NaN or infinite corner."""
+    """A hierarchy of the triangles (m, 3), given by indices into the points (n, 3).
+
+    The arrays are not copied. No ray hits a triangle with a NaN or infinite corner.
+    """
 
     def __init__(self, points: NDArray[np.float32], triangles: NDArray[np.int32]) -> None:
         self._points = points
@@ -272,8 +306,17 @@ class RayTree:
         self._room = ROUNDING * size
 
     def meet(self, origins: Array, directions: Array, limits: Array) -> tuple[Array, Index]:
-        """The distances (k,) from origins (k, 3) along directions (k, 3), of any length, to the
-        nearest triangle within the limits (k,), and its number (k,); inf and -1 without one."""
+        """Cast rays and return the distance (k,) and the triangle (k,) of each hit.
+
+        A ray without a hit has distance inf and triangle -1.
+
+        Parameters
+        ----------
+        origins, directions
+            The rays (k, 3); directions of any length.
+        limits
+            The longest distances (k,).
+        """
         far, met = np.full(len(origins), np.inf), np.full(len(origins), -1, np.intp)
         for part in _parts(len(origins), RAYS_AT_ONCE):
             rays = _rays(*(np.asarray(a[part], float) for a in (origins, directions, limits)))
@@ -283,8 +326,10 @@ class RayTree:
     def ray_cast(
         self, origin: Array, direction: Array, distance: float = np.inf
     ) -> tuple[Array, Array, int, float] | tuple[None, None, None, None]:
-        """Point, normal, triangle and distance of a single ray's hit, or four Nones, as Blender's
-        `BVHTree.ray_cast`."""
+        """Return point, normal, triangle and distance of a single ray's hit, or four Nones.
+
+        The result has the form of Blender's `BVHTree.ray_cast`.
+        """
         start, way = np.asarray(origin, float), np.asarray(direction, float)
         far, met = self.meet(start[None], way[None], np.array([distance]))
         if met[0] < 0:
@@ -305,7 +350,7 @@ class RayTree:
         ends = np.searchsorted(ray, np.arange(len(best)), side="right")
         open_now = 1
         while True:
-            # The next boxes of each ray, unless it hit a triangle before them.
+            # The next boxes of each ray, except boxes behind a triangle that the ray already hit.
             next_ones = following[:, None] + np.arange(open_now)
             there = next_ones < ends[:, None]
             pairs = next_ones[there]
@@ -322,8 +367,11 @@ class RayTree:
     def _descend(
         self, rays: _Rays, level: int, last: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """Pairs of a ray and a box of the level `last` that it enters, and the distances at which
-        it does: below the given pairs of `level`, or of all boxes if `level` is above the top."""
+        """Return pairs of a ray and a box of the level `last` that it enters, with the distances.
+
+        The search starts below the given pairs of `level`, or at all boxes if `level` is above the
+        top.
+        """
         if level == len(self._levels):
             ray, box = _all_pairs(len(rays.limits), len(self._levels[-1][0]))
             ray, box, enter = self._entered(rays, len(self._levels) - 1, ray, box)
@@ -341,23 +389,23 @@ class RayTree:
     def _entered(
         self, rays: _Rays, level: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """The pairs whose ray enters the box within its limit, and the distances."""
+        """Return the pairs whose ray enters the box within its limit, and the distances."""
         lo, hi = self._levels[level]
         enter, leave = np.zeros(len(ray)), rays.limits[ray]
         with np.errstate(invalid="ignore", over="ignore"):
             for axis in range(3):
                 start, inverse = rays.origins[ray, axis], rays.inverse[ray, axis]
-                # In this order, because the margin would be lost in single precision.
+                # The margin comes last, because single precision would lose it.
                 one = (lo[box, axis] - start - self._room) * inverse
                 two = (hi[box, axis] - start + self._room) * inverse
-                # fmin and fmax pass over the NaN of a ray that runs in the plane of a face.
+                # fmin and fmax ignore the NaN of a ray that runs in the plane of a face.
                 enter = np.fmax(enter, np.fmin(one, two))
                 leave = np.fmin(leave, np.fmax(one, two))
         crossed = np.flatnonzero(enter <= leave)
         return ray[crossed], box[crossed], enter[crossed]
 
     def _hit_triangles(self, rays: _Rays, ray: Index, leaf: Index, best: Array, met: Index) -> None:
-        """Shortens `best` in place to the nearest triangle in pairs of a ray and a leaf box.
+        """Lower `best` in place to the distance of the nearest triangle in pairs of ray and leaf.
 
         Two triangles compute the side of a point at their common edge from the same numbers, so no
         ray slips through between them.
@@ -380,7 +428,7 @@ class RayTree:
         with np.errstate(divide="ignore", invalid="ignore"):
             far = (sides[0] * z[0] + sides[1] * z[1] + sides[2] * z[2]) / whole
             hits = np.flatnonzero(inside & (far >= 0.0) & (far <= best[ray]))
-        # The nearest hit of each ray; of two equally near, the triangle of the lower number.
+        # The nearest hit of each ray; at equal distances, the triangle with the lower number.
         hits = hits[np.lexsort((triangle[hits], far[hits], ray[hits]))]
         _, first = np.unique(ray[hits], return_index=True)
         hits = hits[first]
@@ -400,7 +448,10 @@ def _rays(origins: Array, directions: Array, limits: Array) -> _Rays:
 
 
 def _dot(one: Array, two: Array) -> Array:
-    """Products (k,) of vectors (k, 3), each worked out alike wherever it stands in the array."""
+    """Return the scalar products (k,) of vectors (k, 3).
+
+    Each product is computed alike, wherever it is in the array.
+    """
     found: Array = one[:, 0] * two[:, 0] + one[:, 1] * two[:, 1] + one[:, 2] * two[:, 2]
     return found
 
@@ -410,8 +461,10 @@ def _all_pairs(rays: int, boxes: int) -> tuple[Index, Index]:
 
 
 def _around(rows: NDArray[np.float32], extreme: np.ufunc) -> NDArray[np.float32]:
-    """The least or greatest of each WITHIN rows (n, 3); numpy's own takes five times as long along
-    so short an axis."""
+    """Return the least or greatest of each WITHIN rows (n, 3).
+
+    numpy's reduction takes five times as long along so short an axis.
+    """
     missing = -len(rows) % WITHIN
     found = np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)]).reshape(-1, WITHIN, 3)
     while found.shape[1] > 1:

@@ -96,7 +96,7 @@ def test_a_ray_is_in_a_body_where_points_along_it_are(name, x, y, heading, time,
     found = hits(motion, start, time, ended)
     assert set(met.ray[before_its_end]) <= set(found.ray) <= set(met.ray)
     if before_its_end.any():
-        assert ended.may_meet(motion, start).all()
+        assert ended.may_hit(motion, start).all()
 
 
 def view(directions, free=5.0, threshold=0.05, period=0.1, offsets=None):

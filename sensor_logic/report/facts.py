@@ -18,8 +18,11 @@ from .sections import Line
 
 @dataclass(frozen=True)
 class ReportedSensor:
-    """A sensor of the run: `period` (s) between its updates; `settings` are those that differ from
-    the defaults, as (name, value with unit)."""
+    """A sensor of the run.
+
+    `period` (s) is the time between updates. `settings` are the settings that differ from the
+    defaults, as (name, value with unit).
+    """
 
     name: str
     kind_name: str
@@ -30,10 +33,15 @@ class ReportedSensor:
 
 @dataclass(frozen=True)
 class PlanShape:
-    """The lines of a solid in the plan; `top` (m): its highest point at or below the cut.
+    """The lines of a solid in the plan; `top` (m) is its highest point at or below the cut.
 
-    `role`: "wall": cut and thin; "solid": cut; "low": below the cut, drawn from above; "floor": at
-    most as high as a rug; "moving": cut, and it moves during the run.
+    The `role` is one of these:
+
+    - "wall": cut and thin
+    - "solid": cut
+    - "low": below the cut, drawn from above
+    - "floor": at most as high as a rug
+    - "moving": cut, and it moves during the run
     """
 
     role: str
@@ -43,11 +51,22 @@ class PlanShape:
 
 @dataclass(frozen=True)
 class SensorInPlan:
-    """A sensor in the plan: its position `at` (2,) in m, and its viewing direction seen from above,
-    `looks` (2,), shorter than 1 where it points up or down; `height` (m) above the floor.
+    """A sensor in the plan.
 
-    `fans`: for each fan of rays from the sensor their ends (n, 2); `beams`: single rays, start and
-    end (2, 2); `pad`: the outline (n, 2) of a pressure-sensitive face.
+    Attributes
+    ----------
+    at
+        The position (2,) in m.
+    looks
+        The viewing direction (2,) seen from above, shorter than 1 if it points up or down.
+    height
+        The height in m above the floor.
+    fans
+        The ends (n, 2) of the rays of each fan from the sensor.
+    beams
+        Single rays, start and end (2, 2).
+    pad
+        The outline (n, 2) of a pressure-sensitive face.
     """
 
     name: str
@@ -61,8 +80,11 @@ class SensorInPlan:
 
 @dataclass(frozen=True)
 class PlanStorey:
-    """A storey of the home: heights in m of its floor and of the cut; `view` (2, 2): two corners of
-    the area that the plan shows."""
+    """A storey of the home.
+
+    `floor` and `cut` are heights in m. `view` (2, 2) has two corners of the area that the plan
+    shows.
+    """
 
     floor: float
     cut: float
@@ -73,8 +95,10 @@ class PlanStorey:
 
 @dataclass(frozen=True)
 class Report:
-    """The content of a report: `facts` are pairs (name, value) of the scene; `plan_frame`: the
-    frame of the plan."""
+    """The content of a report.
+
+    `facts` are pairs (name, value) about the scene; `plan_frame` is the frame shown in the plan.
+    """
 
     title: str
     facts: tuple[tuple[str, str], ...]
@@ -86,7 +110,7 @@ class Report:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Begin and end of the run (s)."""
+        """The begin and the end of the run (s)."""
         clock = self.recording.clock
         assert clock is not None
         first = clock.first_step(self.recording.frame_start)
@@ -94,27 +118,43 @@ class Report:
         return clock.step_time(first), clock.step_time(last)
 
     def ordered(self) -> tuple[ReportedSensor, ...]:
-        """The sensors in the order of their numbers, from 1: by room, those without a room last."""
+        """Return the sensors in the order of their numbers: by room, then by name.
+
+        Sensors without a room come last.
+        """
         return tuple(
             sorted(self.sensors, key=lambda s: (s.room == "", _natural(s.room), _natural(s.name)))
         )
 
 
 def _natural(text: str) -> tuple[tuple[str, int, str], ...]:
-    """A sorting key by which "PIR 9" comes before "PIR 10"."""
+    """Return a sorting key that puts "PIR 9" before "PIR 10"."""
     parts = re.findall(r"(\D*)(\d*)", text)
     return tuple((word, int(digits or 0), digits) for word, digits in parts)
 
 
-# The figures of each sensor: the number of its events, its active time, its greatest value.
+# The figures of each sensor: the number of events, the active time, the greatest value.
 
 
 @dataclass(frozen=True)
 class Figures:
-    """`events`: the number of events after the first update, with the times (s) of the first and
-    the last one; `active`: the share (0..1) of updates at which the sensor was active; `greatest`:
-    the greatest valid value of its main numeric `field`; `invalid`: the share of invalid
-    updates."""
+    """The figures of a sensor.
+
+    Attributes
+    ----------
+    events
+        The number of events after the first update.
+    first, last
+        The times (s) of the first and the last event.
+    active
+        The share (0 to 1) of updates at which the sensor was active.
+    greatest
+        The greatest valid value of `field`.
+    field
+        The main numeric field.
+    invalid
+        The share of invalid updates.
+    """
 
     updates: int
     events: int
@@ -127,18 +167,19 @@ class Figures:
 
     @property
     def unit(self) -> str:
+        """The unit of the main field."""
         return self.field.unit if self.field else ""
 
     @property
     def greatest_text(self) -> str:
-        """The greatest value with its unit; "" without one."""
+        """The greatest value with its unit; "" without a value."""
         if self.field is None or self.greatest is None:
             return ""
         return self.field.short(self.greatest)
 
 
 def figures(track: Track) -> Figures:
-    """The figures of a sensor's track."""
+    """Return the figures of a sensor's track."""
     changes = [track.times[index] for index in event_rows(track).tolist()]
     name, values = quantity(track)
     valid = ~invalid(track)
@@ -156,8 +197,10 @@ def figures(track: Track) -> Figures:
 
 
 def quantity(track: Track) -> tuple[str, Array]:
-    """The first numeric event field that was measured, and its values (n,); "" and no values where
-    there is none, as of a switch."""
+    """Return the first numeric event field that was measured, and its values (n,).
+
+    Return "" and no values if there is no such field, as for a switch.
+    """
     names = [field.name for field in track.kind.events if field.type is float]
     for name in names:
         values = np.array(track.columns[name], np.float64)
@@ -167,7 +210,7 @@ def quantity(track: Track) -> tuple[str, Array]:
 
 
 def invalid(track: Track) -> NDArray[np.bool_]:
-    """Mask (n,) of the updates whose field `valid` is false."""
+    """Return the mask (n,) of the updates whose field `valid` is false."""
     if "valid" not in track.columns:
         return np.zeros(len(track), bool)
     valid: NDArray[np.int8] = np.asarray(track.columns["valid"], dtype=np.int8)

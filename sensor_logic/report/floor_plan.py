@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a storey's plan: cut walls, furniture from above, the sensors and their fields of view."""
+"""Draw a storey's plan: cut walls, furniture from above, the sensors and their fields of view."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from .svg import coordinate, hue, mark, shown_number, spread, ticks
 WIDTH = 880.0
 LEFT, TOP, RIGHT, BOTTOM = 40.0, 8.0, 12.0, 62.0
 TALLEST = 720.0
-# px: lines are simplified by this tolerance, and smaller shapes are left out.
+# In px: the tolerance for simplifying lines, and the size below which a shape is left out.
 TOLERANCE, SMALLEST = 0.3, 3.0
 # The most points of furniture in a plan; the smallest shapes are left out first.
 MOST_POINTS = 15_000
-# The order of painting: cut solids cover lower ones.
+# The order of painting: cut solids cover lower solids.
 LAYERS = ("floor", "low", "solid", "moving", "wall")
-# A viewing direction up to this length, seen from above, is not drawn.
+# A viewing direction that is shorter than this, seen from above, is not drawn.
 NO_BEARING = 0.15
 MARK_SIZE = (22.0, 18.0)
-# m: walls are thinner than the first; open ends of their cut within the second are joined.
+# In m: the largest thickness of a wall, and the largest gap in its cut that is closed.
 THIN_M, GAP_M = 0.7, 0.5
 BEARING = 20.0
 
 
 class Frame:
-    """Maps the metres of the plan to the pixels of the drawing; y points up in the plan."""
+    """The mapping from metres of the plan, with y upwards, to pixels of the drawing."""
 
     def __init__(self, view: Array) -> None:
         size = np.maximum(view[1] - view[0], 1e-6)
@@ -42,7 +42,7 @@ class Frame:
         self.bottom = TOP + self.height
 
     def px(self, points: Array) -> Array:
-        """Pixels (n, 2) of points (n, 2) in m; points far outside the frame are clipped."""
+        """Return pixels (n, 2) of points (n, 2) in m; points far outside the frame are clipped."""
         off = np.clip((points - self.view[0]) * self.scale, -1e4, 1e4)
         return np.stack([self.left + off[..., 0], self.bottom - off[..., 1]], axis=-1)
 
@@ -50,8 +50,10 @@ class Frame:
 def floor_plan(
     storey: PlanStorey, numbers: Mapping[str, int], kinds: Mapping[str, str], name: str
 ) -> tuple[str, float]:
-    """The plan as SVG, and its height in px; `numbers` and `kinds` by sensor name; `name` prefixes
-    the ids in the SVG."""
+    """Return the plan as SVG, and its height in px.
+
+    `numbers` and `kinds` are by sensor name; `name` prefixes the ids in the SVG.
+    """
     frame = Frame(storey.view)
     outline = (
         f'x="{coordinate(frame.left)}" y="{TOP:g}" width="{coordinate(frame.width)}" '
@@ -75,7 +77,7 @@ def floor_plan(
 
 
 def _axes(frame: Frame) -> list[str]:
-    """Axes with ticks in metres of the scene."""
+    """Return axes with ticks in metres of the scene."""
     parts = []
     low, high = frame.view
     for axis, ends in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
@@ -102,7 +104,7 @@ def _axes(frame: Frame) -> list[str]:
 
 
 def _scale_bar(frame: Frame) -> str:
-    """A scale bar in two halves, at least an eighth of the width long."""
+    """Return a scale bar in two halves, at least an eighth of the width long."""
     length = ticks(0.0, frame.width / frame.scale / 4, 2)[1]
     x, y, size = frame.left, frame.bottom + 40, length * frame.scale
     half = f"{coordinate(x + size / 2)}"
@@ -130,7 +132,7 @@ def _shapes(frame: Frame, shapes: Sequence[PlanShape]) -> list[str]:
 
 
 def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
-    """Indices of the smallest shapes, which are left out for MOST_POINTS."""
+    """Return the indices of the smallest shapes, to leave out until MOST_POINTS is kept."""
     points, found = sum(d[3] for d in drawn), set()
     for i in sorted(range(len(drawn)), key=lambda i: (drawn[i][2], drawn[i][4])):
         if points <= MOST_POINTS:
@@ -141,7 +143,7 @@ def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
 
 
 def _styles(shape: PlanShape) -> list[tuple[str, Sequence[Line]]]:
-    """Pairs of a style and the lines drawn in it; only closed lines are filled."""
+    """Return pairs of a style and the lines drawn in that style; only closed lines are filled."""
     if shape.role != "wall":
         closed = [line for line in shape.lines if line.closed]
         return [(shape.role, closed), ("hollow", [li for li in shape.lines if not li.closed])]
@@ -152,15 +154,19 @@ def _styles(shape: PlanShape) -> list[tuple[str, Sequence[Line]]]:
 
 
 def _is_thin(lines: Sequence[Line]) -> bool:
-    """Whether the mean thickness of a cut solid is that of a wall, and not of the surface of a room
-    or sky. The areas of holes are subtracted."""
+    """Return whether a cut solid is as thin as a wall, unlike the surface of a room or the sky.
+
+    The mean thickness is compared; areas of holes are subtracted.
+    """
     area = abs(sum(line.area for line in lines))
     return 2 * area <= THIN_M * sum(line.length for line in lines)
 
 
 def _path(frame: Frame, lines: Sequence[Line]) -> tuple[str, int, float]:
-    """The lines as an SVG path, its number of points, and its size in px, without lines outside the
-    frame and lines too small to see."""
+    """Return the lines as an SVG path, its number of points, and its size in px.
+
+    Lines outside the frame and lines too small to see are left out.
+    """
     path, points, largest = [], 0, 0.0
     low = np.array([frame.left, TOP])
     high = np.array([frame.left + frame.width, frame.bottom])
@@ -178,12 +184,12 @@ def _path(frame: Frame, lines: Sequence[Line]) -> tuple[str, int, float]:
 
 
 def polyline(points: Array) -> str:
-    """`M…L…` through points (n, 2) in px."""
+    """Return the SVG path `M…L…` through points (n, 2) in px."""
     return "M" + "L".join(f"{coordinate(x)} {coordinate(y)}" for x, y in points.tolist())
 
 
 def _fans(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
-    """The areas of a sensor's fans, as overlapping polygons."""
+    """Return the areas of a sensor's fans of rays, as overlapping polygons."""
     parts = []
     origin = frame.px(placed.at[None])
     for i, ends in enumerate(placed.fans):
@@ -195,7 +201,7 @@ def _fans(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
 
 
 def _lines(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
-    """A sensor's beams and pad, or else its viewing direction."""
+    """Return a sensor's beams and pad, or else its viewing direction."""
     parts = []
     origin = frame.px(placed.at[None])
     if placed.beams:
@@ -216,7 +222,7 @@ def _marks(
     numbers: Mapping[str, int],
     kinds: Mapping[str, str],
 ) -> list[str]:
-    """The marks with the sensors' numbers; a line leads to a sensor away from its mark."""
+    """Return the marks with the sensors' numbers, and a line to each sensor away from its mark."""
     if not sensors:
         return []
     shown = sorted(sensors, key=lambda placed: numbers[placed.name])

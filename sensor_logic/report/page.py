@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report as a page (HTML with its drawings in it) or as one drawing (SVG)."""
+"""The report as a page (HTML with embedded drawings) or as one drawing (SVG)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .svg import INKS, plain_style, safe, shown_number, style
 from .timeline import LEGEND_HEIGHT, WIDTH, legend, timeline
 
 Numbered = list[tuple[int, ReportedSensor]]
-# Rows that fit on a sheet of paper.
+# The rows of a timeline that fit on a sheet of paper.
 ROWS = 40
 HEADER = ("no.", "sensor", "kind", "room", "height m") + (
     "events", "first s", "last s", "active", "max", "not valid",
@@ -48,7 +48,7 @@ th,td{padding:2.5px 5px}h1{font-size:20px}h2{font-size:14px;margin-top:20px}}
 
 
 def html(report: Report) -> str:
-    """The whole report as a self-contained page, for screen and paper."""
+    """Return the whole report as a self-contained page, for screen and paper."""
     light = "".join(f"--{name}:{colours[0]};" for name, colours in INKS.items())
     dark = "".join(f"--{name}:{colours[1]};" for name, colours in INKS.items())
     css = PAGE_STYLE.replace("$light", light).replace("$dark", dark)
@@ -72,7 +72,7 @@ def html(report: Report) -> str:
 
 
 def svg(report: Report) -> str:
-    """Timeline and plans in one drawing, black on white."""
+    """Return the timeline and the plans in one drawing, black on white."""
     parts, y = [], 30.0
     for drawing, height, _ in _timelines(report):
         parts.append(f'<g transform="translate(0 {y:g})">{drawing}</g>')
@@ -96,7 +96,7 @@ def svg(report: Report) -> str:
 
 
 def _short(about: str) -> str:
-    """The first sentence."""
+    """Return the first sentence of a text."""
     return about.split(". ")[0].rstrip(".")
 
 
@@ -123,7 +123,7 @@ def _numbered(report: Report) -> Numbered:
 
 
 def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
-    """The timeline in parts that fit on a sheet: drawing, height, description."""
+    """Yield drawing, height and description of each part of the timeline that fits on a sheet."""
     numbered = _numbered(report)
     for start in range(0, len(numbered), ROWS):
         rows = numbered[start : start + ROWS]
@@ -136,7 +136,7 @@ def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
 
 
 def _plans(report: Report) -> Iterator[tuple[str, str, tuple[str, float, str]]]:
-    """Heading and caption of each storey, and its drawing with height and name."""
+    """Yield the heading, the caption and the drawing of each storey."""
     numbers = {sensor.name: number for number, sensor in _numbered(report)}
     kinds = {sensor.name: sensor.kind_name for sensor in report.sensors}
     for i, storey in enumerate(report.storeys, start=1):
@@ -198,7 +198,7 @@ def _table_row(
 
 
 def _settings(report: Report) -> str:
-    """The table of settings that differ from the defaults."""
+    """Return the table of settings that differ from the defaults."""
     rows = []
     for number, sensor in _numbered(report):
         if sensor.settings:

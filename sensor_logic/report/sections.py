@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines of a plan from triangles: the exact cut by a horizontal plane, and the outline from above.
+"""Lines of a plan from triangles: the cut by a horizontal plane, and the outline from above.
 
-Both give polylines in x and y. Corners closer than a tenth of a millimetre are welded, so that the
-loops of meshes whose faces do not share vertices close too.
+Both are polylines in x and y. Corners closer than a tenth of a millimetre are welded, so that the
+loops of meshes whose faces do not share vertices also close.
 """
 
 from __future__ import annotations
@@ -19,24 +19,26 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Triangles = NDArray[np.int64] | NDArray[np.int32]
 WELD_M = 1e-4
-# Corners are numbered on a grid of this many cells a side.
+# The number of grid cells per side on which corners are numbered.
 CELLS = 2**20
-# A face points up if the z of its unit normal is above this.
+# A face points up if the z of its unit normal is above this value.
 RISING = 1e-6
 MOST_LOOSE = 200
 
 
 @dataclass(frozen=True)
 class Line:
-    """A polyline (n, 2) in m; a closed one does not repeat its first point. A loop around matter
-    runs counter-clockwise where the normals point outwards."""
+    """A polyline (n, 2) in m; a closed line does not repeat its first point.
+
+    If the normals point outwards, a loop around a solid runs counter-clockwise.
+    """
 
     points: Array
     closed: bool
 
     @property
     def area(self) -> float:
-        """Signed area in m²; 0 for an open line."""
+        """The signed area in m²; 0 for an open line."""
         if not self.closed:
             return 0.0
         x, y = (self.points - self.points[0]).T
@@ -44,13 +46,16 @@ class Line:
 
     @property
     def length(self) -> float:
-        """Length in m, of a closed line all around."""
+        """The length in m; the perimeter of a closed line."""
         ends = np.roll(self.points, -1, axis=0) if self.closed else self.points[1:]
         return float(np.linalg.norm(ends - self.points[: len(ends)], axis=1).sum())
 
 
 def cut(points: Array, triangles: Triangles, height: float) -> list[Line]:
-    """The intersection of the plane z = `height` (m) and the triangles (m, 3) of points (n, 3)."""
+    """Return the intersection of the plane z = `height` with triangles (m, 3) of points (n, 3).
+
+    Lengths are in m.
+    """
     points, corners = weld(points, _near(points, triangles, height))
     above: Mask = np.asarray(points[:, 2] >= height)
     crossing = corners[above[corners].any(axis=1) & ~above[corners].all(axis=1)]
@@ -66,13 +71,13 @@ def cut(points: Array, triangles: Triangles, height: float) -> list[Line]:
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     share = (height - a[:, 2]) / (b[:, 2] - a[:, 2])
     places = a[:, :2] + share[:, None] * (b - a)[:, :2]
-    # Two edges can cross the plane at one place, where a face ends in the middle of another's edge.
+    # Two edges can cross the plane at the same place, if a face ends in the middle of another edge.
     first, same = _same_places(places)
     return _chained(places[first], same[nodes.reshape(2, -1).T])
 
 
 def from_above(points: Array, triangles: Triangles) -> list[Line]:
-    """The outlines, seen from above, of the faces that point up."""
+    """Return the outlines, seen from above, of the faces that point up."""
     points, corners = weld(points, triangles)
     a, b, c = (points[corners[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
@@ -81,14 +86,14 @@ def from_above(points: Array, triangles: Triangles) -> list[Line]:
     if not len(rising):
         return []
     edges = np.stack([rising, np.roll(rising, -1, axis=1)], axis=2).reshape(-1, 2)
-    # One number for each edge: numpy sorts rows many times slower.
+    # Edges are encoded as single numbers, because numpy sorts rows many times slower.
     key = edges.min(axis=1) * len(points) + edges.max(axis=1)
     _, which, count = np.unique(key, return_index=True, return_counts=True)
     return _chained(points[:, :2], edges[which[count % 2 == 1]])
 
 
 def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
-    """The triangles that can intersect the plane, also after their corners are welded."""
+    """Return the triangles that can intersect the plane, also after their corners are welded."""
     levels = points[:, 2][triangles]
     reach = np.abs(points[np.isfinite(points)]).max(initial=0.0)
     margin = 10 * WELD_M + 4 * reach / CELLS
@@ -98,8 +103,10 @@ def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
 
 
 def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
-    """The triangles over welded points, without those of zero area and those with a NaN or infinite
-    corner."""
+    """Return welded points, and the triangles over them.
+
+    Triangles of zero area and triangles with a NaN or infinite corner are left out.
+    """
     finite: Mask = np.asarray(np.isfinite(points).all(axis=1))
     used, inverse = np.unique(triangles[finite[triangles].all(axis=1)], return_inverse=True)
     if not len(used):
@@ -110,8 +117,7 @@ def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
 
 
 def _same_places(points: Array) -> tuple[Indices, Indices]:
-    """The index of the first of the points (n, 2 or 3) at each place, and each point's place
-    (n,)."""
+    """Return the first point at each place, and each point's place (n,), for points (n, 2 or 3)."""
     low = points.min(axis=0)
     cell = max(WELD_M, float((points.max(axis=0) - low).max()) / (CELLS - 1))
     key = np.zeros(len(points), np.int64)
@@ -122,15 +128,17 @@ def _same_places(points: Array) -> tuple[Indices, Indices]:
 
 
 def _chained(places: Array, segments: Indices) -> list[Line]:
-    """Polylines from directed segments (n, 2) between places, each as long as possible and in the
-    direction of most of its segments."""
+    """Return polylines from directed segments (n, 2) between places.
+
+    Each polyline is as long as possible and has the direction of most of its segments.
+    """
     at: dict[int, list[int]] = defaultdict(list)
     ends = segments[segments[:, 0] != segments[:, 1]].tolist()
     for i, (start, end) in enumerate(ends):
         at[start].append(i)
         at[end].append(i)
     used = [False] * len(ends)
-    # Open lines first, from one of their ends; the remaining segments are loops.
+    # Open lines come first, from one of their ends; the remaining segments form loops.
     loose = [n for n, (start, end) in enumerate(ends) if len(at[start]) == 1 or len(at[end]) == 1]
     lines = []
     for first in [*loose, *range(len(ends))]:
@@ -157,9 +165,10 @@ def _chained(places: Array, segments: Indices) -> list[Line]:
 
 
 def joined(lines: list[Line], gap: float) -> list[Line]:
-    """The lines, after joining open ones whose ends are at most `gap` (m) apart, nearest first.
+    """Return the lines after joining open lines whose ends are at most `gap` (m) apart.
 
-    Walls are often modelled without the faces where they adjoin: their cut is open there.
+    The nearest ends are joined first. Walls are often modelled without the faces where they adjoin,
+    so their cut is open at these places.
     """
     closed = [line for line in lines if line.closed]
     loose = [line.points for line in lines if not line.closed]
@@ -183,10 +192,14 @@ def joined(lines: list[Line], gap: float) -> list[Line]:
 
 
 def simplified(points: Array, tolerance: float, closed: bool = False) -> Array:
-    """The points (n, 2) without those within `tolerance` of the line through the others (Ramer,
-    Douglas and Peucker)."""
+    """Return the points (n, 2) without points within `tolerance` of the line through the others.
+
+    References
+    ----------
+    The algorithm of Ramer, Douglas and Peucker.
+    """
     if closed and len(points) > 3:
-        # Two halves, between the first point and the one farthest from it.
+        # Split at the point farthest from the first point.
         far = int(np.argmax(np.linalg.norm(points - points[0], axis=1)))
         one = simplified(points[: far + 1], tolerance)
         two = simplified(np.concatenate([points[far:], points[:1]]), tolerance)

@@ -13,7 +13,7 @@ import numpy as np
 from ..kinds import KINDS
 from ..model import Array
 
-# The colours of Okabe and Ito for the colour-blind, and a brown.
+# The colour-blind-safe colours of Okabe and Ito, and a brown.
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
 
@@ -22,24 +22,27 @@ _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def safe(text: str) -> str:
-    """Text for XML and HTML, also inside an attribute."""
+    """Return text escaped for XML and HTML, also inside an attribute."""
     return escape(_FORBIDDEN.sub("\ufffd", text))
 
 
 def shown_number(value: float) -> str:
-    """A number with a real minus sign and without rounding errors."""
+    """Return a number with a real minus sign and without rounding errors."""
     return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
 
 
 def coordinate(value: float) -> str:
-    """A coordinate of a drawing, to a tenth of a pixel."""
+    """Return a coordinate of a drawing as text, to a tenth of a pixel."""
     text = f"{value:.1f}"
     text = text[:-2] if text.endswith(".0") else text
     return "0" if text == "-0" else text
 
 
 def ticks(low: float, high: float, count: int) -> list[float]:
-    """About `count` multiples of 1, 2 or 5 times a power of ten that span `low` to `high`."""
+    """Return about `count` round numbers that span `low` to `high`.
+
+    The numbers are multiples of 1, 2 or 5 times a power of ten.
+    """
     rough = (high - low) / max(count, 1)
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(power * m for m in (1.0, 2.0, 5.0, 10.0) if power * m >= rough * (1 - 1e-9))
@@ -48,12 +51,12 @@ def ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def place(value: float, low: float, high: float, first: float, last: float) -> float:
-    """The position between `first` and `last` of a value on the axis from `low` to `high`."""
+    """Return the position between `first` and `last` of a value on an axis `low` to `high`."""
     return first + (value - low) / (high - low) * (last - first)
 
 
 def text_width(text: str, size: float) -> float:
-    """The approximate width of a text in a sans-serif font of this size; rather too large."""
+    """Return the approximate width of a text in a sans-serif font; rather too large."""
     return sum(_width(character) for character in text) * size
 
 
@@ -67,8 +70,8 @@ def _width(character: str) -> float:
     return 0.7 if character.isupper() else 0.555
 
 
-def fitting(text: str, width: float, size: float) -> str:
-    """The text, shortened with an ellipsis where it is too wide."""
+def shortened(text: str, width: float, size: float) -> str:
+    """Return the text, shortened with an ellipsis if it is too wide."""
     if text_width(text, size) <= width:
         return text
     while text and text_width(text + "…", size) > width:
@@ -76,9 +79,9 @@ def fitting(text: str, width: float, size: float) -> str:
     return text.rstrip() + "…"
 
 
-# Colours, and a mark for each kind of sensor that differs from the others also without colour.
+# Colours, and a mark for each kind of sensor, which can be told apart without colour.
 
-# Name → colour on white and on black.
+# The colours by name, on white and on black.
 INKS = {
     "paper": ("#ffffff", "#14171a"),
     "ink": ("#1c2024", "#e8eaec"),
@@ -126,7 +129,7 @@ HUE_STYLE = """
 
 
 def style(colours: dict[str, str]) -> str:
-    """The CSS of all drawings, with these colours by name."""
+    """Return the CSS of all drawings, with these colours by name."""
     text = "".join(HUE_STYLE.replace("$n", str(n)) for n in range(1, HUES + 1)) + STYLE
     for name in sorted(colours, key=len, reverse=True):
         text = text.replace(f"${name}", colours[name])
@@ -134,17 +137,17 @@ def style(colours: dict[str, str]) -> str:
 
 
 def plain_style() -> str:
-    """The CSS of a standalone drawing, black on white."""
+    """Return the CSS of a standalone drawing, black on white."""
     return style({name: light for name, (light, _) in INKS.items()})
 
 
 def hue(kind_name: str) -> int:
-    """1 … HUES for a kind, in the order of the kinds' numbers."""
+    """Return the number of a kind's colour, from 1 to HUES, in the order of the kinds' numbers."""
     return (KINDS[kind_name].number - 1) % HUES + 1
 
 
 def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str:
-    """A small shape in the colour of the kind with a label in it, centred at (x, y)."""
+    """Return a small shape in the colour of the kind, with a label, centred at (x, y)."""
     kind = f'class="fill{hue(kind_name)}"'
     half = 8.0 if len(label) < 3 else 9.5
     shapes = {
@@ -162,9 +165,9 @@ def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str
     )
 
 
-# Places marks beside the points that they label, without overlaps.
+# The places of marks beside the points that they label, without overlaps.
 
-# Distances (px) and directions to try, the nearest first.
+# The distances (px) and directions to try, the nearest first.
 RINGS = (0.0, 17.0, 26.0, 38.0, 54.0, 76.0, 108.0)
 DIRECTIONS = 16
 
@@ -172,9 +175,18 @@ DIRECTIONS = 16
 def spread(
     places: Array, size: tuple[float, float], box: tuple[float, float, float, float]
 ) -> Array:
-    """The positions (n, 2) of marks of a size (width, height) for `places` (n, 2), within a box
-    (left, top, right, bottom) where possible. In order, each mark gets the nearest free spot, or
-    without one the spot farthest from all other marks."""
+    """Return positions (n, 2) for marks of `places` (n, 2).
+
+    In order, each mark gets the nearest free spot; without a free spot, it gets the spot farthest
+    from all other marks.
+
+    Parameters
+    ----------
+    size
+        Width and height of a mark.
+    box
+        Left, top, right and bottom of the area to keep marks in, where possible.
+    """
     offsets = np.array(
         [(0.0, 0.0)]
         + [

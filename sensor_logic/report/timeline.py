@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws the timeline: a row for each sensor, by room, with its active times and its values."""
+"""Draw the timeline: a row for each sensor, by room, with its active times and its values."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ..kinds import KINDS
 from ..model import Array
 from ..recording.tracks import Track
 from .facts import Report, ReportedSensor, invalid, quantity
-from .svg import coordinate, fitting, hue, mark, place, safe, shown_number, text_width, ticks
+from .svg import coordinate, hue, mark, place, safe, shortened, shown_number, text_width, ticks
 
-# Reduces a track to the columns of a drawing without losing what is narrower than a column.
+# Reduce a track to the columns of a drawing; events narrower than a column stay visible.
 #
-# A reading holds until the next one, or for one period where the next one is missing.
+# A reading holds until the next reading, or for one period if the next reading is missing.
 
 # A smaller share of a column's time is a rounding error.
 ROUNDING = 1e-6
@@ -27,10 +27,21 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Columns:
-    """n equal parts of the time. `known` (n,): the share in which the sensor was simulated;
-    `active`, `invalid` (n,): the shares of `known` in which it was active or invalid; `low`,
-    `high`, `last` (n,): the least, greatest and last value, NaN without one; `top`: the greatest
-    valid value of all; `quantity`: the field of the values."""
+    """n columns of equal duration.
+
+    Attributes
+    ----------
+    known
+        The share (n,) of the column in which the sensor was simulated.
+    active, invalid
+        The shares (n,) of `known` in which the sensor was active or invalid.
+    low, high, last
+        The least, the greatest and the last value (n,) in the column; NaN without a value.
+    quantity
+        The field of the values.
+    top
+        The greatest valid value of all columns.
+    """
 
     known: Array
     active: Array
@@ -43,18 +54,20 @@ class Columns:
 
     @property
     def sometimes(self) -> NDArray[np.bool_]:
-        """The columns in which it was active at least for a moment."""
+        """The columns in which the sensor was active at least briefly."""
         return self.active > ROUNDING
 
     @property
     def throughout(self) -> NDArray[np.bool_]:
-        """The columns in which it was active throughout."""
+        """The columns in which the sensor was active throughout."""
         return self.active > 1.0 - ROUNDING
 
 
 def columns(track: Track, period: float, step: float, span: tuple[float, float], n: int) -> Columns:
-    """The track over `span` (s) in `n` columns; `period` (s): the time between updates, which are
-    at most one `step` (s) of the run late."""
+    """Return the track over `span` (s) in `n` columns.
+
+    `period` (s) is the time between updates, each of which is at most one `step` (s) late.
+    """
     times = np.array(track.times, np.float64)
     if not len(times):
         none, unmeasured = np.zeros(n), np.full(n, np.nan)
@@ -66,7 +79,7 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
     width = (span[1] - span[0]) / n
 
     def share(mask: NDArray[np.bool_]) -> Array:
-        """The share (n,) of each column during which the masked readings hold."""
+        """Return the share (n,) of each column during which the masked readings hold."""
         durations = np.where(mask, held - times, 0.0)
         total = np.concatenate([[0.0], np.cumsum(durations)])
         moments = np.stack([times, held], axis=1).ravel()
@@ -88,11 +101,11 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
 
 
 def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
-    """The least, greatest and last value (n,) between `edges` (n + 1,)."""
+    """Return the least, greatest and last value (n,) between `edges` (n + 1,)."""
     n = len(edges) - 1
 
     def at(moments: Array, side: str) -> Array:
-        """The value that holds at each moment, or just before it (side "left")."""
+        """Return the value that holds at each time, or just before it (side "left")."""
         index = np.searchsorted(times, moments, "right" if side == "right" else "left") - 1
         there = index >= 0
         reaches = held[index] > moments if side == "right" else held[index] >= moments
@@ -108,7 +121,7 @@ def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[A
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """The first, and one past the last, column of each run where the mask is true."""
+    """Return the first, and one past the last, column of each run where the mask is true."""
     change = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in change.reshape(-1, 2)]
 
@@ -121,12 +134,12 @@ STEPS = (
     *(HOUR * h for h in (1, 2, 3, 6, 12)),
     *(DAY * d for d in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)),
 )
-# Up to this span labels are seconds, beyond it clock times.
+# Up to this span, labels are in seconds; for longer spans they are clock times.
 SECONDS_UP_TO = 300.0
 
 
 def moments(first: float, last: float, count: int) -> list[float]:
-    """About `count` round times (s) from `first` to `last`."""
+    """Return about `count` round times (s) from `first` to `last`."""
     span = last - first
     if span <= SECONDS_UP_TO:
         found = ticks(first, last, count)
@@ -138,7 +151,7 @@ def moments(first: float, last: float, count: int) -> list[float]:
 
 
 def time_label(time: float, span: float) -> str:
-    """The label of a time (s) on an axis over `span` seconds: 90, 1:30 or 2:15."""
+    """Return the label of a time (s) on an axis over `span` seconds: 90, 1:30 or 2:15."""
     if span <= SECONDS_UP_TO:
         return shown_number(time)
     sign, seconds = ("−" if time < 0 else ""), round(abs(time))
@@ -152,7 +165,7 @@ def time_label(time: float, span: float) -> str:
 
 
 def unit(span: float) -> str:
-    """The title with the unit of an axis over `span` seconds."""
+    """Return the title, with the unit, of an axis over `span` seconds."""
     if span <= SECONDS_UP_TO:
         return "time in s"
     if span < HOUR:
@@ -164,11 +177,11 @@ WIDTH = 880
 ROOM, MARK, NAME = 0.0, 100.0, 116.0
 LEFT, RIGHT = 272.0, 812.0
 TOP, ROW, BOTTOM = 22.0, 22.0, 36.0
-# A bar from HIGH to LOW of its row means active, one from MIDDLE to LOW active for a part of the
-# column. A curve is drawn above a low bar.
+# A bar from HIGH to LOW means active for the whole column, a bar from MIDDLE to LOW active for a
+# part of the column. A curve is drawn above a low bar.
 HIGH, LOW, MIDDLE = 5.0, 18.0, 11.5
 CURVE_TOP, CURVE_BASE = 3.0, 16.0
-# The narrowest column (px), and the most columns of a whole report.
+# The narrowest column (px), and the most columns in a whole report.
 FINEST, COLUMNS = 0.5, 90_000
 MOST_TICKS = 9
 LEGEND_HEIGHT = 48.0
@@ -177,8 +190,10 @@ LEGEND_HEIGHT = 48.0
 def timeline(
     report: Report, numbered: Sequence[tuple[int, ReportedSensor]], name: str
 ) -> tuple[str, float]:
-    """The rows of these sensors as SVG, and the height in px; `name` prefixes the ids in the
-    SVG."""
+    """Return the rows of these sensors as SVG, and the height in px.
+
+    `name` prefixes the ids in the SVG.
+    """
     first, last = report.span
     rooms = any(sensor.room for sensor in report.sensors)
     bottom = TOP + ROW * len(numbered)
@@ -186,7 +201,7 @@ def timeline(
     top = TOP
     for room, group in groupby(numbered, key=lambda row: row[1].room):
         members = list(group)
-        shown_room = fitting(room or "no room", MARK - 22, 12)
+        shown_room = shortened(room or "no room", MARK - 22, 12)
         if rooms:
             parts.append(
                 f'<text class="strong" x="{ROOM:g}" y="{top + 15:g}">{safe(shown_room)}'
@@ -200,7 +215,7 @@ def timeline(
 
 
 def column_width(sensors: int) -> float:
-    """The narrowest column width in px that divides the row and keeps all rows within COLUMNS."""
+    """Return the narrowest column width in px that keeps all rows within COLUMNS columns."""
     most = round((RIGHT - LEFT) / FINEST)
     whole = [k for k in range(1, most + 1) if most % k == 0]
     return FINEST * next((k for k in whole if sensors * most // k <= COLUMNS), most)
@@ -235,7 +250,7 @@ def _row(
     report: Report, number: int, sensor: ReportedSensor, top: float, name: str, rooms: bool
 ) -> list[str]:
     at_mark, at_name = (MARK, NAME) if rooms else (12.0, 28.0)
-    shown = fitting(sensor.name, LEFT - at_name - 12, 12)
+    shown = shortened(sensor.name, LEFT - at_name - 12, 12)
     kind = KINDS[sensor.kind_name]
     parts = [
         mark(sensor.kind_name, at_mark, top + ROW / 2, str(number)),
@@ -257,7 +272,7 @@ def _row(
 
 
 def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
-    """A row's drawing, relative to its upper left corner."""
+    """Return a row's drawing, relative to its upper left corner."""
     parts = []
     measured = bool(seen.quantity)
     if measured:
@@ -274,7 +289,7 @@ def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
 
 
 def _bars(mask: np.typing.NDArray[np.bool_], width: float, high: float, low: float, k: int) -> str:
-    """The runs of a mask as strokes, which make a smaller file than boxes."""
+    """Return the runs of a mask as strokes, which make a smaller file than boxes."""
     found = runs(mask)
     if not found:
         return ""
@@ -297,11 +312,11 @@ def _box(a: int, b: int, width: float, pattern: str) -> str:
 
 
 def _curve(seen: Columns, width: float, colour: int) -> str:
-    """The value as steps above zero, in each column from the least to the greatest value."""
+    """Return the value as steps above zero, in each column from the least to the greatest value."""
     top = seen.top if np.isfinite(seen.top) and seen.top > 0.0 else 1.0
 
     def level(values: np.typing.NDArray[np.float64]) -> np.typing.NDArray[np.float64]:
-        """Height above the base in half pixels; invalid values may exceed the top."""
+        """Return the height above the base in half pixels; invalid values can exceed the top."""
         return np.round(np.clip(values / top, 0.0, 1.1) * (CURVE_BASE - CURVE_TOP) * 2)
 
     low, high, last = level(seen.low), level(seen.high), level(seen.last)
@@ -325,7 +340,7 @@ def _curve(seen: Columns, width: float, colour: int) -> str:
 
 
 def legend(report: Report, name: str, y: float) -> str:
-    """The legend of the timeline, in two lines."""
+    """Return the legend of the timeline, in two lines."""
     named = {sensor.kind_name for sensor in report.sensors}
     kinds = [kind for kind in KINDS.values() if kind.identifier in named]
     parts, x = [], 4.0

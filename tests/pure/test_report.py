@@ -31,10 +31,10 @@ from angen_sensors.sensor_logic.report.sections import Line, cut, from_above, jo
 from angen_sensors.sensor_logic.report.svg import (
     HUES,
     INKS,
-    fitting,
     hue,
     plain_style,
     safe,
+    shortened,
     spread,
     style,
     text_width,
@@ -191,8 +191,8 @@ def test_a_day_of_500_busy_sensors_is_small() -> None:
 
 
 def test_texts_are_cut_to_their_place_and_every_kind_has_its_own_colour() -> None:
-    assert fitting("short", 100, 12) == "short"
-    cut = fitting("a very long name of a sensor in the hall", 100, 12)
+    assert shortened("short", 100, 12) == "short"
+    cut = shortened("a very long name of a sensor in the hall", 100, 12)
     assert cut.endswith("…") and text_width(cut, 12) <= 100
     assert safe("<&>") == "&lt;&amp;&gt;"
     assert ticks(0.0, 9.5, 5) == [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The contact forces that keep bodies in balance: the elastic foundation under friction.
+"""The contact forces that keep bodies in balance: an elastic foundation with friction.
 
-Each contact point is a spring that can push and rub, not pull; each body takes the small
-displacement at which its springs give the wrench that it needs. Where the statics leave a choice
-(four legs), the springs decide, as in an elastic foundation (Winkler).
+Each contact point is a spring that can push and rub, but not pull. Each body takes the small
+displacement at which its springs give the wrench that the body needs. If statics alone do not
+determine the forces (four legs), the springs do, as in an elastic foundation (Winkler).
 
-With the displacements λ (six a body), G the map from contact forces to wrenches, K the springs
-and C the friction cones, λ is the minimum of the convex, once differentiable function
+With the displacements λ (six a body), G the map from contact forces to wrenches, K the springs and
+C the friction cones, λ is the minimum of the convex, once differentiable function
 
-    φ(λ) = Σ ½ |P_C(K½ (Gᵀλ − δ))|² + ½ λᵀ E λ − wᵀλ
+φ(λ) = Σ ½ |P_C(K½ (Gᵀλ − δ))|² + ½ λᵀ E λ − wᵀλ
 
-whose gradient is "forces minus wrench". E, tiny where the balance must be met, is what keeps the
-minimum where no forces can meet it: E λ is then the wrench that is left over. A Newton method
-with a line search finds the minimum, and an interior-point method where that takes long.
+whose gradient is "forces minus wrench". E is tiny for components of the balance that must be met.
+It keeps the minimum finite if no forces can meet the balance: then E λ is the remaining wrench. A
+Newton method with a line search finds the minimum, or an interior-point method if Newton's method
+takes long.
 """
 
 from __future__ import annotations
@@ -30,30 +31,40 @@ from .interior_point import minimise_inside, solve
 Mask = npt.NDArray[np.bool_]
 
 GROUND = -1
-# Stiffness of tangential springs relative to normal ones: friction carries only what normal forces
-# cannot.
+# The stiffness of tangential springs relative to normal springs. It is small, so that friction
+# carries only what normal forces cannot.
 TANGENTIAL = 0.01
-# E for a balance that must be met, for a body that needs all of the force: small beside the
-# required wrench, but large enough that an impossible balance is found in a few steps.
+# E for a balance that must be met, for a body that requires the whole force. It is small compared
+# with the required wrench, but large enough that an impossible balance is found in a few steps.
 HARD = 1e-6
 LEAST_HARD = 1e-12
 # A balance with a larger E need not be met.
 FREE = 1e-5
 AGAIN = 2
-# Where Newton's method needs more steps, it zigzags. Fewer (12) make tumbling piles 30 % slower.
+# Newton's method zigzags if it needs more steps. A limit of 12 makes tumbling piles 30 % slower.
 MAX_STEPS = 50
 MAX_HALVINGS = 30
-# Tolerance of the minimum of φ, as a share of a body's required wrench.
+# The tolerance of the minimum of φ, as a share of a body's required wrench.
 SETTLED = 1e-7
 
 
 @dataclass(frozen=True)
 class Load:
-    """The required wrench of a body: `wrench` (6,), force in N and moment in N·m about `centre`
-    (3,).
+    """The required wrench of a body.
 
-    `size` in metres makes moments comparable with forces. `softness` (6,), along and about the rows
-    of `axes` (3, 3), is 0 for components of the balance that must be met, larger for others.
+    Attributes
+    ----------
+    centre
+        The point (3,) in m that the moment is about.
+    wrench
+        The force in N and the moment in N·m, (6,).
+    size
+        A length in m that makes moments comparable with forces.
+    softness
+        One number (6,) for each component along and about the rows of `axes`: 0 if the balance of
+        the component must be met, else larger.
+    axes
+        The axes of `softness`, as rows (3, 3).
     """
 
     centre: Array
@@ -65,9 +76,22 @@ class Load:
 
 @dataclass(frozen=True)
 class Points:
-    """n contact points: places (n, 3), normals (n, 3) from body `b` to body `a` (indices, GROUND
-    for bodies that do not move), friction coefficients (n,), spring stiffnesses (n,) > 0 in any
-    common unit, and `slack` (n,), the gap in units of the mean indentation.
+    """n contact points.
+
+    Attributes
+    ----------
+    places
+        The points (n, 3) in m.
+    normals
+        Unit normals (n, 3) from body `b` to body `a`.
+    a, b
+        The indices (n,) of the bodies; GROUND for a body that does not move.
+    friction
+        The friction coefficients (n,).
+    stiffness
+        The stiffnesses (n,) of the springs, above 0, in any common unit.
+    slack
+        The gaps (n,) in units of the mean indentation.
     """
 
     places: Array
@@ -81,8 +105,11 @@ class Points:
 
 @dataclass(frozen=True)
 class Joint:
-    """A constraint between bodies `a` and `b` at `place` (3,): it can exert any force along the
-    rows of `forces` (k, 3) and any moment about the rows of `moments` (m, 3)."""
+    """A constraint between bodies `a` and `b` at `place` (3,).
+
+    It can exert any force along the rows of `forces` (k, 3) and any moment about the rows of
+    `moments` (m, 3).
+    """
 
     a: int
     b: int
@@ -94,10 +121,21 @@ class Joint:
 
 @dataclass(frozen=True)
 class Balance:
-    """`forces` (n, 3) in N on body `a` at each point. `depths` (n,): the indentation at each point,
-    negative for a gap, in units of the mean indentation. `missing` (bodies, 6): the part of each
-    body's required wrench that no force provides. `steps`: the number of the solver's steps;
-    `settled`: whether they converged."""
+    """The result of `balance`.
+
+    Attributes
+    ----------
+    forces
+        The force (n, 3) in N on body `a` at each point.
+    depths
+        The indentation (n,) at each point, in units of the mean indentation; negative for a gap.
+    missing
+        The part (bodies, 6) of each body's required wrench that no force provides.
+    steps
+        The number of steps of the solver.
+    settled
+        Whether the solver converged.
+    """
 
     forces: Array
     depths: Array
@@ -107,13 +145,13 @@ class Balance:
 
 
 class _Arguments:
-    """The arguments of `balance`, hashable for the cache: equal where all numbers are equal."""
+    """The arguments of `balance`, hashable for the cache: equal if all numbers are equal."""
 
     def __init__(self, loads: Sequence[Load], points: Points, joints: Sequence[Joint]) -> None:
         self.loads, self.points, self.joints = loads, points, joints
         parts = [[*vars(points).values()], *([*vars(part).values()] for part in (*loads, *joints))]
         arrays = [np.asarray(value) for part in parts for value in part]
-        # With their shapes, so that different arguments never have the same bytes.
+        # With the shapes, so that different arguments never have the same key.
         self._key = tuple((array.shape, array.tobytes()) for array in arrays)
         self._hash = hash(self._key)
 
@@ -125,11 +163,11 @@ class _Arguments:
 
 
 def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ()) -> Balance:
-    """The contact forces on bodies 0 … len(loads) − 1, in read-only arrays."""
+    """Return the contact forces on bodies 0 … len(loads) − 1, in read-only arrays."""
     return _balance(_Arguments(loads, points, joints))
 
 
-# The last 64 islands; without it 0.6 ms (four legs) or more for each body at rest at each frame.
+# The cache of 64 islands saves at least 0.6 ms (four legs) for each body at rest at each frame.
 @lru_cache(maxsize=64)
 def _balance(arguments: _Arguments) -> Balance:
     loads, points, joints = arguments.loads, arguments.points, arguments.joints
@@ -154,9 +192,9 @@ def _balance(arguments: _Arguments) -> Balance:
     offset = np.zeros(len(springs))
     offset[0 : 3 * count : 3] = points.slack
     offset *= root
-    # In the scaled space the friction cone is wider by the ratio of the springs.
+    # In the scaled space, the friction cone is wider by the ratio of the springs.
     opening = points.friction / np.sqrt(TANGENTIAL)
-    # A light body's balance is relative to its own wrench, not to that of heavy bodies on it.
+    # The tolerance of a light body depends on its own wrench, not on heavy bodies on top of it.
     share = np.abs(wrench * unit).sum(axis=1) / scale
     hard = np.maximum(HARD * share, LEAST_HARD)
     soft = np.stack([load.softness * s for load, s in zip(loads, share, strict=True)])
@@ -167,7 +205,7 @@ def _balance(arguments: _Arguments) -> Balance:
     found = _minimise(problem, soft, problem.as_if_held(soft), near_enough)
     steps, settled = found.steps, found.settled
     for _ in range(AGAIN):
-        # The residual of E is added to the target (method of multipliers).
+        # Add the residual of E to the target (method of multipliers).
         residual = np.where(soft < FREE, soft * found.displacement, 0.0)
         problem = replace(problem, target=target + residual)
         found = _minimise(problem, soft, found.displacement, near_enough)
@@ -184,13 +222,13 @@ def _balance(arguments: _Arguments) -> Balance:
 
 
 def _turned(axes: Array, wrenches: Array) -> Array:
-    """The wrenches (n, 6) in the axes given by the rows of `axes` (n, 3, 3)."""
+    """Return the wrenches (n, 6) in the axes given by the rows of `axes` (n, 3, 3)."""
     parts: Array = np.einsum("nij,nkj->nki", axes, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
     return parts
 
 
 def _frames(normals: Array) -> Array:
-    """(n, 3, 3): rows are the normal and two tangents."""
+    """Return frames (n, 3, 3) whose rows are the normal and two tangents."""
     helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     one = np.cross(normals, helper)
     one /= np.linalg.norm(one, axis=1)[:, None]
@@ -200,7 +238,7 @@ def _frames(normals: Array) -> Array:
 def _mapping(
     loads: Sequence[Load], points: Points, frames: Array, axes: Array, unit: Array
 ) -> Array:
-    """(6·bodies, 3n): wrenches of unit forces along the frames at the points, scaled by `unit`."""
+    """Return the wrenches (6·bodies, 3n) of unit forces at the points, scaled by `unit`."""
     count = len(points.places)
     mapping = np.zeros((len(loads), 6, count, 3))
     index = np.arange(count)
@@ -220,7 +258,7 @@ def _mapping(
 
 
 def _ties(loads: Sequence[Load], joints: Sequence[Joint], unit: Array) -> tuple[Array, Array]:
-    """`_mapping` for the forces and moments of joints, and the stiffness of each."""
+    """Return the columns of `_mapping` for joints, and the stiffness of each column."""
     columns, stiffness = [], []
     for joint in joints:
         for force in joint.forces:
@@ -237,7 +275,7 @@ def _column(
     loads: Sequence[Load], joint: Joint, force: Array | None, moment: Array | None, unit: Array
 ) -> Array:
     column = np.zeros((len(loads), 6))
-    # A moment in units of the bodies' size, so that its spring compares with the others.
+    # Scaled with the bodies' size, so that its spring is comparable with springs of forces.
     size = min(loads[body].size for body in (joint.a, joint.b) if body != GROUND)
     for body, sign in ((joint.a, 1.0), (joint.b, -1.0)):
         if body == GROUND:
@@ -253,10 +291,21 @@ def _column(
 
 @dataclass(frozen=True)
 class _State:
-    """φ at a displacement, its gradient, and the scaled forces `given`; the masks (n,) of points
-    whose force is inside its friction cone (`sticks`) or on the cone's surface (`slips`); the
-    tangential `size` (n,), the projection `onto` the cone (n,), and the tangential direction `way`
-    (n, 2)."""
+    """φ at a displacement, with the quantities needed for its derivatives.
+
+    Attributes
+    ----------
+    given
+        The scaled forces.
+    sticks, slips
+        Masks (n,) of the points whose force is inside its friction cone, or on the cone's surface.
+    size
+        The tangential size (n,).
+    onto
+        The projection (n,) onto the cone.
+    way
+        The tangential direction (n, 2).
+    """
 
     value: float
     gradient: Array
@@ -278,8 +327,21 @@ class _Found:
 
 @dataclass(frozen=True)
 class _Problem:
-    """φ without E: the scaled map (6·bodies, m), offsets (m,), openings of the cones (n,) and the
-    wrench (6·bodies,); the first 3n of the m columns are those of n points."""
+    """φ without E.
+
+    Attributes
+    ----------
+    scaled
+        The scaled map (6·bodies, m); the first 3n columns belong to the n points.
+    offset
+        The offsets (m,).
+    opening
+        The openings (n,) of the cones.
+    target
+        The required wrenches (6·bodies,).
+    count
+        The number n of points.
+    """
 
     scaled: Array
     offset: Array
@@ -288,12 +350,13 @@ class _Problem:
     count: int
 
     def as_if_held(self, soft: Array) -> Array:
-        """The displacement if all points could pull and had unlimited friction."""
+        """Return the displacement if all points could pull and had unlimited friction."""
         hessian = self.scaled @ self.scaled.T
         hessian[np.diag_indices_from(hessian)] += soft
         return solve(hessian, self.target + self.scaled @ self.offset)
 
     def state(self, displacement: Array, soft: Array) -> _State:
+        """Return φ and its gradient at a displacement."""
         wanted = displacement @ self.scaled - self.offset
         given = wanted.copy()
         local = wanted[: 3 * self.count].reshape(self.count, 3)
@@ -316,7 +379,7 @@ class _Problem:
         return _State(value, gradient, given, sticks, slips, size, onto, way)
 
     def hessian(self, state: _State) -> Array:
-        """Σ over points of Gᵢ Jᵢ Gᵢᵀ with J the derivative of the projection on the cone."""
+        """Return Σ over points of Gᵢ Jᵢ Gᵢᵀ with J the derivative of the projection on the cone."""
         jacobian = np.zeros((self.count, 3, 3))
         jacobian[state.sticks] = np.eye(3)
         index = np.flatnonzero(state.slips)
@@ -328,7 +391,7 @@ class _Problem:
             turning = mu * state.onto[index] / np.where(size > 0.0, size, 1.0)
             part[:, 1:, 1:] += turning[:, None, None] * across
             jacobian[index] = part
-        # One matrix product for each direction is several times as fast as a single one.
+        # One matrix product for each direction is several times as fast as a single product.
         tied = self.scaled[:, 3 * self.count :]
         hessian: Array = tied @ tied.T
         pushes = self.scaled[:, : 3 * self.count]
@@ -340,14 +403,18 @@ class _Problem:
 
 
 def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
-    """The minimum of φ, searched from `displacement`: by Newton's method, which mostly takes 1 to 4
-    steps of 0.15 ms; where it zigzags, by the interior-point method (10 to 60 steps of 0.25 ms)."""
+    """Return the minimum of φ, searched from `displacement`.
+
+    Newton's method mostly takes 1 to 4 steps of 0.15 ms. If it zigzags, the interior-point method
+    takes 10 to 60 steps of 0.25 ms.
+    """
     found = _newton(problem, soft, displacement, near_enough)
     if found.settled or not problem.count:
         return found
     inside = minimise_inside(problem, soft, displacement, near_enough)
     steps = found.steps + inside.steps
-    # Its forces are inside their cones; those on the cones' surfaces are more exact.
+    # The interior-point method leaves all forces inside their cones. Newton's method, started from
+    # its result, puts slipping forces on the cones' surfaces, which is more exact.
     found = _newton(problem, soft, inside.displacement, near_enough)
     steps += found.steps
     if found.settled or not inside.closed:
@@ -356,7 +423,7 @@ def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: 
 
 
 def _newton(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
-    """Newton's method on φ from `displacement`, until its gradient is `near_enough` to 0."""
+    """Run Newton's method on φ from `displacement`, until the gradient is `near_enough` to 0."""
     state = problem.state(displacement, soft)
     step = 0
     for step in range(MAX_STEPS):

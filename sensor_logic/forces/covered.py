@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Removes contacts that cannot carry, because a nearer surface lies in between.
+"""Remove contacts that cannot carry, because a nearer surface lies in between.
 
-A box on a thin pad is also near the floor below, and so is a box that sank into its pad; yet the
-pad carries it. Without this rule such a pad would read half of the weight.
+A box on a thin pad is also near the floor below the pad, and so is a box that sank into its pad,
+but only the pad carries the box. Without this rule such a pad would read half of the weight.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .shapes import Shape, perpendiculars
 
 Flags = NDArray[np.bool_]
 
-NEARER = 3e-4  # m: contacts whose depths differ by less are equally deep
+NEARER = 3e-4  # in m: contacts whose depths differ by less are equally deep
 ALIGNED = 0.9  # cosine of the angle up to which two contacts push in the same direction
 SLIVER = 1e-4  # of a patch's area: smaller pieces of it are dropped
 MOST_SIDES = 8  # a nearer face with more sides is replaced by a quadrangle of the same area
@@ -41,14 +41,14 @@ class Contact:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Side:
-    """A contact as one of its two bodies sees it."""
+    """A contact as seen from one of its two bodies."""
 
     number: int
     other: int
     patch: Patch
     normal: Array  # (3,) the direction of the force on the body
     shape: Shape  # of the other body
-    nearest: float  # least gap, m
+    nearest: float  # the least gap, in m
     furthest: float
 
 
@@ -57,10 +57,15 @@ def without_covered(
     movable: Sequence[bool],
     preferred: Collection[int] = (),
 ) -> list[Contact]:
-    """The contacts without the parts behind a nearer contact of the same movable body.
+    """Return the contacts without the parts behind a nearer contact of the same movable body.
 
-    `movable`: whether each body must be supported. Of two equally deep contacts neither covers the
-    other, except that a body in `preferred`, a pressure pad, covers one that is not.
+    Parameters
+    ----------
+    movable
+        Whether each body must be supported.
+    preferred
+        The numbers of bodies, such as a pressure pad, that cover an equally deep contact of a body
+        that is not preferred. Otherwise, equally deep contacts do not cover each other.
     """
     sides: dict[int, list[_Side]] = {}
     for number, contact in enumerate(contacts):
@@ -97,8 +102,10 @@ def without_covered(
 
 
 def _ahead(front: int, back: int, preferred: Collection[int]) -> float:
-    """How much nearer a body must be to cover another, in m; negative: it covers equally near
-    ones."""
+    """Return how much nearer a body must be to cover another, in m.
+
+    The result is negative for a body that covers equally near bodies.
+    """
     return -NEARER if front in preferred and back not in preferred else NEARER
 
 
@@ -140,7 +147,7 @@ class _View:
         self.flat: list[Point] = [(x, y) for x, y in local[:, :2].tolist()]
         self.heights = local[:, 2] - patch.gaps / 2  # of the other body's surface
         self.changed = False
-        # The gap and the middle, as planes: constant, slope along x and along y.
+        # The gap and the middle as planes: constant, slope along x, slope along y.
         columns = np.column_stack([np.ones(len(local)), local[:, :2]])
         wanted = np.column_stack([patch.gaps, local[:, 2]])
         self.planes = np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]
@@ -151,8 +158,10 @@ class _View:
         self.extent = _extent(outline)
 
     def shadow(self, front: _Side, ahead: float) -> list[Point] | None:
-        """The outline that a nearer flat face covers, maybe empty; None if the shape has no flat
-        face there."""
+        """Return the outline that a nearer flat face covers, possibly empty.
+
+        Return None if the shape has no flat face there.
+        """
         shape = front.shape
         facing = shape.normals @ self.frame[2]
         if len(facing) == 0 or facing.max() < FLAT:
@@ -165,7 +174,7 @@ class _View:
         outline = [(px, py) for px, py in rows[:, :2].tolist()]
         if len(outline) > MOST_SIDES:
             outline = _quadrangle(outline)
-        # Over the back's surface, height z₀ + a·x + b·y, and not far above the body's own.
+        # Above the back surface, of height z₀ + a·x + b·y, and not far above the body's surface.
         (gap, gap_x, gap_y), (middle, middle_x, middle_y) = self.planes.T.tolist()
         sx, sy = -nx / nz, -ny / nz
         z -= sx * x + sy * y
@@ -178,6 +187,7 @@ class _View:
         return outline
 
     def cut(self, shadow: list[Point]) -> None:
+        """Remove the shadow from the pieces."""
         if len(shadow) < 3:
             return
         pieces: list[list[Point]] = []
@@ -191,7 +201,7 @@ class _View:
         self.pieces = [p for p in pieces if _extent(p) > SLIVER * self.extent]
 
     def patch(self) -> Patch | None:
-        """The remaining patch; each piece gets new sample points. None: nothing remains."""
+        """Return the remaining patch, with new sample points, or None if nothing remains."""
         if not self.changed:
             return self.whole
         total = float(self.whole.areas.sum())
@@ -219,7 +229,7 @@ class _View:
         return Patch(local @ self.frame + self.origin, self.whole.normal, gaps, np.array(areas))
 
     def hidden(self, front: _Side, ahead: float) -> Flags:
-        """Mask of the points that the front's shape covers."""
+        """Return the mask of the points that the front's shape covers."""
         shape = front.shape
         if not len(shape.faces):
             return np.zeros(len(self.flat), np.bool_)
@@ -234,7 +244,7 @@ class _View:
 
 
 def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
-    """Convex pieces of a polygon, segment or point outside the shadow."""
+    """Return convex pieces of a polygon, segment or point outside the shadow."""
     pieces = []
     rest = piece
     px, py = shadow[-1]
@@ -253,7 +263,7 @@ def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
 
 
 def _extent(outline: Sequence[Point]) -> float:
-    """Area of a polygon, length of a segment, 1 of a point."""
+    """Return the area of a polygon, the length of a segment, or 1 for a point."""
     if len(outline) >= 3:
         return patches.moments(outline)[0]
     if len(outline) == 2:
@@ -262,7 +272,7 @@ def _extent(outline: Sequence[Point]) -> float:
 
 
 def _quadrangle(outline: Sequence[Point]) -> list[Point]:
-    """A quadrangle of the same area and centroid as a round outline."""
+    """Return a quadrangle of the same area and centroid as a round outline."""
     area, x, y = patches.moments(outline)[:3]
     corners = patches.fewer(outline, 4)
     less, mx, my = patches.moments(corners)[:3]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The direction in which two convex shapes push each other.
 
-For separate shapes, that of their closest points; for overlapping cores, that of the shortest
-translation that separates them, with faces preferred to edges, so that noise in the poses does not
-flip the contact.
+For separate shapes, it is the direction between their closest points. For overlapping cores, it is
+the direction of the shortest translation that separates them. Faces are preferred to edges, so that
+noise in the poses does not flip the contact.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from ..arrays import Array
 from .shapes import SIDES, Shape, perpendiculars
 
-# Closest points of two convex sets of points: the algorithm of Gilbert, Johnson and Keerthi.
+# The closest points of two convex hulls: the algorithm of Gilbert, Johnson and Keerthi.
 
 Vector = tuple[float, float, float]
 
@@ -25,9 +25,10 @@ MOST_STEPS = 100
 
 
 def separation(a: Array, b: Array) -> tuple[float, Vector]:
-    """Distance of the hulls of two sets of points (n, 3), and the unit direction from b to a.
+    """Return the distance of the hulls of two sets of points (n, 3), and the direction from b to a.
 
-    Distance and direction are zero where the hulls meet, to 1e-12 of their extent.
+    The direction is a unit vector. Distance and direction are zero if the hulls overlap, to within
+    1e-12 of their extent.
     """
     simplex: list[Vector] = []
     start = a[0] - b[0]
@@ -52,6 +53,7 @@ def separation(a: Array, b: Array) -> tuple[float, Vector]:
 
 
 def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -68,7 +70,7 @@ def _along(p: Vector, d: Vector, t: float) -> Vector:
 
 
 def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
-    """The simplex's point nearest to the origin, and the corners that it is made of."""
+    """Return the simplex's point nearest to the origin, and the corners that determine it."""
     if len(simplex) == 1:
         return simplex[0], simplex
     if len(simplex) == 2:
@@ -101,7 +103,7 @@ def _on_segment(a: Vector, b: Vector) -> tuple[Vector, list[Vector]]:
 
 
 def _on_triangle(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
-    """Its plane's point where that lies inside, else the best of the three edges."""
+    """Return the nearest point in the plane if it is inside the triangle, else on the best edge."""
     ab, ac = _minus(b, a), _minus(c, a)
     normal = _cross(ab, ac)
     square = dot(normal, normal)
@@ -115,7 +117,7 @@ def _on_triangle(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]
     return min(edges, key=lambda edge: dot(edge[0], edge[0]))
 
 
-FLAT = math.cos(math.radians(2))  # faces and edges tilted further touch with an edge or a corner
+FLAT = math.cos(math.radians(2))  # a face or edge tilted further touches with an edge or a corner
 TOUCHING = 1e-5  # of the smaller shape's size: cores closer than this count as overlapping
 SAME = 2e-6  # of that size: depths that differ by less are equal, and the order of faces decides
 EDGE_BIAS = 0.005  # of that size: an edge must separate better than a face by this much
@@ -128,14 +130,15 @@ class Direction:
     """A candidate for the direction in which b pushes a."""
 
     normal: Array  # (3,) unit, from b to a
-    separation: float  # of the cores along it, m; negative: they overlap
+    separation: float  # of the cores along the direction, in m; negative: they overlap
     accept: float  # the largest gap of a contact that confirms this direction
     face_a: int | None = None
     face_b: int | None = None
-    last: bool = False  # no other direction follows
+    last: bool = False  # no other candidate follows
 
     @staticmethod
     def of(pair: Pair, normal: Array) -> Direction:
+        """Return the final candidate with this normal."""
         apart = float((pair.at_a @ normal).min() - (pair.at_b @ normal).max())
         return Direction(normal, apart, pair.tolerance, last=True)
 
@@ -154,11 +157,11 @@ class Pair:
         self.plane: Array | None = None  # normal of a flat polygon that the other lies on
 
     def penetrating(self, direction: Direction) -> bool:
+        """Return whether the cores overlap along a direction."""
         return direction.separation < TOUCHING * self.scale
 
     def frame(self, normal: Array) -> Array:
-        """Rows: two directions perpendicular to the normal, aligned with an edge, and the
-        normal."""
+        """Return a frame: the last row is the normal, the first is aligned with an edge."""
         nx, ny, nz = normal.tolist()
         for shape in (self.a, self.b):
             for x, y, z in shape.edges[:3].tolist():
@@ -173,7 +176,7 @@ class Pair:
 
 
 def candidates(pair: Pair) -> Iterator[Direction]:
-    """Directions to try, the likeliest first; none where a gap above the tolerance is proven."""
+    """Yield directions to try, the likeliest first; none if a gap above the tolerance is proven."""
     a, b, scale = pair.a, pair.b, pair.scale
     limit = pair.tolerance + pair.swept
     face = None
@@ -196,7 +199,7 @@ def candidates(pair: Pair) -> Iterator[Direction]:
 
 
 def _out(pair: Pair, face: Direction | None, edge: Direction | None) -> Iterator[Direction]:
-    """Directions that separate overlapping cores, or those that only seem to overlap."""
+    """Yield directions that separate overlapping cores, or cores that only seem to overlap."""
     apart, normal = separation(pair.at_a, pair.at_b)
     if apart > TOUCHING * pair.scale:
         yield from _apart(pair, (apart, normal))
@@ -219,7 +222,7 @@ def _out(pair: Pair, face: Direction | None, edge: Direction | None) -> Iterator
 def _apart(
     pair: Pair, known: tuple[float, tuple[float, float, float]] | None = None
 ) -> Iterator[Direction]:
-    """The direction of the closest points of two separate cores."""
+    """Yield the direction of the closest points of two separate cores."""
     apart, toward = known or separation(pair.at_a, pair.at_b)
     if apart <= 0 or apart > pair.tolerance + pair.swept:
         return
@@ -230,8 +233,10 @@ def _apart(
 
 
 def _best_face(pair: Pair) -> Direction | None:
-    """The direction of the face that separates best, the first of equal ones; None: the bodies are
-    beside a flat polygon."""
+    """Return the direction of the face that separates best, the first of equal faces.
+
+    Return None if the bodies are beside a flat polygon.
+    """
     a, b, scale = pair.a, pair.b, pair.scale
     pair.plane = _one_side(pair)
     best: Direction | None = None
@@ -257,9 +262,10 @@ def _best_face(pair: Pair) -> Direction | None:
 
 
 def _one_side(pair: Pair) -> Array | None:
-    """The normal of the flat polygon, if one shape is one and the other lies on one side of it.
+    """Return the normal of the flat polygon, if one shape is flat and the other on one side of it.
 
-    Such a polygon is a part of a mesh: a body beside it touches its neighbour, not its edge.
+    A flat polygon is a part of a mesh: a body beside it touches the neighbouring polygon, not its
+    edge.
     """
     for flat, own, solid, at in (
         (pair.a, pair.at_a, pair.b, pair.at_b),
@@ -275,7 +281,7 @@ def _one_side(pair: Pair) -> Array | None:
 
 
 def _best_edge(pair: Pair) -> Direction | None:
-    """The direction perpendicular to a pair of edges that separates best."""
+    """Return the direction perpendicular to a pair of edges that separates best."""
     a, b = pair.a, pair.b
     pairs = len(a.edges) * len(b.edges)
     if pairs == 0:
@@ -303,15 +309,19 @@ def _edge_direction(pair: Pair, normal: Array, apart: float) -> Direction:
 
 
 def _accepted(pair: Pair, apart: float) -> float:
-    """The largest contact gap that confirms a direction: about the cores' separation along it."""
+    """Return the largest contact gap that confirms a direction: about the cores' separation."""
     slack = 2 * SAME * pair.scale - 0.1 * apart if apart < TOUCHING * pair.scale else 0.0
     return apart - pair.swept + max(slack, 1e-7 * pair.scale)
 
 
 def _best_arc(pair: Pair) -> Direction | None:
-    """`_best_edge` for many edges: only pairs whose arcs cross on the Gauss sphere can touch.
+    """Do the same as `_best_edge` for many edges.
 
-    D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013.
+    Only pairs whose arcs cross on the Gauss sphere can touch [1]_.
+
+    References
+    ----------
+    .. [1] D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013.
     """
     a, b = pair.a, pair.b
     start_a, start_b = pair.at_a[a.rims[:, 0]], pair.at_b[b.rims[:, 0]]
@@ -337,7 +347,7 @@ def _best_arc(pair: Pair) -> Direction | None:
 
 
 def _aside(pair: Pair) -> Array:
-    """An arbitrary but constant direction for points and segments that coincide."""
+    """Return an arbitrary but constant direction for points and segments that coincide."""
     spans = [shape.edges[0] for shape in (pair.a, pair.b) if len(shape.edges)]
     if not spans:
         return np.array((0.0, 0.0, 1.0))
@@ -345,8 +355,11 @@ def _aside(pair: Pair) -> Array:
 
 
 def lateral(a: Shape, b: Shape) -> Array | None:
-    """The direction from b to a where a cylinder's round side touches, computed as for the capsule
-    around its axis; None at its ends and for cones."""
+    """Return the direction from b to a where a cylinder's round side touches.
+
+    It is computed as for the capsule around the cylinder's axis. Return None at a cylinder's ends
+    and for cones.
+    """
     cores = [_core(a), _core(b)]
     if cores[0] is None and cores[1] is None:
         return None
@@ -366,7 +379,7 @@ def lateral(a: Shape, b: Shape) -> Array | None:
 
 
 def beaten(pair: Pair, direction: Direction) -> bool:
-    """Whether a face separates clearly better than this direction."""
+    """Return whether a face separates clearly better than this direction."""
     face = _best_face(pair)
     return face is not None and face.separation > direction.separation + 0.003 * pair.scale
 

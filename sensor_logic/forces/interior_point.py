@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Least springs' energy under friction cones by an interior-point method.
+"""An interior-point method for the least spring energy under friction cones.
 
-It settles in 10 to 60 steps wherever Newton's method zigzags: near the apex of a friction cone,
-the curvature of the energy changes from step to step by many orders of magnitude.
+It converges in 10 to 60 steps where Newton's method zigzags: near the apex of a friction cone, the
+curvature of the energy changes from step to step by many orders of magnitude.
 
-The method is Mehrotra's predictor-corrector with Nesterov and Todd's scaling for second-order
-cones [1]_, [2]_. A force f = A x, A = diag(1, o, o) for a cone of opening o, lies in its friction
-cone where x lies in the standard cone x₀ ≥ |x₁, x₂|.
+The method is Mehrotra's predictor-corrector with Nesterov and Todd's scaling for second-order cones
+[1]_, [2]_. A force f = A x, A = diag(1, o, o) for a cone of opening o, lies in its friction cone
+where x lies in the standard cone x₀ ≥ |x₁, x₂|.
 
 References
 ----------
@@ -26,41 +26,62 @@ import numpy as np
 from ..arrays import Array
 
 MAX_STEPS = 60
-# Of the step that reaches the surface of a cone.
+# As a share of the step that reaches the surface of a cone.
 SHORT_OF_SURFACE = 0.99
-# Least product of the eigenvalues of a point's force and gap, as a share of their mean: a step that
-# goes below it is shortened, for the next ones would be tiny.
+# The least product of the eigenvalues of a point's force and gap, as a share of their mean. A step
+# that goes below it is shortened, because the next steps would be tiny.
 CENTRAL = 0.01
-# The duality gap, as a share of the squared forces. By the strong convexity of the energy, the
-# forces err by less than √(2 · gap) of their norm: steps end at 1.5e-6, or where rounding lets the
-# gap close no further, and the forces count as found at 1.4e-3.
+# The duality gap, as a share of the squared forces. The energy is strongly convex, so the error of
+# the forces is less than √(2 · gap) of their norm. CLOSED (an error of 1.4e-6) ends the steps. At
+# ENOUGH (1.4e-3) the forces count as found, if rounding prevents a smaller gap.
 CLOSED, ENOUGH = 1e-12, 1e-6
-# Of the norm of the forces: how far they are from those of the displacement.
+# The largest difference between the forces and the forces of the displacement, as a share of their
+# norm.
 EVEN = 1e-5
-# Steps without a smaller gap, after which rounding lets none follow. A length that leads nowhere.
+# The method ends after this many steps without a smaller gap, or at a step shorter than SHORTEST.
 PATIENCE = 4
 SHORTEST = 1e-8
 
 
 class Cones(Protocol):
-    """What `minimise_inside` reads of a problem; see `balance._Problem`."""
+    """The part of a problem that `minimise_inside` reads; see `balance._Problem`."""
 
     @property
-    def scaled(self) -> Array: ...
+    def scaled(self) -> Array:
+        """The scaled map (6·bodies, m)."""
+
     @property
-    def offset(self) -> Array: ...
+    def offset(self) -> Array:
+        """The offsets (m,) of the springs."""
+
     @property
-    def opening(self) -> Array: ...
+    def opening(self) -> Array:
+        """The openings (n,) of the friction cones."""
+
     @property
-    def target(self) -> Array: ...
+    def target(self) -> Array:
+        """The required wrenches (6·bodies,)."""
+
     @property
-    def count(self) -> int: ...
+    def count(self) -> int:
+        """The number n of points."""
 
 
 @dataclass(frozen=True)
 class Inside:
-    """A `displacement` (6·bodies,), the scaled forces `given` (m,) strictly inside their cones, the
-    steps that led there, and whether the duality gap has closed."""
+    """The result of `minimise_inside`.
+
+    Attributes
+    ----------
+    displacement
+        The displacement (6·bodies,).
+    given
+        The scaled forces (m,), strictly inside their cones.
+    steps
+        The number of steps.
+    closed
+        Whether the duality gap has closed.
+    """
 
     displacement: Array
     given: Array
@@ -97,7 +118,8 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
     fixed = ties @ ties.T + np.diag(soft)
 
     moved = start
-    # Large beside all that the first displacement wants: smaller ones make the first steps tiny.
+    # Large compared with the forces of the first displacement: a small start makes the first steps
+    # tiny.
     size = max(1.0, np.abs(start).max() * np.abs(contacts).max(), np.abs(offset).max(initial=0.0))
     force, gap = np.zeros((2, count, 3))
     force[:, 0] = gap[:, 0] = size
@@ -138,7 +160,7 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
 
 
 class _Linear:
-    """The linearised conditions of a minimum at some forces and gaps."""
+    """The linearised conditions of a minimum at the present forces and gaps."""
 
     def __init__(
         self,
@@ -158,27 +180,36 @@ class _Linear:
         self._scaling, self._inverse = scaling, inverse
 
     def step(self, aim: Array) -> tuple[Array, Array, Array]:
-        """Steps of displacement, forces and gaps that bring the scaled sum of both to `aim`."""
+        """Return steps of displacement, forces and gaps, which bring their scaled sum to `aim`."""
         turned = np.einsum("nij,nj->ni", self._scaling, aim).ravel()
         move = solve(self._hessian, self._weighted @ (self._stretch - turned) - self._left)
         stretch = self._stretch - move @ self._contacts
         change: Array = np.einsum(
             "nij,nj->ni", self._inverse, (turned - stretch).reshape(aim.shape)
         )
-        # From the first condition, not from the scaling, whose rounding errors would add up.
+        # From the first condition, because rounding errors of the scaling would add up.
         return move, change, self._widths**2 * change + stretch.reshape(aim.shape)
 
 
 def solve(hessian: Array, right: Array) -> Array:
-    """Solve a linear system; one step of iterative refinement compensates its bad conditioning."""
+    """Solve a linear system with one step of iterative refinement, for bad conditioning."""
     found = np.linalg.solve(hessian, right)
     refined: Array = found + np.linalg.solve(hessian, right - hessian @ found)
     return refined
 
 
 def _scaling(force: Array, gap: Array, widths: Array) -> tuple[Array, Array, Array]:
-    """Nesterov and Todd's scaling W (n, 3, 3) with W f = W⁻¹ g; that scaled point (n, 3); and
-    (A² + W²)⁻¹ (n, 3, 3), in closed form, for W² is close to singular at the end."""
+    """Return Nesterov and Todd's scaling of forces and gaps.
+
+    Returns
+    -------
+    scaling
+        W (n, 3, 3) with W f = W⁻¹ g.
+    point
+        The scaled point (n, 3).
+    inverse
+        (A² + W²)⁻¹ (n, 3, 3), in closed form, because W² is close to singular at the end.
+    """
     sizes = np.sqrt(_determinant(force)), np.sqrt(_determinant(gap))
     one, two = force / sizes[0][:, None], gap / sizes[1][:, None]
     cosine = np.sqrt((1.0 + np.einsum("ni,ni->n", one, two)) / 2.0)
@@ -194,7 +225,7 @@ def _scaling(force: Array, gap: Array, widths: Array) -> tuple[Array, Array, Arr
     across = np.eye(2) - along
 
     def matrix(top: Array, mixed: Array, bottom: Array, rest: Array) -> Array:
-        """[top, mixed; mixed, bottom] for the axis and `way`, and `rest` across."""
+        """Return [top, mixed; mixed, bottom] for the axis and `way`, and `rest` across."""
         whole = np.empty((len(force), 3, 3))
         whole[:, 0, 0] = top
         whole[:, 0, 1:] = whole[:, 1:, 0] = mixed[:, None] * way
@@ -237,7 +268,7 @@ def _product(one: Array, two: Array) -> Array:
 
 
 def _divided(product: Array, one: Array) -> Array:
-    """The x of one ∘ x = product."""
+    """Return the x of one ∘ x = product."""
     main = product[:, 0] * one[:, 0] - np.einsum("ni,ni->n", product[:, 1:], one[:, 1:])
     found = np.empty_like(product)
     found[:, 0] = main / _determinant(one)
@@ -246,7 +277,7 @@ def _divided(product: Array, one: Array) -> Array:
 
 
 def _to_surface(points: Array, change: Array) -> float:
-    """The greatest length at which points + length · change are all within the cone."""
+    """Return the greatest length at which points + length · change are all within the cone."""
     square = change[:, 0] ** 2 - np.einsum("ni,ni->n", change[:, 1:], change[:, 1:])
     half = points[:, 0] * change[:, 0] - np.einsum("ni,ni->n", points[:, 1:], change[:, 1:])
     under = half**2 - square * _determinant(points)
@@ -260,7 +291,7 @@ def _to_surface(points: Array, change: Array) -> float:
 
 
 def _is_central(force: Array, gap: Array) -> bool:
-    """Whether both are inside the cone, and no point is far nearer to its surface than the rest."""
+    """Return whether both are inside the cone, and no point is far nearer to its surface."""
     sizes = _determinant(force), _determinant(gap)
     inside = all((side > 0.0).all() for side in (force[:, 0], gap[:, 0], *sizes))
     if not inside:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A pad's contact island: every body with a weight that contacts connect with the pad. What cannot
-move ends it. Only the island is solved, so its cost does not grow with the scene.
+"""A pad's contact island: every body with a weight that contacts connect with the pad.
+
+The island ends at bodies that cannot move. Only the island is solved, so the cost does not grow
+with the scene.
 """
 
 from __future__ import annotations
@@ -17,11 +19,11 @@ from .patches import Patch
 from .shapes import Shape
 from .world import Constraint, Key, Node, Support, World
 
-# m: bodies nearer than this are tested for contact.
+# In m. Bodies nearer than this are tested for contact.
 TOLERANCE = 0.002
-# m: the same beyond a collision margin, which is soft.
+# In m. The same beyond a collision margin, which is soft.
 MESH_TOLERANCE = 0.008
-# Least cosine between the push of a contact found within `reach` and the force a body requires.
+# The least cosine between the push of a contact, found with `reach`, and a body's required force.
 ALONG = 0.3
 
 
@@ -36,7 +38,11 @@ class Island:
 
 
 def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Island:
-    """Follows contacts from the pad through everything that has a weight."""
+    """Follow contacts from the pad through all bodies with a weight, and return the island.
+
+    `reach` has the additional distances in m at which bodies count as in contact; `when` is −1, 0
+    or 1 for the previous, this or the next frame.
+    """
     island = Island()
     waiting, seen = [pad], {pad}
     pairs: set[tuple[Key, Key]] = set()
@@ -89,7 +95,7 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
 
 
 def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
-    """Whether a contact pushes one of its bodies the way the body's required force points."""
+    """Return whether a contact pushes one of its bodies the way its required force points."""
     for key, sign in zip(pair, (1.0, -1.0), strict=True):
         if world.node(key).weighs:
             force = world.required_load(key).load.wrench[:3]
@@ -100,25 +106,35 @@ def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
 
 
 def moving_node(node: Node, world: World) -> Node:
-    """The node whose motion this node shares: its owner, or itself without one."""
+    """Return the node whose motion this node shares: its owner, or the node itself."""
     return node if node.owner is None else world.node(node.owner)
 
 
 # The points of an island at which its bodies push each other.
 
-# Areas of contacts count within this ratio of the middle one.
+# Areas of contacts are limited to within this ratio of the median area.
 SPREAD = 30.0
-# Of a point and of a line, as `contact_patch` gives them.
+# The number of points that `contact_patch` returns for a point and for a line contact.
 POINTS_WITHOUT_AREA = (1, 3)
-# m, and of a contact's area: so little beside a pad is its rim.
+# In m, and as a share of the contact's area: a contact this near beside a pad is on its rim.
 RIM, LEAST_PART = 3e-4, 0.01
 
 
 @dataclass(frozen=True)
 class Group:
-    """Contact points of one sort: `b` pushes `a` at places (n, 3) along normals (n, 3). `gaps`
-    (n,) in m, beyond collision margins; NaN where the point touches by what was found before.
-    `shapes`: of a and of b, where they are known."""
+    """Contact points between the same two nodes: `b` pushes `a`.
+
+    Attributes
+    ----------
+    places, normals
+        The points (n, 3) in m and the unit normals (n, 3).
+    areas
+        The area (n,) in m² of each point.
+    gaps
+        The gaps (n,) in m, beyond collision margins; NaN for points already known to touch.
+    shapes
+        The shapes of a and b, if they are known.
+    """
 
     a: Key
     b: Key
@@ -131,7 +147,7 @@ class Group:
 
 
 def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
-    """The points where shapes touch, without those hidden behind nearer things."""
+    """Return the points where shapes touch, without points hidden behind nearer surfaces."""
     numbers: dict[Key, int] = {}
     contacts = [
         replace(
@@ -169,7 +185,7 @@ def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
 
 
 def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) -> list[Contact]:
-    """The contacts without those of what a pad is fixed to where the pad comes first."""
+    """Return the contacts, without the contacts of a pad's owner that the pad covers."""
     own, whole = numbers[part.key], numbers.get(part.owner or (), -1)
     found = []
     for contact in contacts:
@@ -197,6 +213,7 @@ def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) 
 
 
 def standing_groups(island: Island, world: World) -> list[Group]:
+    """Return the points at which animated bodies stand on their supports."""
     groups = []
     for key, support in island.supports:
         count = len(support.places)
@@ -215,7 +232,7 @@ def standing_groups(island: Island, world: World) -> list[Group]:
 
 
 def points_of(groups: Sequence[Group], order: dict[Key, int], world: World) -> Points:
-    """All contact points of the island as arrays; a part's points belong to its owner."""
+    """Return all contact points of the island as arrays; a part's points belong to its owner."""
     counts = [len(group.places) for group in groups]
 
     def index_of(key: Key) -> int:
@@ -233,13 +250,17 @@ def points_of(groups: Sequence[Group], order: dict[Key, int], world: World) -> P
 
 
 def gaps(groups: Sequence[Group]) -> Array:
+    """Return the gaps of all points, in the order of `points_of`."""
     return np.concatenate([np.empty(0), *(group.gaps for group in groups)])
 
 
 def _stiffnesses(groups: Sequence[Group]) -> list[Array]:
-    """In proportion to the areas; lines and points, which have none, are as stiff as the rest."""
+    """Return stiffnesses in proportion to the areas.
+
+    Line and point contacts, which have no area, get the median stiffness.
+    """
     totals = np.array([float(group.areas.sum()) for group in groups])
-    # What is stood on was sampled: its areas are known of any number of points.
+    # Groups without shapes are samples of an underside: their areas are known.
     flat = np.array([not g.shapes or len(g.areas) not in POINTS_WITHOUT_AREA for g in groups], bool)
     middle = float(np.median(totals[flat])) if flat.any() else 1.0
     kept = np.where(flat, np.clip(totals, middle / SPREAD, middle * SPREAD), middle)
@@ -247,6 +268,6 @@ def _stiffnesses(groups: Sequence[Group]) -> list[Array]:
 
 
 def points_on_pad(pad: Key, groups: Sequence[Group]) -> Array:
-    """Mask of the points that are on the pad."""
+    """Return the mask of the points that are on the pad."""
     counts = [len(group.places) for group in groups]
     return np.repeat(np.array([pad in (group.a, group.b) for group in groups], bool), counts)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The forces on a simulated body, from its motion: inverse dynamics (Newton–Euler).
 
-The poses at three frames give the accelerations, and these the wrench that contacts must exert:
-m(a + c·v − g) and I·α + ω×I·ω + c·I·ω, with c = −ln(1 − damping) for the damping of the Bullet
-engine.
+The poses at three frames give the accelerations. The accelerations give the wrench that contacts
+must exert: m(a + c·v − g) and I·α + ω×I·ω + c·I·ω, with c = −ln(1 − damping) for the damping of the
+Bullet engine.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 
 from ..arrays import Array
 
-# m/s, of the centre of mass and of the rim: a slower body counts as at rest. The remaining motion
-# is the engine's jitter, whose accelerations would read as forces.
+# In m/s. A body whose centre of mass and rim are slower counts as at rest. Its remaining motion is
+# jitter of the engine, whose accelerations would give false forces.
 REST_SPEED = 0.010
 # A body with a soft collision margin, such as an active mesh, jitters more.
 MARGIN_REST_SPEED = 0.10
@@ -24,9 +24,17 @@ MARGIN_REST_SPEED = 0.10
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """Velocity (3,) in m/s, acceleration (3,) in m/s², angular velocity `spin` (3,) in rad/s,
-    angular acceleration `spin_change` (3,) in rad/s², and how far the body moves in a frame,
-    `reach` in m."""
+    """The motion of a rigid body at one frame.
+
+    Attributes
+    ----------
+    velocity, acceleration
+        Of the centre of mass, (3,) in m/s and m/s².
+    spin, spin_change
+        Angular velocity and angular acceleration, (3,) in rad/s and rad/s².
+    reach
+        How far the body moves in a frame, in m.
+    """
 
     velocity: Array
     acceleration: Array
@@ -36,6 +44,7 @@ class RigidMotion:
 
     @property
     def moving(self) -> bool:
+        """Whether any velocity or acceleration differs from zero."""
         parts = (self.velocity, self.acceleration, self.spin, self.spin_change)
         return any(bool(part.any()) for part in parts)
 
@@ -46,10 +55,18 @@ AT_REST = RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0.0)
 def motion(
     before: Array, now: Array, after: Array, dt: float, size: float, rest_speed: float = REST_SPEED
 ) -> RigidMotion:
-    """Motion at `now` from three world poses (4, 4), `dt` seconds apart, in metres.
+    """Return the motion of a body from its poses at three frames.
 
-    `size` is the distance from the origin, which is the centre of mass, to the body's rim. Slower
-    than `rest_speed` in m/s it counts as at rest.
+    Parameters
+    ----------
+    before, now, after
+        World poses (4, 4) in m.
+    dt
+        The time between two poses in s.
+    size
+        The distance in m from the origin, which is the centre of mass, to the body's rim.
+    rest_speed
+        A slower body counts as at rest, in m/s.
     """
     if np.array_equal(before, now) and np.array_equal(now, after):
         return AT_REST
@@ -79,9 +96,26 @@ def wrench(
     linear_damping: float = 0.0,
     angular_damping: float = 0.0,
 ) -> Array:
-    """The force in N and moment in N·m about the centre of mass (6,) that contacts must exert.
+    """Return the wrench (6,) that contacts must exert about the centre of mass.
 
-    `inertia` (3,) in kg·m² is about the body's own axes.
+    Parameters
+    ----------
+    moved
+        The motion of the body.
+    pose
+        Its world pose (4, 4).
+    mass
+        Its mass in kg.
+    inertia
+        Its principal moments of inertia (3,) in kg·m², about its own axes.
+    gravity
+        The acceleration of gravity (3,) in m/s².
+    linear_damping, angular_damping
+        The damping of the Bullet engine, 0 to 1.
+
+    Returns
+    -------
+    The force in N and the moment in N·m.
     """
     if not moved.moving:
         return np.concatenate([-mass * gravity, np.zeros(3)])
@@ -98,12 +132,12 @@ def wrench(
 
 
 def _rate(damping: float) -> float:
-    """The damping rate in 1/s: the engine multiplies velocities by (1 − damping)^dt."""
+    """Return the damping rate in 1/s: the engine multiplies velocities by (1 − damping)^dt."""
     return -math.log(max(1.0 - damping, 1e-9))
 
 
 def rotation_of(pose: Array) -> Array:
-    """(3, 3) rotation of a pose whose columns may be scaled or mirrored."""
+    """Return the rotation (3, 3) of a pose whose columns can be scaled or mirrored."""
     columns = pose[:3, :3]
     lengths = np.sqrt((columns * columns).sum(axis=0))
     turned: Array = columns / np.where(lengths > 0.0, lengths, 1.0)
@@ -114,12 +148,12 @@ def rotation_of(pose: Array) -> Array:
 
 
 def _length(vector: Array) -> float:
-    """The length of a single vector, several times as fast as `np.linalg.norm`."""
+    """Return the length of a single vector, several times as fast as `np.linalg.norm`."""
     return math.sqrt(float(vector @ vector))
 
 
 def rotation_vector(rotation: Array) -> Array:
-    """Axis times angle (3,) of a rotation matrix (3, 3); exact also for tiny angles."""
+    """Return axis times angle (3,) of a rotation matrix (3, 3); exact also for tiny angles."""
     axis = 0.5 * np.array(
         [
             rotation[2, 1] - rotation[1, 2],
@@ -130,7 +164,7 @@ def rotation_vector(rotation: Array) -> Array:
     sine = _length(axis)
     cosine = (float(np.trace(rotation)) - 1.0) / 2.0
     if sine < 1e-9:
-        # A half turn has no axis here; frames do not resolve such a fast spin anyway.
+        # This formula finds no axis for a half turn, but frames do not resolve such a fast spin.
         return axis
     turned: Array = axis / sine * math.atan2(sine, cosine)
     return turned

@@ -29,21 +29,22 @@ from .island import (
 from .shapes import Shape, perpendiculars
 from .world import Constraint, Key, PadForces, Partner, RequiredLoad, World
 
-# Decides which contact points of stiff bodies touch, also where heights differ very little.
+# The contact points of stiff bodies that touch, even if heights differ very little.
 #
 # The physics engine leaves a simulated body slightly tilted or above its supports, whose heights
 # are exact. So the bodies are first lowered as far as their contacts allow, with very stiff
-# springs: then their supports have no gap, and a floor half a millimetre below a pad has one.
+# springs. Then there is no gap to the supports, but there is one to a floor half a millimetre below
+# a pad.
 
-# m: the largest gap at which a point touches once the bodies have settled; and that of a moving
+# In m. The largest gap of a touching point once the bodies have settled, and the same for a moving
 # body, whose contacts shift within a frame.
 TOUCHING, MOVING = 2e-5, 3e-4
-# m: surfaces whose heights differ by less count as level. With a larger difference, up to UNTOLD
-# times TOUCHING, it is uncertain which of them carries a body at rest.
-LEVEL, UNTOLD = 1e-6, 4.0
-# Positions are in single precision: the rounding error per metre of distance from the origin.
+# In m. Surfaces whose heights differ by less count as level. With a larger difference, up to
+# UNCERTAIN times TOUCHING, it is uncertain which surface carries a body at rest.
+LEVEL, UNCERTAIN = 1e-6, 4.0
+# The rounding error of positions in single precision, per metre of distance from the origin.
 ROUNDING = 4.0 * 2.0**-24
-# m: mean indentation of the stiff springs.
+# In m. The mean indentation of the stiff springs.
 INDENTATION = 1e-6
 # The slack of points that do not touch, in mean indentations.
 OFF = 1e4
@@ -51,40 +52,56 @@ OFF = 1e4
 
 @dataclass(frozen=True)
 class Settled:
-    """`points` with their slack; for each of them (n,) in m, the largest height difference of
-    supports that are `level`, and the largest at which it is uncertain (`untold`) which of them
-    carries. `converged`: whether the solver found its end."""
+    """The contact points after the bodies have settled.
+
+    Attributes
+    ----------
+    points
+        The points with their slack.
+    level
+        The largest height difference (n,) in m of supports that are level at each point.
+    uncertain
+        The largest height difference (n,) in m at which it is uncertain which support carries.
+    converged
+        Whether the solver converged.
+    """
 
     points: Points
     level: Array
-    untold: Array
+    uncertain: Array
     converged: bool = True
 
 
 def settled(
     loads: Sequence[Load], points: Points, gaps: Array, joints: Sequence[Joint] = ()
 ) -> Settled:
-    """The points with their slack, which is 0 for those that touch. `gaps` (n,) in m between the
-    bodies where they are; NaN for points that touch in any case."""
+    """Return the points with their slack, which is 0 for points that touch.
+
+    `gaps` (n,) in m are between the bodies in their present poses; NaN for points that always
+    touch.
+    """
     moves = np.array([*(load.softness[3:].any() for load in loads), False], bool)
     moves = moves[points.a] | moves[points.b]
     rounding = ROUNDING * np.abs(np.einsum("ni,ni->n", points.places, points.normals))
-    untold = np.where(moves, MOVING, UNTOLD * TOUCHING) + UNTOLD * rounding
+    uncertain = np.where(moves, MOVING, UNCERTAIN * TOUCHING) + UNCERTAIN * rounding
     known = np.isfinite(gaps)
     if not known.any() or np.ptp(gaps[known]) <= TOUCHING / 4.0:
-        return Settled(points, LEVEL + rounding, untold)
+        return Settled(points, LEVEL + rounding, uncertain)
     slack = np.where(known, gaps, 0.0) / INDENTATION
     stiff = replace(points, stiffness=np.ones(len(gaps)), slack=slack)
     found = balance(loads, stiff, joints)
     left = -INDENTATION * found.depths
     limits = np.where(moves, MOVING, TOUCHING) + rounding
     slack = np.where(known & (left > limits), OFF, 0.0)
-    return Settled(replace(points, slack=slack), LEVEL + rounding, untold, found.settled)
+    return Settled(replace(points, slack=slack), LEVEL + rounding, uncertain, found.settled)
 
 
 def height_between(one: Shape, two: Shape, places: Array, normal: Array) -> float:
-    """The largest height difference in m, at places (n, 3), between the faces of two shapes that
-    face a normal (3,), extended beyond their edges; inf where a shape has no such face."""
+    """Return the largest height difference in m between two shapes' faces, at places (n, 3).
+
+    The faces are those that face `normal` (3,), extended beyond their edges. Return inf if a shape
+    has no such face.
+    """
     heights = []
     for shape in (one, two):
         facing = shape.normals @ normal
@@ -96,19 +113,19 @@ def height_between(one: Shape, two: Shape, places: Array, normal: Array) -> floa
     return float(np.abs(heights[0] - heights[1]).max())
 
 
-# Share of a body's required load that its contacts may leave unexplained.
+# The largest share of a body's required load that its contacts may leave unexplained.
 RESIDUAL = 0.02
-# Residuals are shares of the required force, or of this share of the weight where that is more.
+# Residuals are shares of the required force, or of this share of the weight if that is more.
 LEAST_NEED = 0.2
 # An animated body that requires less than this share of its weight is in free fall.
 LEAST_WEIGHT = 0.05
-# As LEAST_NEED, of all that the island requires: a body without a weight passes that on.
+# As LEAST_NEED, but a share of the island's total load, which a weightless body can transmit.
 LEAST_SHARE = 1e-3
-# Weight in the residual of the moments of a body whose moments are soft.
+# The weight, in the residual, of the moments of a body whose moments are soft.
 BLURRED = 0.1
-# m: a weight without support this near to the side of a pad, or above it, may belong on the pad.
+# In m. An unsupported weight this near to the side of a pad, or above it, may belong on the pad.
 BESIDE, ABOVE = 0.25, 2.0
-# Stiffness factors of joints. Where the pad's force differs between them, it is unknown.
+# Stiffness factors of joints. If the pad's force differs between them, it is unknown.
 SOFT_JOINT, HARD_JOINT = 1e-3, 1e3
 TINY = 1e-12
 SHARE_KNOWN = 0.02
@@ -116,7 +133,7 @@ SHARE_KNOWN = 0.02
 
 @dataclass
 class _Attempt:
-    """An island as it was found with some reach, and the forces in it."""
+    """An island that was collected with some reach, and the forces in it."""
 
     island: Island
     groups: list[Group]
@@ -132,7 +149,7 @@ class _Attempt:
 
 
 def pad_forces(pad: Key, world: World) -> PadForces:
-    """The forces on the pad `pad`."""
+    """Return the forces on the pad `pad`."""
     problem = _unheld(pad, world)
     if problem:
         return PadForces(problem=problem, usable=False)
@@ -143,7 +160,10 @@ def pad_forces(pad: Key, world: World) -> PadForces:
 
 
 def _unheld(pad: Key, world: World) -> str:
-    """Names a weight near the pad that nothing supports, and which may belong on it; else empty."""
+    """Return a text about a weight near the pad that nothing supports; else empty.
+
+    Such a weight may belong on the pad.
+    """
     for key in world.animated_near(pad, BESIDE, ABOVE):
         required = world.required_load(key)
         heavy = required.load.wrench[:3] @ world.up > LEAST_WEIGHT * required.mass * world.gravity
@@ -153,9 +173,12 @@ def _unheld(pad: Key, world: World) -> str:
 
 
 def _wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
-    """The best attempt with wider reach. Bodies whose load the contacts do not explain may have
-    touched between two frames, so contacts are searched as far as they move in a frame, in this
-    frame and in those before and after."""
+    """Return the best attempt with a wider reach.
+
+    A body whose load the contacts do not explain may have touched another body between two frames.
+    Contacts are therefore searched as far as the body moves in a frame, in this frame and in the
+    previous and the next one.
+    """
     best = attempt
     reach = {
         key: 1.2 * world.required_load(key).reach
@@ -197,8 +220,11 @@ def _load(required: RequiredLoad, when: int) -> Load:
 
 
 def _residual(world: World, key: Key, missing: Array, least: float) -> float:
-    """The share of a body's required load that no contact explains; loads count as at least `least`
-    newtons. Of an animated body, whose muscles do the rest, only the weight counts."""
+    """Return the share of a body's required load that no contact explains.
+
+    Loads count as at least `least` newtons. For an animated body only the weight counts, because
+    its muscles exert the remaining forces.
+    """
     required = world.required_load(key)
     least = max(LEAST_NEED * required.mass * world.gravity, least)
     force = required.load.wrench[:3]
@@ -219,23 +245,26 @@ def _joint(link: Constraint, order: dict[Key, int], stiffness: float) -> Joint:
 def _undecided(
     pad: Key, attempt: _Attempt, loads: Sequence[Load], points: Points, order: dict[Key, int]
 ) -> str:
-    """Says so where the pad's force depends on the stiffness of constraints; else empty."""
+    """Return a text if the pad's force depends on the stiffness of constraints; else empty."""
     on_pad = points_on_pad(pad, attempt.groups)
-    borne = []
+    totals = []
     for stiffness in (SOFT_JOINT, HARD_JOINT):
         joints = [_joint(link, order, stiffness) for link in attempt.island.constraints]
         found = balance(loads, points, joints)
         attempt.converged &= found.settled
-        borne.append(np.abs(found.forces[on_pad]).sum())
-    if abs(borne[0] - borne[1]) <= SHARE_KNOWN * max(borne):
+        totals.append(np.abs(found.forces[on_pad]).sum())
+    if abs(totals[0] - totals[1]) <= SHARE_KNOWN * max(totals):
         return ""
     names = ", ".join(f"'{link.name}'" for link in attempt.island.constraints)
     return f"statics cannot tell how much {names} carries"
 
 
 def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
-    """Says so where the pad and something fixed beside it share a weight although one of them is
-    higher, by less than the contacts resolve; else empty."""
+    """Return a text if it is uncertain how the pad shares a weight; else empty.
+
+    This is so if something fixed beside the pad shares the weight and one of them is higher, by
+    less than the contacts resolve.
+    """
     assert attempt.balance is not None
     sides = []
     start = 0
@@ -249,15 +278,15 @@ def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> st
             if below and moving_node(world.node(body), world).weighs:
                 sides.append((body, under, below[0], group, sign, part, pressed))
     for body, under, shape, group, sign, part, pressed in sides:
-        for same, other, beside, along, turn, _, borne in sides if under == pad else ():
+        for same, other, beside, along, turn, _, pressed_by in sides if under == pad else ():
             normal = sign * group.normals[0]
             if same != body or other == pad or world.node(other).weighs:
                 continue
             if turn * along.normals[0] @ normal < ALIGNED:
                 continue
             step = height_between(shape, beside, group.places, normal)
-            shared = min(pressed, borne) > SHARE_KNOWN * max(pressed, borne)
-            if shared and found.level[part].max() < step < found.untold[part].max():
+            shared = min(pressed, pressed_by) > SHARE_KNOWN * max(pressed, pressed_by)
+            if shared and found.level[part].max() < step < found.uncertain[part].max():
                 return (
                     f"'{world.node(pad).name}' and '{world.node(other).name}' differ in height by "
                     f"{1000.0 * step:.1g} mm, too little to tell how they share the weight of "
@@ -298,20 +327,33 @@ def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
     return PadForces(tuple(partners), attempt.worst, problem, not problem, bodies)
 
 
-# The supports of a stiff body's feet: a pad higher than the floor carries a leg alone.
+# The supports of a stiff body's feet: a pad higher than the floor carries a whole leg.
 
 Mask = npt.NDArray[np.bool_]
-# m: parts of an underside farther apart than about this are separate feet.
+# In m. Parts of an underside farther apart than about this are separate feet.
 APART = 0.05
 DIRECTIONS = 32
 
 
 def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Array) -> Array:
-    """The areas (n,) in m² of an underside's points (n, 3), `gaps` (n,) in m above their supports,
-    after this rule: a pad beneath the middle of a leg that is higher than the support beside it
-    carries the whole leg.
+    """Return the areas (n,) in m² of an underside's points after assigning whole legs to pads.
 
-    A leg among others stays upright. A body with a single foot may be a cushion: its areas stay.
+    A pad beneath the middle of a leg carries the whole leg if it is higher than the support beside
+    it: a leg among other legs stays upright. A body with a single foot may be a cushion, so its
+    areas stay.
+
+    Parameters
+    ----------
+    points
+        The points (n, 3) in m.
+    gaps
+        Their gaps (n,) in m above their supports.
+    areas
+        Their areas (n,) in m².
+    on_pad
+        Whether each point (n,) is above a pad.
+    up
+        The direction (3,) upwards.
     """
     held = areas.copy()
     axes = np.stack(perpendiculars(up))
@@ -333,15 +375,17 @@ def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Arr
 
 
 def _among(places: Array, place: Array, around: float) -> bool:
-    """Whether a place (2,) is inside the hull of `places` (n, 2), or less than `around` outside."""
+    """Return whether a place (2,) is at most `around` outside the hull of `places` (n, 2)."""
     angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
     ways = np.stack([np.cos(angles), np.sin(angles)])
     return bool((((places - place) @ ways).max(axis=0) > -around).all())
 
 
 def _feet(seen: Array, apart: float) -> npt.NDArray[np.intp]:
-    """The number of the foot (n,) of each point (n, 2): points in neighbouring cells, `apart` m
-    wide, belong to one foot."""
+    """Return the number (n,) of the foot of each point (n, 2).
+
+    Points in neighbouring cells, `apart` m wide, belong to the same foot.
+    """
     cells = np.floor(seen / apart).astype(int)
     left = {tuple(cell) for cell in cells.tolist()}
     number: dict[tuple[int, ...], int] = {}

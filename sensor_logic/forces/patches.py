@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The contact of two convex shapes: points, normal, gaps, and the area that each point represents.
 
-First comes the contact's direction (directions.py), then the faces, edges or corners that face each
-other along it, and their overlap. Lengths are metres.
+The direction of the contact is found first (directions.py). Then the faces, edges or corners that
+face each other along it are intersected. Lengths are in metres.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from ..arrays import Array
 from .directions import FLAT, Direction, Pair, beaten, candidates, lateral
 from .shapes import Shape
 
-# Convex polygons in a plane, as lists of (x, y): for few points plain Python is faster than
-# numpy.
+# Convex polygons in a plane, as lists of (x, y). For few points, plain Python is faster than numpy.
 
 Point = tuple[float, float]
 
@@ -27,7 +26,7 @@ MOST_CORNERS = 16
 
 
 def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[Point]:
-    """The part with x·px + y·py ≤ d, of a polygon or of a segment's two ends."""
+    """Return the part of a polygon or of a segment with x·px + y·py ≤ d."""
     heights = [x * p[0] + y * p[1] - d for p in polygon]
     if max(heights) <= 0:
         return list(polygon)
@@ -35,7 +34,7 @@ def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[P
         return []
     out: list[Point] = []
     last, high = polygon[-1], heights[-1]
-    if len(polygon) == 2:  # one edge, not two
+    if len(polygon) == 2:  # a segment has one edge, not two
         last, high = polygon[0], heights[0]
     for point, height in zip(polygon, heights, strict=True):
         if (height > 0) != (high > 0):
@@ -48,12 +47,12 @@ def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[P
 
 
 def clipped(subject: Sequence[Point], by: Sequence[Point], near: float) -> list[Point]:
-    """The intersection of two convex polygons, segments or points, counter-clockwise.
+    """Return the intersection of two convex polygons, segments or points, counter-clockwise.
 
-    Points and segments may be `near` apart.
+    Points and segments can be `near` apart.
     """
     if len(by) < len(subject) if len(by) < 3 else 3 <= len(subject) < len(by):
-        subject, by = by, subject  # the one of fewer sides does the cutting
+        subject, by = by, subject  # cut with the polygon that has fewer sides
     if len(by) >= 3:
         out = list(subject)
         px, py = by[-1]
@@ -98,7 +97,7 @@ def _on_segment(subject: Sequence[Point], by: Sequence[Point], near: float) -> l
 
 
 def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float, float]:
-    """Area, centroid (x, y), and the mean of x², xy, y² about the centroid."""
+    """Return area, centroid (x, y), and the mean of x², xy, y² about the centroid."""
     ox, oy = polygon[0]
     area = sx = sy = sxx = sxy = syy = 0.0
     ax = ay = 0.0
@@ -126,7 +125,7 @@ def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float
 
 
 def tidied(polygon: Sequence[Point], near: float) -> list[Point]:
-    """The polygon without points that lie within `near` of the one before."""
+    """Return the polygon without points within `near` of the previous point."""
     out: list[Point] = []
     for point in polygon:
         if not out or math.hypot(point[0] - out[-1][0], point[1] - out[-1][1]) > near:
@@ -137,7 +136,7 @@ def tidied(polygon: Sequence[Point], near: float) -> list[Point]:
 
 
 def longest(polygon: Sequence[Point]) -> tuple[Point, Point]:
-    """The two points that are furthest apart."""
+    """Return the two points that are furthest apart."""
     best, ends = -1.0, (polygon[0], polygon[0])
     for i, p in enumerate(polygon):
         for q in polygon[i + 1 :]:
@@ -148,7 +147,7 @@ def longest(polygon: Sequence[Point]) -> tuple[Point, Point]:
 
 
 def fewer(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
-    """At most `most` of the corners, without those that cut off the least area."""
+    """Return at most `most` corners, dropping the corners that cut off the least area."""
     out = list(polygon)
     if len(out) <= most:
         return out
@@ -164,18 +163,21 @@ def fewer(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
 
 
 def _cut_off(polygon: Sequence[Point], i: int) -> float:
-    """Twice the area that removing corner i cuts off."""
+    """Return twice the area that removing corner i cuts off."""
     (px, py), (qx, qy), (rx, ry) = polygon[i - 1], polygon[i], polygon[(i + 1) % len(polygon)]
     return (qx - px) * (ry - py) - (qy - py) * (rx - px)
 
 
 def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Point], list[float]]:
-    """Sample points and areas that integrate every polynomial up to the second degree exactly.
+    """Return sample points and areas that integrate polynomials up to the second degree exactly.
 
     Four points have nearly all of the area: the centroid plus (±1, ±1) times the square root of the
     covariance. On an axis-aligned rectangle they are the 2×2 Gauss points. They lie inside every
-    convex polygon (Kannan, Lovász, Simonovits 1995, theorem 4.1). Each of the `corners`, which come
-    last, gets CORNER_SHARE of the area.
+    convex polygon [1]_. Each of the `corners`, which come last, gets CORNER_SHARE of the area.
+
+    References
+    ----------
+    .. [1] Kannan, Lovász, Simonovits 1995, theorem 4.1.
     """
     area, x, y, sxx, sxy, syy = moments(polygon)
     share = CORNER_SHARE
@@ -196,7 +198,10 @@ def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Po
 
 
 def hull(points: Sequence[Point], near: float) -> list[Point]:
-    """The convex hull, counter-clockwise; two points or one for collinear or equal points."""
+    """Return the convex hull, counter-clockwise.
+
+    Collinear points give a segment, equal points a single point.
+    """
     ordered = sorted(points)
 
     def chain(way: Sequence[Point]) -> list[Point]:
@@ -227,17 +232,17 @@ TURNS = 4  # iterations that turn the sides of round bodies towards the contact 
 class Patch:
     """The contact of body a with body b."""
 
-    points: Array  # (k, 3) world, midway between the two surfaces
+    points: Array  # (k, 3) in the world, midway between the two surfaces
     normal: Array  # (3,) unit, from b to a: the direction of the force on a
-    gaps: Array  # (k,) m between the surfaces along the normal; negative: they overlap
-    # (k,) m²: the share of the contact's area. Sums weighted with areas integrate second-degree
+    gaps: Array  # (k,) in m, between the surfaces along the normal; negative: they overlap
+    # (k,) in m²: the share of the contact's area. Sums weighted with areas integrate second-degree
     # polynomials over a polygon exactly. A line is NARROW times the smaller shape's size wide, a
     # point is a square of that side.
     areas: Array
 
 
 def contact_patch(a: Shape, b: Shape, tolerance: float) -> Patch | None:
-    """Contact of two placed shapes; None where they are further apart than `tolerance`, metres."""
+    """Return the contact of two placed shapes; None if they are more than `tolerance` m apart."""
     if (a.lo > b.hi + tolerance).any() or (b.lo > a.hi + tolerance).any():
         return None
     if _rank(a) <= _rank(b):
@@ -247,7 +252,7 @@ def contact_patch(a: Shape, b: Shape, tolerance: float) -> Patch | None:
 
 
 def _rank(shape: Shape) -> tuple[float, ...]:
-    """A sorting key of the shapes, so that the result does not depend on their order."""
+    """Return a sorting key of shapes, so that the result does not depend on their order."""
     return (len(shape.vertices), -shape.size, *shape.lo.tolist())
 
 
@@ -314,7 +319,7 @@ class _Surface:
 
 
 def _along(pair: Pair, direction: Direction) -> Patch | None:
-    """The contact along one direction: of flat features, or of all points below the surface."""
+    """Return the contact along one direction: of flat features, or of all overlapping points."""
     frame = pair.frame(direction.normal)
     deep = -direction.separation
     if deep > DEEP * pair.scale and pair.penetrating(direction):
@@ -328,7 +333,7 @@ def _along(pair: Pair, direction: Direction) -> Patch | None:
 
 
 def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
-    """The contact of the shapes' face, edge or corner, and how many of the two are faces."""
+    """Return the contact of the shapes' faces, edges or corners, and the number of faces."""
     normal = direction.normal
     upper = _feature(pair.a, pair.at_a, -normal, frame, direction.face_a)
     lower = _feature(pair.b, pair.at_b, normal, frame, direction.face_b)
@@ -357,7 +362,7 @@ def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] |
 def _point(
     pair: Pair, direction: Direction, frame: Array, upper: _Surface, lower: _Surface
 ) -> Patch:
-    """The contact along a proven direction of features whose oblique outlines do not overlap."""
+    """Return the contact along a proven direction if the outlines of oblique features are apart."""
     outline = clipped(upper.outline, lower.outline, pair.scale)
     outline = outline or [upper.outline[0], lower.outline[0]]
     x = sum(p[0] for p in outline) / len(outline)
@@ -369,8 +374,10 @@ def _point(
 
 
 def _below(pair: Pair, frame: Array, deep: float, lowest: list[list[float]]) -> Patch | None:
-    """The contact of the parts of both shapes within `deep` of their furthest points, which include
-    `lowest`."""
+    """Return the contact of the parts of both shapes within `deep` of their furthest points.
+
+    The furthest points include `lowest`.
+    """
     upper = hull(_cut(pair.at_a, pair.a, frame, -1.0, deep), 1e-9 * pair.scale)
     lower = hull(_cut(pair.at_b, pair.b, frame, 1.0, deep), 1e-9 * pair.scale)
     outline = clipped(upper, lower, 0.0) or clipped(upper, lower, 1e-6 * pair.scale)
@@ -399,7 +406,7 @@ def _patch(
 
 
 def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | None) -> _Surface:
-    """The face that faces `outward`, else the edge, else the corner furthest in that direction."""
+    """Return the face that faces `outward`, else the edge, else the corner furthest that way."""
     if len(shape.faces):
         if face is None:
             facing = shape.normals @ outward
@@ -428,7 +435,7 @@ def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | 
 
 
 def _cut(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> list[Point]:
-    """Corners within `deep` of the furthest one, and the points where edges leave that slab."""
+    """Return the corners within `deep` of the furthest corner, and the ends of edges there."""
     heights = sign * (at @ frame[2])
     level = heights.max() - deep
     flat = at @ frame[:2].T
@@ -442,8 +449,10 @@ def _cut(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> lis
 
 
 def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Point]) -> Array:
-    """Heights (k,) of the shape's surface over points of the plane: of its upper side for `sign` 1,
-    of its lower side for -1."""
+    """Return heights (k,) of a shape's surface over points of the plane.
+
+    `sign` is 1 for the upper side of the shape, -1 for its lower side.
+    """
     normals = shape.normals @ frame.T
     if shape.flat:
         facing = np.array([int((sign * normals[:, 2]).argmax())])
@@ -463,7 +472,7 @@ def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Poi
 def _shared(
     outline: list[Point], scale: float, extra: Sequence[Point] = ()
 ) -> tuple[list[Point], list[float]]:
-    """Sample points and areas of a polygon, of a line (Simpson's rule) or of a point."""
+    """Return sample points and areas of a polygon, of a line (Simpson's rule) or of a point."""
     wide = NARROW * scale
     if len(outline) == 1:
         return outline, [wide * wide]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Convex collision shapes: the Minkowski sum of a polytope and a ball, as in physics engines.
 
-A sphere is a point plus a ball, a capsule a segment plus a ball; a hull with a collision margin is
-its polytope plus the margin; a triangle of a mesh is a flat, two-sided polygon. Lengths are metres.
+A sphere is a point plus a ball, and a capsule is a segment plus a ball. A hull with a collision
+margin is its polytope plus the margin. A triangle of a mesh is a flat, two-sided polygon. Lengths
+are in metres.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy.typing as npt
 
 from ..arrays import Array
 
-# Corners, sides and edges of convex solids, found from points and loops of points.
+# Corners, sides and edges of convex solids, from points and loops of points.
 
 Indices = npt.NDArray[np.intp]
 
@@ -24,15 +25,15 @@ COPLANAR = 1e-6  # of the size: faces whose points deviate less from one plane a
 
 
 def cross(a: Array, b: Array) -> Array:
-    """The cross product of two vectors, ten times as fast as numpy's."""
+    """Return the cross product of two vectors, ten times as fast as numpy's."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
 
 
 def perpendiculars(direction: Array) -> tuple[Array, Array]:
-    """Two unit vectors that form a right-handed frame with the unit vector `direction`."""
+    """Return two unit vectors that form a right-handed frame with the unit vector `direction`."""
     x, y, z = direction.tolist()
-    # The sign trick of Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
+    # With the sign trick of Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
     sign = math.copysign(1.0, z)
     p = -1.0 / (sign + z)
     q = x * y * p
@@ -43,7 +44,11 @@ def perpendiculars(direction: Array) -> tuple[Array, Array]:
 def sides(
     points: Array, planes: list[tuple[float, Array, float]], size: float
 ) -> list[tuple[int, ...]]:
-    """Loops of the solid's sides, from the largest face on, whose plane is the most precise."""
+    """Return the loops of a solid's sides.
+
+    Each of the `planes` has the area of a face, its normal and its offset. The search starts with
+    the largest face, whose plane is the most precise.
+    """
     members: list[Indices] = []
     normals: list[Array] = []
     for _, normal, offset in sorted(planes, key=lambda plane: -plane[0]):
@@ -65,21 +70,21 @@ def sides(
 
 
 def newell(loop: Array) -> Array:
-    """Normal of a loop of points; its length is twice the area."""
+    """Return the normal of a loop of points; its length is twice the area."""
     local = loop - loop[0]
     total: Array = np.cross(local, np.roll(local, -1, 0)).sum(0)
     return total
 
 
 def thinnest(points: Array) -> tuple[float, Array]:
-    """The thickness in the direction in which the points spread least, and that direction."""
+    """Return the thickness along the direction of least spread, and that direction."""
     local = points - points.mean(0)
     direction: Array = np.linalg.svd(local, full_matrices=True)[2][2]
     return float(np.ptp(local @ direction)), direction
 
 
 def welded(points: Array, near: float) -> tuple[Array, Indices]:
-    """The different points, and for each given point (n, 3) its number (n,) among them."""
+    """Return the distinct points, and for each given point (n, 3) its number (n,) among them."""
     different: list[int] = []
     numbers = np.empty(len(points), np.intp)
     for i, point in enumerate(points):
@@ -94,14 +99,14 @@ def welded(points: Array, near: float) -> tuple[Array, Indices]:
 
 
 def around(points: Array, normal: Array) -> Indices:
-    """Order of a convex polygon's corners, counter-clockwise about `normal`."""
+    """Return the order of a convex polygon's corners, counter-clockwise about `normal`."""
     first, second = perpendiculars(normal)
     local = points - points.mean(0)
     return np.argsort(np.arctan2(local @ second, local @ first), kind="stable")
 
 
 def outline(points: Array, normal: Array) -> list[int]:
-    """Corners of the points' convex hull, seen along `normal`, counter-clockwise."""
+    """Return the corners of the points' convex hull, seen along `normal`, counter-clockwise."""
     first, second = perpendiculars(normal)
     local = points - points.mean(0)
     x, y = (local @ first).tolist(), (local @ second).tolist()
@@ -126,6 +131,7 @@ def outline(points: Array, normal: Array) -> list[int]:
 
 
 def rims_of(faces: tuple[Indices, ...], vertices: int) -> Indices:
+    """Return the edges (m, 4) of a solid: from and to vertex, and the faces left and right."""
     if not faces:
         return np.array([(0, 1, -1, -1)] if vertices == 2 else [], np.intp).reshape(-1, 4)
     left: dict[tuple[int, int], int] = {}
@@ -140,7 +146,7 @@ def rims_of(faces: tuple[Indices, ...], vertices: int) -> Indices:
 
 
 def unique_directions(spans: Array) -> Array:
-    """The different unit directions of the spans (n, 3); opposite directions are the same."""
+    """Return the distinct unit directions of the spans (n, 3); opposite directions are the same."""
     if len(spans) == 0:
         return np.zeros((0, 3))
     spans = spans / np.linalg.norm(spans, axis=1, keepdims=True)
@@ -150,20 +156,23 @@ def unique_directions(spans: Array) -> Array:
 
 
 def extent(points: Array) -> float:
+    """Return twice the largest distance of a point from the mean."""
     middle = points.mean(0)
     return 2 * math.sqrt(float(((points - middle) ** 2).sum(1).max()))
 
 
-# Sides of round bodies. `turned` turns an edge between sides to the contact, so that rolling and
-# lying bodies are exact; the disc under a standing cylinder is 0.29 % too small.
+# The number of sides of round bodies. `turned` turns an edge between sides to the contact, so that
+# rolling and lying bodies are exact. The disc under a standing cylinder is 0.29 % too small.
 SIDES = 48
 WELD = 1e-7  # of the shape's size: points closer than this are welded
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Shape:
-    """The Minkowski sum of a convex core and a ball. Loops run counter-clockwise seen from
-    outside."""
+    """The Minkowski sum of a convex core and a ball.
+
+    Loops run counter-clockwise seen from outside.
+    """
 
     vertices: Array  # (n, 3)
     normals: Array  # (f, 3) outward, unit; none for points and segments, two for flat polygons
@@ -183,7 +192,10 @@ class Shape:
         return len(self.faces) == 2
 
     def placed(self, matrix: npt.ArrayLike) -> Shape:
-        """The shape in the world, by a 4×4 matrix. Shear, scale and mirroring keep the radius."""
+        """Return the shape in the world, placed by a 4×4 matrix.
+
+        Shear, scale and mirroring keep the radius.
+        """
         m = np.asarray(matrix, np.float64)
         linear, shift = m[:3, :3], m[:3, 3]
         gram = linear @ linear.T
@@ -208,7 +220,7 @@ class Shape:
         )
 
     def turned(self, direction: Array) -> Shape:
-        """A round body turned about its axis until one of its edges faces the unit `direction`."""
+        """Return a round body turned about its axis until an edge faces the unit `direction`."""
         if self.axis is None:
             return self
         origin, axis = self.axis
@@ -231,6 +243,7 @@ _UNIT = np.eye(3)
 
 
 def box(half_extents: npt.ArrayLike) -> Shape:
+    """Return a box with these half extents."""
     half = _positive(*np.asarray(half_extents, np.float64).reshape(3).tolist())
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
     loops = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -238,12 +251,13 @@ def box(half_extents: npt.ArrayLike) -> Shape:
 
 
 def sphere(radius: float) -> Shape:
+    """Return a sphere."""
     _positive(radius)
     return _assembled(np.zeros((1, 3)), (), radius)
 
 
 def capsule(radius: float, half_length: float) -> Shape:
-    """Along z; its round ends lie beyond ±half_length. Length 0 gives a sphere."""
+    """Return a capsule along z, with round ends beyond ±half_length; length 0 gives a sphere."""
     _positive(radius)
     if half_length == 0:
         return sphere(radius)
@@ -252,7 +266,7 @@ def capsule(radius: float, half_length: float) -> Shape:
 
 
 def cylinder(radius: float, half_height: float) -> Shape:
-    """Along z."""
+    """Return a cylinder along z."""
     _positive(radius, half_height)
     n = SIDES
     rim = _circle(radius)
@@ -263,7 +277,7 @@ def cylinder(radius: float, half_height: float) -> Shape:
 
 
 def cone(radius: float, half_height: float) -> Shape:
-    """Along z, its tip at +half_height, its base at −half_height."""
+    """Return a cone along z, with the tip at +half_height and the base at −half_height."""
     _positive(radius, half_height)
     n = SIDES
     vertices = np.vstack([_circle(radius) - (0, 0, half_height), (0, 0, half_height)])
@@ -273,7 +287,10 @@ def cone(radius: float, half_height: float) -> Shape:
 
 
 def polygon(vertices: npt.ArrayLike, radius: float = 0.0) -> Shape:
-    """A flat convex polygon, such as a triangle of a mesh. ValueError where it has no area."""
+    """Return a flat convex polygon, such as a triangle of a mesh.
+
+    Raise ValueError if the polygon has no area or is not flat.
+    """
     points = _points(vertices)
     size = extent(points)
     normal = newell(points)
@@ -290,10 +307,10 @@ def polygon(vertices: npt.ArrayLike, radius: float = 0.0) -> Shape:
 
 
 def polytope(vertices: npt.ArrayLike, faces: Iterable[Sequence[int]], radius: float = 0.0) -> Shape:
-    """A convex solid of polygons or triangles, wound in either direction; coplanar faces are
-    merged.
+    """Return a convex solid of polygons or triangles, wound in either direction.
 
-    A solid without thickness becomes a flat polygon. Raises ValueError for one without area.
+    Coplanar faces are merged. A solid without thickness becomes a flat polygon. Raise ValueError
+    for a solid without area.
     """
     points = _points(vertices)
     size = extent(points)
@@ -338,7 +355,7 @@ def _assembled(
 
 
 def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
-    """The shape placed by a matrix that is not a rotation."""
+    """Return the shape placed by a matrix that is not a rotation."""
     volume = _determinant(linear)
     if not np.isfinite(linear).all() or abs(volume) <= 1e-12 * np.abs(linear).max() ** 3:
         raise ValueError("the matrix flattens the shape")
@@ -359,7 +376,7 @@ def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
 
 
 def _still_round(line: Array, linear: Array, shift: Array) -> Array | None:
-    """The axis after the transformation; None where the body's circles become ellipses."""
+    """Return the axis after the transformation; None if the body's circles become ellipses."""
     first, second = perpendiculars(line[1])
     x, y, axis = linear @ first, linear @ second, linear @ line[1]
     axis = axis / np.linalg.norm(axis)
@@ -372,7 +389,7 @@ def _still_round(line: Array, linear: Array, shift: Array) -> Array | None:
 
 
 def rotation_about(axis: Array, angle: float) -> Array:
-    """Rodrigues' formula: 3×3, `axis` unit, radians."""
+    """Return the rotation (3, 3) about a unit axis by an angle in rad: Rodrigues' formula."""
     x, y, z = axis.tolist()
     turn = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
     rotation: Array = _UNIT + math.sin(angle) * turn + (1 - math.cos(angle)) * (turn @ turn)

@@ -12,12 +12,12 @@ import numpy.typing as npt
 
 from ..arrays import Array
 
-# m: larger triangles are sampled at several points, with at most MOST_SAMPLES in all.
+# In m. A larger triangle is sampled at several points, with at most MOST_SAMPLES in all.
 SPACING = 0.02
 MOST_SAMPLES = 2000
-# Cosine of the angle between a face's normal and the vertical: a steeper face carries nothing.
+# The least cosine between a face's normal and the vertical; a steeper face carries nothing.
 STEEPEST = 0.1
-# Cells per side of the grid in which a body's contact points with one other body are merged.
+# The cells per side of the grid that merges a body's contact points with one other body.
 CELLS = 8
 # Up to this many grid cells per point, a table of all cells is faster than sorting.
 TABLE = 30
@@ -27,17 +27,17 @@ LEAST_VOLUME = 1e-6
 
 @dataclass(frozen=True)
 class Samples:
-    """Points (n, 3) on an underside, and the areas (n,) in m², seen from below, that they
-    represent."""
+    """Points (n, 3) on an underside, and their areas (n,) in m², seen from below."""
 
     points: Array
     areas: Array
 
 
 def centre_of_mass(triangles: Array, closed: bool) -> Array:
-    """The centroid (3,) of the volume that the triangles (n, 3, 3) enclose, else of the surface.
+    """Return the centroid (3,) of triangles (n, 3, 3).
 
-    The volume's centroid is a sum over tetrahedra to a common point (divergence theorem).
+    The centroid is that of the enclosed volume if the triangles are `closed`, else that of the
+    surface. The volume's centroid is a sum over tetrahedra to a common point (divergence theorem).
     """
     places = _by_axis(triangles)
     origin: Array = places.mean(axis=(0, 2))
@@ -57,8 +57,10 @@ def centre_of_mass(triangles: Array, closed: bool) -> Array:
 
 
 def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
-    """Whether the triangles, given by vertex numbers (n, 3), have every edge once in each
-    direction, so that the surface has an inside."""
+    """Return whether triangles, given by vertex numbers (n, 3), enclose a volume.
+
+    They do if every edge is used once in each direction.
+    """
     starts = corners.ravel().astype(np.int64)
     ends = corners[:, [1, 2, 0]].ravel().astype(np.int64)
     count = int(corners.max(initial=0)) + 1
@@ -67,12 +69,12 @@ def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
 
 
 def _by_axis(triangles: Array) -> Array:
-    """The triangles as (3 corners, 3 axes, n): numpy is fastest along the long axis."""
+    """Return triangles as (3 corners, 3 axes, n), because numpy is fastest along the long axis."""
     return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
 def _cross(one: Array, two: Array) -> Array:
-    """Vector products (3, n)."""
+    """Return vector products (3, n)."""
     return np.stack(
         [
             one[1] * two[2] - one[2] * two[1],
@@ -83,16 +85,16 @@ def _cross(one: Array, two: Array) -> Array:
 
 
 def _dot(one: Array, two: Array) -> Array:
-    """Scalar products (n,) of vectors (3, n)."""
+    """Return scalar products (n,) of vectors (3, n)."""
     products: Array = one[0] * two[0] + one[1] * two[1] + one[2] * two[2]
     return products
 
 
 def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -> Samples:
-    """Samples of the faces that point down, within the box `lo` … `hi`.
+    """Return samples of the faces that point down, within the box `lo` … `hi`.
 
-    Triangles (n, 3, 3) run counter-clockwise seen from outside; without an inside (`closed` false)
-    both sides count.
+    Triangles (n, 3, 3) run counter-clockwise seen from outside. If the surface is not `closed`,
+    both sides of a triangle count.
     """
     places = _by_axis(triangles)
     normals = _cross(places[1] - places[0], places[2] - places[0]) / 2.0
@@ -130,8 +132,10 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
 
 
 def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
-    """Which (n,) of the triangles (n, 3, 3) of a closed surface do not point down: other bodies can
-    lie only on these. The sign of the volume gives the outside."""
+    """Return which (n,) of the triangles (n, 3, 3) of a closed surface do not point down.
+
+    Other bodies can lie only on these. The sign of the volume determines the outside.
+    """
     places = _by_axis(triangles)
     facing = up @ _cross(places[1] - places[0], places[2] - places[0])
     upward: npt.NDArray[np.bool_] = facing >= 0.0 if _volume(places) >= 0.0 else facing <= 0.0
@@ -139,15 +143,15 @@ def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
 
 
 def _volume(places: Array) -> float:
-    """Six times the volume within triangles given by axis, (3, 3, n)."""
+    """Return six times the volume within triangles given by axis, (3, 3, n)."""
     about = places - places.mean(axis=(0, 2))[:, None]
     return float(_dot(about[0], _cross(about[1], about[2])).sum())
 
 
-# One a number of parts; without it 10 µs (3 parts) to 90 µs (16) more for each that is needed.
+# Cached by the number of parts: computing it costs 10 µs (3 parts) to 90 µs (16).
 @lru_cache(maxsize=256)
 def _centroids(count: int) -> Array:
-    """Barycentric centroids (count², 3) of a triangle cut into count² equal ones."""
+    """Return the barycentric centroids (count², 3) of the equal parts of a triangle."""
     upright = [(i, j) for i in range(count) for j in range(count - i)]
     inverted = [(i, j) for i in range(count - 1) for j in range(count - 1 - i)]
     found = [((i + 1 / 3) / count, (j + 1 / 3) / count) for i, j in upright]
@@ -157,15 +161,20 @@ def _centroids(count: int) -> Array:
 
 
 def clustered(points: Array, areas: Array) -> tuple[Array, Array]:
-    """The points merged into a grid of about CELLS cells per side."""
+    """Return the points merged into a grid of about CELLS cells per side."""
     extent = float(np.ptp(points, axis=0).max())
     return gathered(points, areas, max(extent / CELLS, SPACING / 2.0))
 
 
 def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
-    """Merges points and their areas, one for each filled cell of a grid.
+    """Merge points and their areas into one for each filled cell of a grid.
 
-    Returns places (k, 3), the centroids of the areas in the cells, and areas (k,).
+    Returns
+    -------
+    places
+        The centroids (k, 3) of the areas in the cells.
+    areas
+        The areas (k,).
     """
     axes = np.ascontiguousarray(points.T)
     grid = np.floor((axes - axes.min(axis=1)[:, None]) / cell).astype(np.int64)
@@ -178,12 +187,14 @@ def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
 
 
 def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.intp], int]:
-    """The rank (n,) of each of the cells (n,), numbers from 0 to `count`, among the different ones;
-    and how many different ones there are."""
+    """Return the rank (n,) of each cell among the distinct cells, and the number of distinct cells.
+
+    The cells (n,) are numbers from 0 to `count`.
+    """
     if count > TABLE * len(cells):
         found, of = np.unique(cells, return_inverse=True)
         return of.ravel(), len(found)
-    # For few different cells a table is faster than sorting.
+    # For few distinct cells, a table is faster than sorting.
     filled = np.zeros(count, bool)
     filled[cells] = True
     numbers = np.cumsum(filled)
@@ -191,6 +202,9 @@ def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.
 
 
 def firmness(gaps: npt.ArrayLike, tolerance: float) -> Array:
-    """The relative stiffness (n,) of contact points with gaps (n,) in m, negative where they
-    penetrate: 1 at a gap of 0, falling linearly to 0 at the tolerance, as of an elastic layer."""
+    """Return the relative stiffness (n,) of contact points with gaps (n,) in m.
+
+    The stiffness is 1 at a gap of 0 and falls linearly to 0 at the tolerance, as of an elastic
+    layer. A negative gap is a penetration.
+    """
     return np.maximum(0.0, 1.0 - np.asarray(gaps, np.float64) / tolerance)

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Input and output of the calculation of forces on a pad: the bodies of the scene with the forces
-that their motion requires and their contacts, and the forces on the pad that follow."""
+"""Input and output of the calculation of forces on a pad.
+
+The input are the bodies of the scene, with their contacts and the forces that their motion
+requires. The output are the forces on the pad.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,26 @@ Key = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Node:
-    """A body or pad that others can touch. `key` identifies it, `name` is its object's.
+    """A body or pad that can touch other nodes.
 
-    `weighs`: it has a weight of its own (simulated, or animated with a mass). `animated`: keys move
-    it, no physics; its contacts are looked for below its own surface. `margin` in metres: the
-    physics engine may hold others this far off. `owner`: the node that this one is a part of.
-    `objects`: session uids of the objects that it consists of.
+    Attributes
+    ----------
+    key
+        Identifies the node.
+    name
+        The name of the node's object.
+    weighs
+        The node has a weight of its own: it is simulated, or animated with a mass.
+    animated
+        Keys move the node, not physics. Its contacts are found below its own surface.
+    friction
+        The friction coefficient.
+    margin
+        The physics engine can keep other bodies this far off, in m.
+    owner
+        The node that this node is a part of.
+    objects
+        The session uids of the node's objects.
     """
 
     key: Key
@@ -37,10 +54,21 @@ class Node:
 
 @dataclass(frozen=True)
 class RequiredLoad:
-    """What the contacts of a body must add up to for it to move as it does: `load`, about its
-    centre of mass in this frame; `centres` (3, 3) in the frame before, this one and the next, m;
-    `mass` in kg; `reach`: how far it moves in a frame, m; `problem`: why this is unknown, or
-    empty."""
+    """The wrench that the contacts of a body must add up to for the body to move as it does.
+
+    Attributes
+    ----------
+    load
+        The wrench about the centre of mass in this frame.
+    centres
+        The centre of mass (3, 3) in the previous, this and the next frame, in m.
+    mass
+        The mass in kg.
+    reach
+        How far the body moves in a frame, in m.
+    problem
+        Why the load is unknown, or empty.
+    """
 
     load: Load
     centres: Array
@@ -51,8 +79,11 @@ class RequiredLoad:
 
 @dataclass(frozen=True)
 class BareSurface:
-    """A surface without a node, which therefore passes no weight on: its object's name, its solid's
-    number, and the places (k, 3) in m where a body stands on it."""
+    """A surface that belongs to no node and therefore transmits no weight to a pad.
+
+    `name` is its object's name, `number` its solid's number. `places` (k, 3) are the points in m
+    where a body stands on it.
+    """
 
     name: str
     number: int
@@ -61,8 +92,17 @@ class BareSurface:
 
 @dataclass(frozen=True)
 class Support:
-    """Where one `node` supports an animated body from below: places (k, 3) in m, and areas (k,) in
-    m² that count less the wider the gap. `ground`: the supporting surfaces without a node."""
+    """The points where one `node` supports an animated body from below.
+
+    Attributes
+    ----------
+    places
+        The points (k, 3) in m.
+    areas
+        The area (k,) in m² of each point, reduced the wider the gap is.
+    ground
+        The supporting surfaces without a node.
+    """
 
     node: Key
     places: Array
@@ -71,30 +111,44 @@ class Support:
 
 
 class World(Protocol):
-    """The scene at one frame, as the search for a pad's island needs it. Lengths in metres."""
+    """The scene at one frame, as the search for a pad's island needs it. Lengths are in m."""
 
     up: Array
     gravity: float
 
-    def node(self, key: Key) -> Node: ...
+    def node(self, key: Key) -> Node:
+        """Return the node with this key."""
+
     def near(self, key: Key) -> Iterable[Key]:
-        """Nodes whose bounds meet those of a node, both swept over the three frames."""
+        """Return the nodes whose bounds overlap a node's bounds, swept over the three frames."""
 
     def contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Contacts between two nodes' shapes that are at most `reach` apart, `when` = −1, 0 or 1
-        frames from this one; in each, a = 0 is `one` and b = 1 is `two`."""
+        """Return the contacts between two nodes' shapes that are at most `reach` apart.
 
-    def supports_of(self, key: Key) -> list[Support]: ...
-    def required_load(self, key: Key) -> RequiredLoad: ...
-    def constraints_of(self, key: Key) -> list[Constraint]: ...
+        `when` is −1, 0 or 1 for the previous, this or the next frame. In each contact, a = 0 is
+        `one` and b = 1 is `two`.
+        """
+
+    def supports_of(self, key: Key) -> list[Support]:
+        """Return the supports of an animated node."""
+
+    def required_load(self, key: Key) -> RequiredLoad:
+        """Return the load that the node's motion requires."""
+
+    def constraints_of(self, key: Key) -> list[Constraint]:
+        """Return the rigid-body constraints of a node."""
+
     def animated_near(self, pad: Key, beside: float, above: float) -> list[Key]:
-        """Animated nodes up to `beside` next to the pad or `above` over it."""
+        """Return animated nodes at most `beside` next to the pad or `above` over it."""
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """A rigid-body constraint: `name`, its two nodes (None: the ground), its place (3,) in m, and
-    the axes (k, 3) along which it can give forces and about which it can give moments."""
+    """A rigid-body constraint between two nodes, either of which can be None: the ground.
+
+    `place` (3,) is in m. `forces` (k, 3) are the axes along which the constraint can exert forces,
+    and `moments` (k, 3) the axes about which it can exert moments.
+    """
 
     name: str
     one: Key | None
@@ -106,8 +160,11 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Partner:
-    """A node that touches a pad: its name, session uids of its objects, and of its contact points
-    the places (n, 3) in m and the forces on the pad (n, 3) in N."""
+    """A node that touches a pad.
+
+    `objects` are the session uids of its objects. `places` (n, 3) in m are its contact points, and
+    `forces` (n, 3) in N the forces on the pad.
+    """
 
     name: str
     objects: frozenset[int]
@@ -117,9 +174,19 @@ class Partner:
 
 @dataclass(frozen=True)
 class PadForces:
-    """The forces on a pad. `residual`: the greatest share of a body's required load that no contact
-    explains; `problem`: why the forces are uncertain, or empty; `usable`: whether they are at least
-    an estimate; `bodies`: how many bodies the island has."""
+    """The forces on a pad.
+
+    Attributes
+    ----------
+    residual
+        The greatest share of any body's required load that no contact explains.
+    problem
+        Why the forces are uncertain, or empty.
+    usable
+        Whether the forces are at least an estimate.
+    bodies
+        The number of bodies in the island.
+    """
 
     partners: tuple[Partner, ...] = ()
     residual: float = 0.0

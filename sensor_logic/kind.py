@@ -79,28 +79,28 @@ class Field:
 class Kind:
     """A kind of sensor.
 
-            Attributes
-        ----------
-        number
-            The number that files store for the kind.
-        attribute
-            The name of the PropertyGroup that holds the parameters.
-        active_label, idle_label
-            The words for the binary reading.
-        events
-            The fields whose changes the event log lists.
-        samples
-            The columns of a sensor's sample file.
-        model
-            A function that makes the `Model` of one sensor.
-        needs
-            The quantities that the model queries from the scene, each with the choices of parameters
-            with which it does so.
-        in_room
-            The sensor observes the room that it is mounted in, and is not part of a door or of
-            furniture.
-        part
-        The preset of the real part that the window's menus add. Empty: they add the defaults.
+        Attributes
+    ----------
+    number
+        The number that files store for the kind.
+    attribute
+        The name of the PropertyGroup that holds the parameters.
+    active_label, idle_label
+        The words for the binary reading.
+    events
+        The fields whose changes the event log lists.
+    samples
+        The columns of a sensor's sample file.
+    model
+        A function that makes the `Model` of one sensor.
+    needs
+        The quantities that the model queries from the scene, each with the choices of parameters
+        with which it does so.
+    in_room
+        The sensor observes the room that it is mounted in, and is not part of a door or of
+        furniture.
+    part
+    The preset of the real part that the window's menus add. Empty: they add the defaults.
     """
 
     identifier: str

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kinds of sensor: every package and module in this folder has a `KIND`, whose parameters are
-in `obj.angen_sensor.<name of the module>`."""
+"""The kinds of sensor: every package and module in this folder has a `KIND`.
+
+The parameters of a kind are in `obj.angen_sensor.<name of the module>`.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +15,11 @@ NO_KIND = "NONE"
 
 
 def _found() -> list[Kind]:
-    """The kinds in this folder, ordered by number. Raises ValueError where two have the same number
-    or identifier, or a kind's attribute is not its module's name."""
+    """Return the kinds in this folder, ordered by number.
+
+    Raise ValueError if two kinds have the same number or identifier, or if a kind's attribute is
+    not its module's name.
+    """
     kinds: list[Kind] = []
     for module in pkgutil.iter_modules(__path__):
         kind: Kind = import_module(f"{__name__}.{module.name}").KIND

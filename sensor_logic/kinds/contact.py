@@ -20,12 +20,14 @@ from ..model import Model, Reading, Update
 from ..parameters import Parameters, parameter
 from ..wording import METRES, Lengths
 
-# The blades of a reed close at more ampere turns than they open at. So the distance at which it
-# opens is the larger one; between the two distances it keeps its state.
+# The blades of a reed close at more ampere turns than they open at. So a reed opens at a larger
+# distance than it closes. Between the two distances it keeps its state.
 
 
 @dataclass(frozen=True)
 class ContactParameters(Parameters):
+    """The parameters of a door contact."""
+
     magnet: str | None = parameter(
         None,
         "Magnet",
@@ -40,7 +42,7 @@ class ContactParameters(Parameters):
         positive=True,
         short="Closes At",
     )
-    # Its hysteresis: the contact opens farther away than it closes.
+    # The hysteresis of the contact: it opens farther away than it closes.
     open_distance: float = parameter(
         0.02,
         "Open distance",
@@ -51,6 +53,7 @@ class ContactParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        """Return a sentence if the contact opens nearer than it closes."""
         if self.open_distance < self.close_distance:
             return [
                 f"open_distance ({lengths.typed(self.open_distance)}) must be at least "
@@ -60,12 +63,13 @@ class ContactParameters(Parameters):
 
 
 class DoorContact(Model):
-    """One contact. It is open at first, unless its magnet is near."""
+    """One contact; its state is whether it is closed, at first open."""
 
     def __init__(self) -> None:
         self._closed = False
 
     def update(self, parameters: ContactParameters, update: Update) -> Reading:
+        """Return whether the contact is open, and the distance of the magnet in m."""
         magnet = update.ask(POSES, "magnet")
         if magnet is None:
             self._closed, distance = False, math.inf
@@ -88,7 +92,7 @@ REED_RELAYS = (
 def _reed(
     part: str, turns: str, magnet: str, operate: tuple[float, float], release: tuple[float, float]
 ) -> Preset:
-    """A sensor with a magnet of NdFeB; ranges in mm."""
+    """Return a preset of a reed sensor with a magnet of NdFeB; ranges in mm."""
     return Preset(
         f"{part}_{magnet}".replace("-", "_"),
         f"{part} with magnet {magnet}",

@@ -2,8 +2,8 @@
 """Distance sensor: time of flight or ultrasound, in one zone or many.
 
 - Model: `DistanceSensor`, with its parameters and presets in this file.
-- Scene: rays by angen_addon/scene/rays/caster.py, the reflectance of what they hit by `Reflectance`
-  in angen_addon/scene/surfaces.py.
+- Scene: rays by angen_addon/scene/rays/caster.py; the reflectance at their hits by `Reflectance` in
+  angen_addon/scene/surfaces.py.
 - Window: angen_addon/kinds/distance.py.
 - Physics: docs/distance.md.
 - Tests: tests/pure/test_distance_and_contact.py, tests/blender/test_distance_contact.py.
@@ -25,7 +25,7 @@ from ..wording import METRES, Advice, Lengths
 
 # Parameters of the distance sensor.
 
-# Reflectance of the white and the grey target in data sheets, each as measured at 940 nm.
+# The reflectance of the white and the grey target in data sheets, measured at 940 nm.
 WHITE, GREY = 0.88, 0.17
 MOST_ZONES = 16
 FIXED: dict[str, Any] = {"used_when": (("target", "FIXED"),)}
@@ -34,6 +34,8 @@ SEVERAL = "VL53L5CX data sheet DS13754: 8 × 8 zones"
 
 @dataclass(frozen=True)
 class DistanceParameters(Parameters):
+    """The parameters of a distance sensor."""
+
     threshold: float = parameter(
         1.0, "Threshold", "Near is on where a target is closer than this", unit="m"
     )
@@ -133,6 +135,7 @@ class DistanceParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        """Return sentences about ranges that contradict each other."""
         problems = self.must_be_smaller("range_min", "range_max", lengths)
         if problems:
             return problems
@@ -144,6 +147,7 @@ class DistanceParameters(Parameters):
         return []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        """Return advice if the output never switches on or hardly ever off."""
         threshold, most = lengths.typed(self.threshold), lengths.typed(self.range_max)
         if self.threshold <= self.range_min:
             return [
@@ -165,24 +169,25 @@ class DistanceParameters(Parameters):
         ]
 
 
-# The model: the time in which light or sound returns, in each zone along a bundle of rays.
+# The model: the time until light or sound returns, in each zone along a bundle of rays.
 #
-# The returned signal of a target at distance r falls with r²; a target of reflectance ρ that fills
-# a zone is detected up to R(ρ). Rays of a zone with k rays add up to a visibility of Σ
-# (R(ρ)/r)²/k, and targets with less than 1 are not detected. See docs/distance.md.
+# The returned signal of a target at distance r falls with r². A target of reflectance ρ that fills
+# a zone is detected up to R(ρ). The k rays of a zone add up to a visibility of Σ (R(ρ)/r)²/k.
+# Targets with a visibility below 1 are not detected. See docs/distance.md.
 
-# The least visibility that is detected: rounding must not hide a target exactly at range_max.
+# The least detected visibility; below 1, so that rounding cannot hide a target at range_max.
 JUST_SEEN = 1.0 - 1e-9
 
 
 class DistanceSensor(Model):
-    """One sensor. Its state is whether a target was near, for the hysteresis."""
+    """One sensor; its state is whether a target was near, for the hysteresis."""
 
     def __init__(self) -> None:
         self._near = False
         self._rays = PerPose(zone_rays)
 
     def update(self, parameters: DistanceParameters, update: Update) -> Reading:
+        """Return the nearest distance, whether it is near, and the distance of each zone."""
         rays = self._rays(parameters, update.pose)
         ranges = update.ask(RAYS, 0, *rays)
         if parameters.target == "MATERIAL":
@@ -207,9 +212,12 @@ class DistanceSensor(Model):
 
 
 def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array, Array]:
-    """Origins (n, 3), unit directions (n, 3) and reach (n,) of all rays: zones row by row from the
-    upper left one in the sensor's view, and in each zone its rays in the same order. The rays go
-    through the middles of equal cells of a plane perpendicular to the axis."""
+    """Return origins (n, 3), unit directions (n, 3) and lengths (n,) of all rays.
+
+    The zones come row by row from the upper left zone in the sensor's view, and the rays of a zone
+    in the same order. The rays go through the centres of equal cells of a plane perpendicular to
+    the axis.
+    """
     k = parameters.rays
     x = _cell_middles(parameters.horizontal_fov, parameters.zones_across, k)
     y = -_cell_middles(parameters.vertical_fov, parameters.zones_up, k)
@@ -224,28 +232,34 @@ def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array,
 
 
 def _cell_middles(angle: float, zones: int, rays: int) -> Array:
-    """(zones, rays): coordinates at which rays cross a plane at distance 1."""
+    """Return the coordinates (zones, rays) at which rays cross a plane at distance 1."""
     cells = zones * rays
     middles = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0
     return (math.tan(angle / 2.0) * middles).reshape(zones, rays)
 
 
 def reach(parameters: DistanceParameters) -> float:
-    """The greatest distance in m at which any target is detected, one of reflectance 1 included."""
+    """Return the greatest distance in m at which any target, also of reflectance 1, is detected."""
     return max(parameters.range_max, float(range_of(parameters, np.ones(1))[0]))
 
 
 def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
-    """R(ρ) in m: the greatest distance of a target that fills a zone. A power of the reflectance ρ
-    through the data sheet's values for white and grey; an ideal receiver in the dark has ½."""
+    """Return R(ρ) in m, the greatest distance of a target that fills a zone.
+
+    R is a power of the reflectance ρ through the data sheet's values for white and grey; an ideal
+    receiver in the dark has the exponent ½.
+    """
     power = math.log(parameters.range_max / parameters.range_grey) / math.log(WHITE / GREY)
     found: Array = parameters.range_max * (reflectance / WHITE) ** power
     return np.where(reflectance > 0.0, found, 0.0)
 
 
 def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: Array) -> Array:
-    """The distance (z,) in m of each zone, without noise, from its rays' ranges (z, k) in m and
-    reflectances (z, k); inf where no target is detected."""
+    """Return the distance (z,) in m of each zone, without noise.
+
+    The rays of a zone have ranges (z, k) in m and reflectances (z, k). The distance is inf if no
+    target is detected.
+    """
     near = np.maximum(ranges, max(parameters.range_min, 1e-6))
     visible = (range_of(parameters, reflectance) / near) ** 2 / ranges.shape[1]
     if parameters.echo == "MEAN":
@@ -261,16 +275,19 @@ def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: A
     group = np.cumsum(apart, axis=1)
     best, strength = np.full(len(near), np.inf), np.zeros(len(near))
     for number in range(int(group.max(initial=0)) + 1):
-        of_it = group == number
-        power = np.where(of_it, visible, 0.0).sum(axis=1)
+        is_member = group == number
+        power = np.where(is_member, visible, 0.0).sum(axis=1)
         better = power > strength
-        best[better] = _weighted(near, visible, of_it)[better]
+        best[better] = _weighted(near, visible, is_member)[better]
         strength = np.maximum(strength, power)
     return best
 
 
 def _weighted(near: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
-    """(z,): means of the chosen ranges weighted by visibility; inf where their sum is too small."""
+    """Return the means (z,) of the chosen ranges, weighted by visibility.
+
+    The mean is inf if the sum of visibilities is too small.
+    """
     weight = np.where(which, visible, 0.0)
     total = weight.sum(axis=1)
     mean = (weight * near).sum(axis=1) / np.maximum(total, 1e-300)
@@ -278,7 +295,10 @@ def _weighted(near: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
 
 
 def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
-    """Standard deviation in m of readings at `distance` (m), from two independent noise terms."""
+    """Return the standard deviation in m of readings at `distance` (m).
+
+    Two independent noise terms contribute.
+    """
     found: Array = np.hypot(
         parameters.noise_sigma, parameters.noise_growth * np.asarray(distance, np.float64)
     )
@@ -286,14 +306,14 @@ def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
 
 
 def _noise(parameters: DistanceParameters, update: Update, zones: int) -> Array:
-    """(zones,): a random number of variance 1 for each zone, whether or not it detects a target."""
+    """Return a random number of variance 1 for each zone, whether or not it detects a target."""
     if parameters.noise_sigma == 0.0 and parameters.noise_growth == 0.0:
         return np.zeros(zones)
     return update.noise().normal(size=zones)
 
 
 def _with_noise(parameters: DistanceParameters, distance: Array, noise: Array) -> Array:
-    """Readings in m: with noise, rounded to the resolution, within range_min … range_max."""
+    """Return readings in m: with noise, rounded to the resolution, within range_min … range_max."""
     found = distance + noise * sigma(parameters, distance)
     if parameters.resolution > 0.0:
         found = np.round(found / parameters.resolution) * parameters.resolution
@@ -302,15 +322,14 @@ def _with_noise(parameters: DistanceParameters, distance: Array, noise: Array) -
 
 # Presets of commercial distance sensors.
 #
-# Data sheets give bounds of a reading's error; a third of a bound serves as the standard
-# deviation.
+# Data sheets give bounds of a reading's error. A third of the bound is used as standard deviation.
 
-# The side of a square whose diagonal the data sheet of the VL53L1X gives, 27°.
+# The side of a square field of view whose diagonal is 27° in the data sheet of the VL53L1X.
 SIDE_OF_27 = 2.0 * math.atan(math.tan(math.radians(27.0) / 2.0) / math.sqrt(2.0))
 
 
 def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    """A preset. All set the same parameters, so that each fully replaces another."""
+    """Return a preset; all set the same parameters, so that each fully replaces another."""
     common = {
         "target": "MATERIAL",
         "zones_across": 1,

@@ -3,7 +3,7 @@
 
 - Model: `LightSensor`, with its photoresistor, parameters and presets in this file.
 - Scene: angen_addon/scene/light/, beginning with probe.py; `LightChanges` in
-  angen_addon/scene/changes.py says when light must be measured anew.
+  angen_addon/scene/changes.py compared when light must be measured again.
 - Window: angen_addon/kinds/light.py.
 - Physics: docs/light.md; how light is measured: docs/light_how.md.
 - Tests: tests/pure/test_light.py, tests/blender/test_light_*.py.
@@ -22,15 +22,24 @@ from ..model import LightSample, Model, Reading, Update
 from ..parameters import READING, Choice, FormerChoice, Parameters, parameter
 from ..wording import METRES, Advice, Lengths
 
-# Photoresistor (LDR): its resistance over light, and how it follows changes.
+# Photoresistor (LDR): its resistance as a function of light, and its response to changes.
 
 REFERENCE_LUX = 10.0
 
 
 def conductance(lux: float, resistance_10lux: float, gamma: float, dark_resistance: float) -> float:
-    """Conductance in S in a constant illuminance E: 1/R_dark + (E / 10 lx)^γ / R10.
+    """Return the conductance in S at a constant illuminance E: 1/R_dark + (E / 10 lx)^γ / R10.
 
-    γ = log10(R at 10 lx / R at 100 lx) as in data sheets, away from the dark.
+    Parameters
+    ----------
+    lux
+        The illuminance E in lux.
+    resistance_10lux
+        The resistance R10 at 10 lux in ohms.
+    gamma
+        γ = log10(R at 10 lx / R at 100 lx) as in data sheets, away from the dark.
+    dark_resistance
+        The resistance R_dark in ohms.
     """
     return 1.0 / dark_resistance + math.pow(max(lux, 0.0) / REFERENCE_LUX, gamma) / resistance_10lux
 
@@ -38,23 +47,26 @@ def conductance(lux: float, resistance_10lux: float, gamma: float, dark_resistan
 def equivalent_lux(
     siemens: float, resistance_10lux: float, gamma: float, dark_resistance: float
 ) -> float:
-    """The constant illuminance in lux that gives this conductance: the inverse of `conductance`."""
+    """Return the constant illuminance in lux with this conductance (inverse of `conductance`)."""
     of_light = (siemens - 1.0 / dark_resistance) * resistance_10lux
     return REFERENCE_LUX * math.pow(max(of_light, 0.0), 1.0 / gamma)
 
 
 def follow(before: float, target: float, dt: float, rise: float, fall: float) -> float:
-    """The conductance `dt` seconds later: exponential, with a time constant for rising and one for
-    falling (s). Exact for constant light during `dt`, so steps of any length agree."""
+    """Return the conductance `dt` seconds later.
+
+    It approaches the target exponentially, with a time constant (s) for rising and one for falling.
+    This is exact for constant light during `dt`, so the length of the steps does not matter.
+    """
     constant = rise if target > before else fall
     return target + (before - target) * math.exp(-dt / constant) if constant > 0.0 else target
 
 
 # The parameters and the model.
 #
-# The scene gives the light (`LightSample`); the model adds noise and the circuit: the time
-# constants of a photoresistor and its voltage divider, or the counts of a digital part; a
-# comparator with hysteresis then decides whether the sensor is lit.
+# The scene gives the light (`LightSample`). The model adds noise and the circuit: the time
+# constants of a photoresistor and its voltage divider, or the counts of a digital part. A
+# comparator with hysteresis then compared whether the sensor is lit.
 
 THESIS = "camera sensor of the thesis's Gazebo plugin"
 GL5528 = "GL5528 data sheet"
@@ -68,6 +80,8 @@ DIGITAL: dict[str, Any] = {"used_when": (LUX, ("output", "DIGITAL"))}
 
 @dataclass(frozen=True)
 class LightParameters(Parameters):
+    """The parameters of a light sensor."""
+
     method: str = parameter(
         "FOUR_WALL",
         "Method",
@@ -237,10 +251,12 @@ class LightParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        """Return a sentence if the clip distances of the four views contradict each other."""
         four = self.method == "FOUR_WALL"
         return self.must_be_smaller("clip_start", "clip_end", lengths) if four else []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        """Return advice if the output never switches on, or never off."""
         half, unit, most = self.hysteresis / 2, "lx", math.inf
         if self.method == "FOUR_WALL":
             unit, most = "%", 100.0
@@ -267,7 +283,7 @@ class LightParameters(Parameters):
 
 
 class LightSensor(Model):
-    """One sensor. Its state is that of its photoresistor or integrator, and of its comparator."""
+    """One sensor; its state is that of its photoresistor or integrator, and of its comparator."""
 
     def __init__(self) -> None:
         self._time: float | None = None
@@ -276,6 +292,7 @@ class LightSensor(Model):
         self._lit: bool | None = None
 
     def update(self, parameters: LightParameters, update: Update) -> Reading:
+        """Return the luminance or illuminance, the circuit's outputs, and whether it is lit."""
         sample: LightSample = update.ask(LIGHT)
         dt = 0.0 if self._time is None else max(update.time - self._time, 0.0)
         fields: dict[str, Any] = {
@@ -288,17 +305,17 @@ class LightSensor(Model):
         if parameters.method == "FOUR_WALL":
             percent = self._noisy(sample.luminance_percent, parameters, update)
             value = fields["luminance_percent"] = min(percent, 100.0)
-            decides = value
+            compared = value
         else:
             lux = self._noisy(sample.illuminance_lux, parameters, update)
             if parameters.output == "RESISTOR":
                 value = fields["illuminance_lux"] = lux
-                decides = self._resistor(parameters, lux, dt, fields)
+                compared = self._resistor(parameters, lux, dt, fields)
             else:
                 value = fields["illuminance_lux"] = self._digital(parameters, lux, dt)
-                decides = value
+                compared = value
         self._time = update.time
-        fields["lit"] = self._compare(parameters, decides)
+        fields["lit"] = self._compare(parameters, compared)
         return Reading(fields["lit"], value, fields)
 
     @staticmethod
@@ -312,8 +329,10 @@ class LightSensor(Model):
     def _resistor(
         self, parameters: LightParameters, lux: float, dt: float, fields: dict[str, Any]
     ) -> float:
-        """The illuminance in lux that corresponds to the photoresistor's conductance, which starts
-        at its steady state."""
+        """Return the illuminance in lux that corresponds to the photoresistor's conductance.
+
+        The conductance starts at its steady state.
+        """
         curve = parameters.resistance_10lux, parameters.gamma, parameters.dark_resistance
         target = conductance(lux, *curve)
         if self._time is None:
@@ -325,13 +344,15 @@ class LightSensor(Model):
         fields["voltage_v"] = physics.voltage(
             parameters.supply_voltage, parameters.load_resistor, 1.0 / self._siemens
         )
-        # In the steady state this is `lux` itself, without rounding errors of the inverse.
+        # In the steady state, return `lux` itself, without rounding errors of the inverse.
         return lux if self._siemens == target else equivalent_lux(self._siemens, *curve)
 
     def _digital(self, parameters: LightParameters, lux: float, dt: float) -> float:
-        """The illuminance in lux that the digital part reports: the mean over its integration time,
-        in whole counts. Each sample counts for the time since the update before; the first one for
-        all time before."""
+        """Return the illuminance in lux that the digital part reports.
+
+        It is the mean over the integration time, in whole counts. Each sample counts for the time
+        since the previous update; the first sample counts for all time before.
+        """
         span = parameters.integration_time
         self._window.append((dt if self._time is not None else math.inf, lux))
         left, total = span, 0.0
@@ -348,7 +369,7 @@ class LightSensor(Model):
         mean = total / span if span > 0.0 else lux
         mean = min(mean, parameters.lux_max)
         if parameters.lux_step > 0.0:
-            # The factor keeps rounding from losing a whole count.
+            # The factor prevents rounding errors from losing a whole count.
             mean = math.floor(mean / parameters.lux_step * (1.0 + 1e-12)) * parameters.lux_step
         return mean
 
@@ -363,9 +384,9 @@ class LightSensor(Model):
         return self._lit
 
 
-# Presets of commercial light sensors, and the thesis's.
+# Presets of commercial light sensors, and of the thesis.
 #
-# A preset sets only what the part determines and its source gives; of a range, the middle.
+# A preset sets only parameters of the part that its source gives; for a range, the middle.
 
 MANUAL = (
     "GL55 Series CdS Photoresistor Manual, p. 2 (10 lx of 2856 K after 2 h at 400 to 600 lx; dark "

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slotted optical switch: a flag on the door breaks its beam, or not.
+"""Slotted optical switch: a flag on the door breaks the beam.
 
 - Model: `SlottedSwitch`, with its parameters and presets in this file.
-- Scene: rays by angen_addon/scene/rays/caster.py; what crosses a swept beam between two steps by
-  angen_addon/scene/rays/sweep.py and sensor_logic/geometry/.
+- Scene: rays by angen_addon/scene/rays/caster.py; solids that cross a swept beam between two steps
+  by angen_addon/scene/rays/sweep.py and sensor_logic/geometry/.
 - Window: angen_addon/kinds/optical_switch.py; fitting a door: operators/door.py.
 - Physics: docs/switch.md.
 - Tests: tests/pure/test_optical_switch.py, tests/blender/test_swept_switch.py and test_door.py.
@@ -22,18 +22,28 @@ from ..model import Array, Model, PerPose, Pose, Reading, Readings, Update, Upda
 from ..parameters import Parameters, parameter
 from ..wording import METRES, Advice, Lengths
 
-# The light of a beam between two steps, by the solids that crossed it.
+# The light of a beam between two steps, from the solids that crossed it.
 
-# Share of the time between two steps: a shorter gap in a break is a rounding error. At 24 frames a
-# second it is 0.4 µs, too short for any switch.
+# As a share of the time between two steps: a shorter gap in a break is a rounding error. At 24
+# frames a second it is 0.4 µs, too short for any switch.
 NO_GAP = 1e-5
 
 
 def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays: int) -> Array:
-    """The shares of the full light (n,) in the successive intervals in which it is constant. A
-    solid nearer than `threshold` (m) stops a ray.
+    """Return the light (n,) in successive intervals of constant light, as shares of the full light.
 
-    `ranges` (p, 2): the distance in m of each crossing from the sensor at its begin and its end.
+    A solid nearer than `threshold` (m) stops a ray.
+
+    Parameters
+    ----------
+    crossings
+        The crossings (p,) of the beam since the previous step.
+    ranges
+        The distance (p, 2) in m of each crossing from the sensor, at its begin and its end.
+    threshold
+        The range in m from which the switch is open.
+    rays
+        The number of rays in the beam.
     """
     ray, begin, end = _stopped(crossings, ranges, threshold)
     if not len(ray):
@@ -42,7 +52,7 @@ def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays
     times = np.concatenate([begin, end])
     order = np.argsort(times, kind="stable")
     stopped = np.cumsum(np.repeat([1, -1], len(begin))[order])
-    # Empty intervals are dropped; before the first break and after the last the light is full.
+    # Empty intervals are dropped. Before the first break and after the last one, the light is full.
     lasts = np.diff(times[order]) > 0.0
     light = 1.0 - stopped[:-1][lasts] / rays
     before = [1.0] if times[order[0]] > NO_GAP else []
@@ -53,7 +63,7 @@ def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays
 def _stopped(
     crossings: RayCrossings, ranges: Array, threshold: float
 ) -> tuple[Index, Array, Array]:
-    """Ray, begin and end of the crossings' parts that are nearer than the threshold."""
+    """Return ray, begin and end of the parts of crossings that are nearer than the threshold."""
     one, two = ranges[:, 0], ranges[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.clip((threshold - one) / (two - one), 0.0, 1.0)
@@ -65,8 +75,8 @@ def _stopped(
 
 
 def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
-    """Begins and ends (n,) after merging the intervals of each ray that overlap or adjoin."""
-    # Each ray gets its own section of one time axis.
+    """Return begins and ends (n,) after merging overlapping or adjoining intervals of each ray."""
+    # Each ray has its own section of a common time axis.
     starts, stops = begin + 2.0 * ray, end + 2.0 * ray
     order = np.argsort(starts, kind="stable")
     starts, furthest = starts[order], np.maximum.accumulate(stops[order])
@@ -78,23 +88,25 @@ def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
 
 # The parameters and the model.
 #
-# One ray is the thesis's sensor: open where the range is at least the threshold, without memory.
-# Several rays across the aperture resolve a flag that covers part of it: the share of rays that
-# pass is the light, and a comparator with hysteresis (a Schmitt trigger) decides.
+# One ray is the sensor of the thesis: open if the range is at least the threshold, without memory.
+# Several rays across the aperture resolve a flag that covers a part of it. The share of rays that
+# pass is the light, and a comparator with hysteresis (a Schmitt trigger) gives the output.
 #
-# A swept switch is one whose output is latched, as by an input that interrupts on an edge: what
-# breaks its beam between two updates makes it read closed at the next one.
+# A swept switch has a latched output, as with an input that interrupts on an edge: an object that
+# breaks the beam between two updates makes the switch read closed at the next update.
 
 THESIS = "laser switch of the thesis's Gazebo plugin"
-# Middle of the comparator's two levels, 0.60 and 0.45 of the full light at the default hysteresis.
+# The middle of the comparator's levels, 0.60 and 0.45 of the full light at the default hysteresis.
 SWITCHING_LEVEL = 0.525
-# Blender stores the hysteresis in single precision: 3 of 5 rays must still reach the level 0.60.
+# Tolerance for the hysteresis, stored in single precision: 3 of 5 rays must reach the level 0.60.
 LEVEL_TOLERANCE = 1e-6
 NO_RANGES = np.zeros((0, 2))
 
 
 @dataclass(frozen=True)
 class OpticalSwitchParameters(Parameters):
+    """The parameters of an optical switch."""
+
     range_min: float = parameter(
         0.001, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
     )
@@ -140,6 +152,7 @@ class OpticalSwitchParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        """Return sentences about ranges that contradict each other."""
         problems = self.must_be_smaller("range_min", "range_max", lengths)
         if problems:
             return problems
@@ -151,6 +164,7 @@ class OpticalSwitchParameters(Parameters):
         return []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
+        """Return advice if the switch never closes."""
         if self.threshold > self.range_min:
             return []
         return [
@@ -163,17 +177,17 @@ class OpticalSwitchParameters(Parameters):
 
 
 def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:
-    """Positions (k,) in metres of the rays across the aperture: the middles of k equal strips.
+    """Return the positions (k,) in m of the rays across the aperture: centres of k equal strips.
 
-    The share of rays that pass then differs from the open share of the aperture by at most
-    1/(2k) for one straight edge.
+    The share of rays that pass then differs from the open share of the aperture by at most 1/(2k)
+    for one straight edge.
     """
     k = parameters.aperture_rays
     return ((np.arange(k) + 0.5) / k - 0.5) * parameters.aperture
 
 
 def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
-    """The rays: starts (k, 3) at range_min, unit directions (k, 3), and lengths (k,) in m."""
+    """Return the rays: starts (k, 3) at range_min, unit directions (k, 3), lengths (k,) in m."""
     ahead = -pose.axes[:, 2]
     starts = pose.origin + np.outer(aperture_offsets(parameters), pose.axes[:, 0])
     reach = np.full(len(starts), parameters.range_max - parameters.range_min)
@@ -182,7 +196,7 @@ def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array,
 
 @dataclass(frozen=True)
 class BeamStep:
-    """The beam at one step: `ranges` (k,) in m, and the `crossings` since the step before."""
+    """The beam at one step: `ranges` (k,) in m, and the `crossings` since the previous step."""
 
     ranges: Array
     crossings: RayCrossings
@@ -190,8 +204,11 @@ class BeamStep:
 
 @dataclass(frozen=True)
 class LatchedBreak:
-    """A break of the beam between two updates, where it was nearest: `range` in m, how many `steps`
-    of the clock before the update, and the number of the `solid`, 0 where it is not known."""
+    """A break of the beam between two updates, at its nearest point.
+
+    `range` is in m, `steps` is the time before the update in steps of the clock, and `solid` is the
+    number of the solid, or 0 if it is unknown.
+    """
 
     range: float
     steps: float
@@ -199,9 +216,9 @@ class LatchedBreak:
 
 
 class SlottedSwitch(Model):
-    """One switch. Its state is its comparator's output, and the steps since the last update.
+    """One switch; its state is the output of its comparator, and the steps since the last update.
 
-    `latched_break`: the break that alone made the last reading a closed one.
+    `latched_break` is the break that made the last reading closed, if nothing else did.
     """
 
     def __init__(self) -> None:
@@ -211,6 +228,7 @@ class SlottedSwitch(Model):
         self._rays = PerPose(beam)
 
     def sense(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
+        """Return the readings at the updates that are due."""
         if not parameters.swept:
             self._steps.clear()
             if parameters.noise_sigma == 0.0:
@@ -224,7 +242,7 @@ class SlottedSwitch(Model):
         return Readings.of(found)
 
     def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
-        """The readings without noise and without steps between the updates."""
+        """Return the readings without noise and without steps between the updates."""
         self.latched_break = None
         rays = self._rays(parameters, updates.pose)
         answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
@@ -267,7 +285,7 @@ class SlottedSwitch(Model):
         return Reading(is_open, nearest, {"open": is_open, "range_m": nearest})
 
     def _compare(self, parameters: OpticalSwitchParameters, light: float) -> bool:
-        """The comparator's output (open) for `light`, a share of the full light."""
+        """Return the comparator's output (open) for `light`, a share of the full light."""
         half = parameters.hysteresis / 2
         if self._open is None:
             return light >= SWITCHING_LEVEL
@@ -278,7 +296,7 @@ class SlottedSwitch(Model):
     def _step(self, parameters: OpticalSwitchParameters, update: Update) -> BeamStep:
         rays = self._rays(parameters, update.pose)
         ranges, reach = update.ask(RAYS, 0, *rays), rays[2]
-        # A ray that hits nothing reads range_max itself, without the sum's rounding error.
+        # A ray without a hit reads exactly range_max, without the rounding error of a sum.
         ranges = np.where(ranges >= reach, parameters.range_max, ranges + parameters.range_min)
         crossings = update.ask(CROSSINGS, *rays) if parameters.swept else None
         if crossings is None:
@@ -291,8 +309,11 @@ class SlottedSwitch(Model):
 def _with_noise(
     parameters: OpticalSwitchParameters, step: BeamStep, noise: Array
 ) -> tuple[Array, Array]:
-    """The ranges (k,) in m of a step, and those of its crossings at their begin and end (p, 2):
-    with noise, within range_min … range_max."""
+    """Return the ranges (k,) in m of a step, and the ranges (p, 2) of its crossings.
+
+    A crossing has a range at its begin and at its end. Noise is added, and ranges are limited to
+    range_min … range_max.
+    """
     lo, hi = parameters.range_min, parameters.range_max
     ranges = np.clip(step.ranges + noise, lo, hi)
     if not len(step.crossings):
@@ -303,7 +324,10 @@ def _with_noise(
 
 
 def _nearest(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> LatchedBreak:
-    """The nearest break between two updates; `noisy`: the steps' ranges by `_with_noise`."""
+    """Return the nearest break between two updates.
+
+    `noisy` are the ranges of the steps, by `_with_noise`.
+    """
     found = []
     for back, (step, (ranges, of_crossings)) in enumerate(
         zip(reversed(steps), reversed(noisy), strict=True)
@@ -314,18 +338,18 @@ def _nearest(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> Latched
             when = (step.crossings.begin, step.crossings.end)[side][which]
             solid, nearest = int(step.crossings.solid[which]), float(of_crossings[which, side])
             found.append(LatchedBreak(nearest, back + 1.0 - float(when), solid))
-    # Of a step and a crossing at the same range, the crossing knows the solid.
+    # At equal ranges, prefer a crossing to a step, because it has the number of the solid.
     return min(found, key=lambda one: (round(one.range, 6), one.solid == 0))
 
 
-# Presets of commercial slotted switches, and the thesis's.
+# Presets of commercial slotted switches, and of the thesis.
 
 
 def _slotted(identifier: str, label: str, gap_mm: float, aperture_mm: float, source: str) -> Preset:
-    """A slotted switch that is open where its gap is empty.
+    """Return a preset of a slotted switch that is open if its gap is empty.
 
-    Its hysteresis is a ratio of light of about 0.75 (Sharp), as of the comparator's levels 0.45 and
-    0.60. Its response time of microseconds, far less than a frame, is neglected.
+    Its hysteresis is a ratio of light of about 0.75 (Sharp), as between the comparator's levels
+    0.45 and 0.60. Its response time of microseconds, far less than a frame, is neglected.
     """
     values = {
         "range_min": 0.0,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pressure sensor: a pad that feels what presses on it, and its force-sensing resistor.
+"""Pressure sensor: a pad that measures the forces on it, and its force-sensing resistor.
 
 - Model: `PressurePad`, with its resistor, parameters and presets in this file.
 - Scene: bodies and their motion by angen_addon/scene/forces/, beginning with tracker.py; the
@@ -33,6 +33,8 @@ FSR_402_SHEET = "Interlink FSR 402 data sheet, PDS-10004"
 
 @dataclass(frozen=True)
 class PressureParameters(Parameters):
+    """The parameters of a pressure sensor."""
+
     threshold: float = parameter(1.0, "Threshold", "Pressed is on above this force", unit="N")
     report_step: float = parameter(
         1.0,
@@ -174,10 +176,11 @@ class PressureParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        """Return a sentence if force_min is not below force_max."""
         return self.must_be_smaller("force_min", "force_max", lengths)
 
 
-# Force-sensing resistor: from a force on it to its resistance, voltage and converter code.
+# Force-sensing resistor: resistance, voltage and converter code as functions of the force.
 #
 # The curve R(F) of a typical part, and optionally the deviations of a single part from it:
 # hysteresis, drift under load, spread from part to part and from press to press.
@@ -185,7 +188,7 @@ class PressureParameters(Parameters):
 
 GRAM_FORCE = 9.80665e-3
 # Grams-force and ohms, read off the typical curve in Interlink's FSR Integration Guide and data
-# sheet PDS-10004, which mark those from 1000 g on as interpolated.
+# sheet PDS-10004, which mark the points from 1000 g on as interpolated.
 FSR_402_POINTS = (
     (20.0, 30_000.0),
     (50.0, 10_000.0),
@@ -199,9 +202,9 @@ FSR_402_POINTS = (
 LOG_FORCES = tuple(math.log(grams * GRAM_FORCE) for grams, _ in FSR_402_POINTS)
 LOG_RESISTANCES = tuple(math.log(ohms) for _, ohms in FSR_402_POINTS)
 
-# Interlink's guide has the contact settle in "the order of seconds"; drift counts from there.
+# In s. By Interlink's guide the contact settles in "the order of seconds"; drift starts after that.
 DRIFT_START = 1.0
-# A load that changes by less than this share counts as constant, and the drift goes on.
+# A load that changes by less than this share counts as constant, and the drift continues.
 SAME_LOAD = 0.1
 
 
@@ -215,9 +218,10 @@ class FsrReading:
 
 
 def _log_fsr_402(log_force: float) -> float:
-    """ln of a typical FSR 402's resistance in ohms over ln of the force in newtons.
+    """Return ln of a typical FSR 402's resistance in ohms from ln of the force in newtons.
 
-    Straight lines between the points of the data sheet; the first and the last line are extended.
+    The curve has straight lines between the points of the data sheet; the first and the last line
+    are extended.
     """
     i = min(max(bisect(LOG_FORCES, log_force), 1), len(LOG_FORCES) - 1)
     slope = (LOG_RESISTANCES[i] - LOG_RESISTANCES[i - 1]) / (LOG_FORCES[i] - LOG_FORCES[i - 1])
@@ -225,19 +229,21 @@ def _log_fsr_402(log_force: float) -> float:
 
 
 def contact(parameters: PressureParameters, force: float) -> float:
-    """How much of the film is in contact at `force` newtons: 0 without force, 1 from force_min."""
+    """Return the share of the film in contact at `force` newtons.
+
+    The share is 0 without force, and 1 from force_min on.
+    """
     if force <= 0.0:
         return 0.0
     return min(force / parameters.force_min, 1.0) if parameters.force_min > 0.0 else 1.0
 
 
 def typical_resistance(parameters: PressureParameters, force: float) -> float:
-    """Resistance in ohms of an ideal part at `force` newtons, for a growing load.
+    """Return the resistance in ohms of an ideal part at `force` newtons, for a growing load.
 
-    At force_max and above the film is saturated. Below force_min the logarithm of the resistance
-    rises in proportion to the force that is missing, up to that of the unloaded part: steep as
-    the break of a real part (0.16 N gives 0.1 MΩ, below which the guide has the break), without
-    a step.
+    At force_max and above, the film is saturated. Below force_min, the logarithm of the resistance
+    rises linearly as the force falls, up to the unloaded resistance. This is as steep as the break
+    of a real part (0.16 N gives 0.1 MΩ, below which the guide has the break), but without a step.
     """
     touching = contact(parameters, force)
     if touching == 0.0:
@@ -252,18 +258,21 @@ def typical_resistance(parameters: PressureParameters, force: float) -> float:
 
 
 def spread_factor(spread: float, unit_noise: float) -> float:
-    """A factor of mean 1 and standard deviation `spread`, from a standard normal number.
+    """Return a factor of mean 1 and standard deviation `spread`, from a standard normal number.
 
-    Log-normal, so that no draw makes a resistance negative. The data sheets give their ± as one
-    standard deviation over the mean.
+    The factor is log-normal, so that no draw makes a resistance negative. The data sheets give ± as
+    one standard deviation over the mean.
     """
     variance = math.log1p(spread * spread)
     return math.exp(math.sqrt(variance) * unit_noise - variance / 2.0)
 
 
 class ForceResistor:
-    """One part with its state. `part_noise`, a standard normal number, is its deviation from the
-    typical part; `touched`: whether it is being pressed."""
+    """One part with its state.
+
+    `part_noise`, a standard normal number, is the part's deviation from the typical part. `touched`
+    says whether the part is being pressed.
+    """
 
     def __init__(self, part_noise: float = 0.0) -> None:
         self._part_noise = part_noise
@@ -277,9 +286,9 @@ class ForceResistor:
     def update(
         self, parameters: PressureParameters, force_n: float, time_s: float, unit_noise: float
     ) -> FsrReading:
-        """The reading at `force_n` newtons and `time_s` seconds, which must not decrease.
+        """Return the reading at `force_n` newtons and `time_s` seconds, which must not decrease.
 
-        `unit_noise` is a standard normal number of this update; it matters only at an update at
+        `unit_noise` is a standard normal number of this update. It matters only at an update at
         which a press begins, because repeatability is the spread from press to press.
         """
         touching = contact(parameters, force_n)
@@ -301,7 +310,7 @@ class ForceResistor:
     def _with_hysteresis(
         self, parameters: PressureParameters, force: float, touching: float
     ) -> float:
-        """Resistance in ohms: a play operator on the logarithm of the conductance.
+        """Return the resistance in ohms: a play operator on the logarithm of the conductance.
 
         The conductance follows the typical curve for a growing load, stays constant as the load
         begins to fall, and then keeps 1/(1 − hysteresis) above that curve. It does not depend on
@@ -318,10 +327,10 @@ class ForceResistor:
         return math.exp(-self._log_conductance)
 
     def _drift_decades(self, touched: bool, load: float, time: float) -> float:
-        """Decades of time, log10(1 + t/DRIFT_START), for which the load has been constant.
+        """Return the decades of time, log10(1 + t/DRIFT_START), with a constant load.
 
-        When a load grows, the drift of the old load stays and that of the added load starts at 0;
-        conductance is about proportional to force, so the decades shrink by the ratio of loads.
+        When a load grows, the drift of the old load stays and the drift of the added load starts at
+        0. Conductance is about proportional to force, so the decades shrink by the ratio of loads.
         """
         if not touched:
             return 0.0
@@ -338,24 +347,24 @@ class ForceResistor:
 
 # A partner is listed if its share of the force is larger than this.
 LEAST_SHARE = 1e-3
-# N: a smaller force on the back of a pad raises no warning.
+# In N. A smaller force on the back of a pad raises no warning.
 LEAST_BACKING = 0.1
 
 
 class PressurePad(Model):
-    """One pad. Its state is the last valid reading, and that of its resistor."""
+    """One pad; its state is the last valid reading, and the state of its resistor."""
 
     def __init__(self) -> None:
         self._resistor: ForceResistor | None = None
         self._known = PadReading(0.0, "", (math.nan, math.nan))
-        # The arguments of `pad_reading` for the reading in `_known`, compared by identity: a pad at
-        # rest is not computed again.
+        # The arguments of `pad_reading` that gave `_known`, compared by identity: the reading of a
+        # pad at rest is not computed again.
         self._arguments: tuple[Any, ...] = (None, None, None)
 
     def update(self, parameters: PressureParameters, update: Update) -> Reading:
-        """The force along the pad's −Z in N, its partners, and the resistor's reading.
+        """Return the force along the pad's −Z in N, its partners, and the resistor's reading.
 
-        Where the scene has no usable forces, the last valid ones stand, and `valid` is false.
+        If the scene has no usable forces, the last valid forces are repeated, and `valid` is false.
         """
         contact: PadContact = update.ask(FORCES)
         problem = contact.forces.problem
@@ -368,7 +377,7 @@ class PressurePad(Model):
         if self._resistor is None:
             self._resistor = ForceResistor(float(update.device_noise().standard_normal()))
         on_force = on_press = 0.0
-        # The draw is skipped where neither number is used.
+        # Draw only if one of the numbers is used.
         if parameters.noise_sigma or (self._known.force > 0.0 and not self._resistor.touched):
             on_force, on_press = update.noise().standard_normal(2)
         force = self._known.force + parameters.noise_sigma * float(on_force)
@@ -392,9 +401,20 @@ class PressurePad(Model):
 
 @dataclass(frozen=True)
 class PadReading:
-    """Force in N, names of the partners joined by `wording.joined`, and the centre of
-    pressure (x, y) in m along the pad's axes from its origin; NaN without pressure. `on_its_back`:
-    only its −Z side is pressed, by more than its own weight."""
+    """The forces on a pad, combined.
+
+    Attributes
+    ----------
+    force
+        The force in N.
+    partners
+        The names of the partners, joined by `wording.joined`.
+    centre
+        The centre of pressure (x, y) in m along the pad's axes from its origin; NaN without
+        pressure.
+    on_its_back
+        Only the −Z side of the pad is pressed, by more than the pad's own weight.
+    """
 
     force: float
     partners: str
@@ -403,7 +423,10 @@ class PadReading:
 
 
 def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
-    """The pad's reading from its contacts, with its own weight unless that is subtracted."""
+    """Return the reading of a pad from its contacts.
+
+    The reading includes the pad's own weight unless that is subtracted.
+    """
     inward = -pose.axes[:, 2]
     pressing = 0.0
     holding = backing = 0.0
@@ -426,7 +449,7 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
     own = float(contact.weight @ inward)
     force = pressing
     if pressing == 0.0 and holding > 0.0:
-        # The partner holds the pad up: its force includes the pad's own weight.
+        # A partner that holds the pad up also carries the pad's own weight.
         force = holding - own if parameters.subtract_own_weight else holding
     elif not parameters.subtract_own_weight:
         force = pressing + own
@@ -461,8 +484,10 @@ FSR_402 = {**FSR_400_SERIES, "area": 1.267e-4}
 
 
 def _with_load(part: Mapping[str, Any], ohms: float) -> dict[str, Any]:
-    """A part in a divider with this load resistor at 5 V, the voltage of Interlink's figures, and
-    the default threshold: a part whose switch has one may have been there before."""
+    """Return a part in a divider with this load resistor at 5 V, as in Interlink's figures.
+
+    The threshold is the default one: it replaces that of a switch pad chosen before.
+    """
     return {"threshold": 1.0, **part, "load_resistor": ohms, "supply_voltage": 5.0}
 
 

@@ -45,7 +45,7 @@ def save(folder, name="home.blend", compress=False):
 
 
 def door_home(world, tmp_path):
-    """Add a door that opens at frame 13 and closes at 37, its switch, and a PIR that sees nothing."""
+    """Add a door that opens at frame 13 and closes at 37, its switch, and a PIR on a still wall."""
     world.door(13, 37)
     world.switch("Dörr")["room"] = "Hall"
     world.pir("Hall, PIR").location.x = 100

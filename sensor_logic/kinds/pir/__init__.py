@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passive infrared motion detector (PIR), which senses by one of two models.
+"""Passive infrared motion detector (PIR), with one of two models.
 
-- Models: range_scan.py, the thesis's, with the parameters of both; pyroelectric.py, with the zones
-  of lenses.py; presets.py.
-- Scene: rays by angen_addon/scene/rays/caster.py; how warm what they hit is by `Warmth` in
+- Models: range_scan.py, from the thesis, with the parameters of both models; pyroelectric.py, with
+  the zones of lenses.py; presets.py.
+- Scene: rays by angen_addon/scene/rays/caster.py; the temperature at their hits by `Warmth` in
   angen_addon/scene/surfaces.py.
 - Window: angen_addon/kinds/pir/; coverage maps: angen_addon/coverage/ and sensor_logic/coverage/.
 - Physics: docs/pir.md, docs/coverage.md.
@@ -21,14 +21,17 @@ from .range_scan import PYRO, SCAN, PirParameters, RangeScan
 
 
 class MotionDetector(Model):
-    """One detector, which senses by the model that its parameters choose. Its state starts anew
-    where that is changed."""
+    """One detector with the model that its parameters choose.
+
+    The state starts anew when the model changes.
+    """
 
     def __init__(self) -> None:
         self._model = ""
         self._sensing: RangeScan | PyroelectricDetector
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
+        """Return the readings of the chosen model."""
         if parameters.model != self._model:
             self._model = parameters.model
             pyroelectric = parameters.model == "PYROELECTRIC"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lenses as tables of zones, built from lenslets and the elements behind them.
 
-A lenslet whose middle lies in direction a, a focal length from the elements, projects the point e
-of the element plane (in focal lengths, facing −Z) into direction a − e. Hardly any maker publishes
-a zone table: each lens here says what is published and what is assumed.
+A lenslet in direction a, a focal length away from the elements, projects the point e of the element
+plane (in focal lengths, facing −Z) into direction a − e. Hardly any maker publishes a zone table:
+each lens here says what is published and what is assumed.
 """
 
 from __future__ import annotations
@@ -22,23 +22,30 @@ from ...error import InputError
 from ...kind import Preset
 from ...model import Array
 
-# The detection zones of a lens: as a table that users can write, and as rays.
+# The detection zones of a lens, as a table that users can write, and as rays.
 
 COLUMNS = ("azimuth", "elevation", "width", "height", "polarity", "gain")
 POLARITIES = {"+": 1, "+1": 1, "1": 1, "-": -1, "−": -1, "-1": -1}
 WIDEST = math.radians(90.0)
 MAX_ZONES = 2000
-# Rays in a zone form a lattice in which no two share a column or a row.
+# The rays in a zone form a lattice in which no two rays share a column or a row.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
 class Zone:
-    """The field of view of one element behind one lenslet: a rectangle of angles (radians).
+    """The field of view of one element behind one lenslet: a rectangle of angles, in radians.
 
-    `azimuth` of its middle is counter-clockwise seen from +Y, 0 along −Z; `elevation` is above
-    the sensor's horizon; `polarity`, +1 or −1, is the element's; `gain` is the lenslet's area
-    relative to the others.
+    Attributes
+    ----------
+    azimuth
+        The azimuth of the centre, counter-clockwise seen from +Y; 0 along −Z.
+    elevation
+        The elevation of the centre above the sensor's horizon.
+    polarity
+        The polarity of the element, +1 or −1.
+    gain
+        The area of the lenslet relative to other lenslets.
     """
 
     azimuth: float
@@ -50,7 +57,7 @@ class Zone:
 
     @property
     def axis(self) -> Array:
-        """(3,) unit vector to its middle, in the sensor's frame (looks along −Z, +Y up)."""
+        """The unit vector (3,) to the centre, in the sensor's frame (looks along −Z, +Y up)."""
         level = math.cos(self.elevation)
         return np.array(
             [
@@ -62,12 +69,12 @@ class Zone:
 
     @property
     def right(self) -> Array:
-        """(3,) horizontal unit vector to its right."""
+        """The horizontal unit vector (3,) to the right of the axis."""
         return np.array([math.cos(self.azimuth), 0.0, -math.sin(self.azimuth)])
 
     @property
     def solid_angle(self) -> float:
-        """Solid angle in sr of a pyramid with these two angles at its apex."""
+        """The solid angle in sr of a pyramid with these two angles at its apex."""
         return 4.0 * math.asin(math.sin(self.width / 2) * math.sin(self.height / 2))
 
 
@@ -75,18 +82,21 @@ Zones = tuple[Zone, ...]
 
 
 class ZoneRays(NamedTuple):
-    """Unit `directions` (n, 3) in the sensor's frame; their signed `weights` (n,) in sr; and the
-    number of the `zone` (n,) that each belongs to."""
+    """The rays of zones.
+
+    `directions` (n, 3) are unit vectors in the sensor's frame, `weights` (n,) are signed and in sr,
+    and `zone` (n,) is the number of each ray's zone.
+    """
 
     directions: Array
     weights: Array
     zone: NDArray[np.intp]
 
 
-# One entry per lens and number of rays; without the cache 3 ms more per update.
+# Cached by lens and number of rays: computing the rays costs 3 ms, and every update needs them.
 @lru_cache(maxsize=64)
 def zone_rays(zones: Zones, count: int) -> ZoneRays:
-    """`count` rays in each zone, spread evenly."""
+    """Return `count` rays in each zone, spread evenly."""
     i = np.arange(count) + 0.5
     across, along = 2.0 * i / count - 1.0, 2.0 * ((i * GOLDEN) % 1.0) - 1.0
     directions = np.empty((len(zones), count, 3))
@@ -105,13 +115,13 @@ def zone_rays(zones: Zones, count: int) -> ZoneRays:
     return made
 
 
-# One entry per text; without the cache 0.6 ms more per update.
+# Cached by the text: reading a table costs 0.6 ms, and every update needs it.
 @lru_cache(maxsize=64)
 def read_table(text: str) -> Zones:
-    """The zones of a table: each row has azimuth, elevation, width, height (degrees), polarity
-    (+ or -) and, if it is not 1, gain. Empty rows, a header and text after # are ignored.
+    """Return the zones of a table. Raise InputError.
 
-    Raises InputError.
+    Each row has azimuth, elevation, width, height (degrees), polarity (+ or -) and, if it is not 1,
+    gain. Empty rows, a header and text after # are ignored.
     """
     zones: list[Zone] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -167,7 +177,7 @@ def _read_row(number: int, cells: list[str]) -> Zone:
 
 
 def write_table(zones: Zones) -> str:
-    """The table that `read_table` reads, in degrees."""
+    """Return the table, in degrees, that `read_table` reads."""
     out = io.StringIO()
     out.write(",".join(COLUMNS) + "\n")
     for zone in zones:
@@ -179,7 +189,10 @@ def write_table(zones: Zones) -> str:
 
 @dataclass(frozen=True)
 class Element:
-    """An element's middle, width and height in focal lengths, along X and Y; and its polarity."""
+    """An element behind a lens.
+
+    The centre, the width and the height are along X and Y, in focal lengths.
+    """
 
     x: float
     y: float
@@ -190,8 +203,11 @@ class Element:
 
 @dataclass(frozen=True)
 class Lens:
-    """A lens with its zones. `detection_distance` in m; `source`: the published facts; `assumed`:
-    the others. Files store `number`: it is never reused."""
+    """A lens with its zones.
+
+    `detection_distance` is in m. `source` has the published facts, `assumed` the others. Files
+    store `number`, which is never reused.
+    """
 
     identifier: str
     number: int
@@ -203,13 +219,16 @@ class Lens:
 
 
 def dual(focal: float) -> tuple[Element, ...]:
-    """Two elements of 1 × 2 mm side by side, 2 mm apart, behind a focal length in mm."""
+    """Return two elements of 1 × 2 mm side by side, 2 mm apart; the focal length is in mm."""
     return tuple(Element(s * 1.0 / focal, 0.0, 1.0 / focal, 2.0 / focal, s) for s in (1, -1))
 
 
 def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
-    """Four elements of 0.6 × 0.6 mm, 0.4 mm apart; left and right differ in polarity, or, where
-    `crossed`, each from both its neighbours."""
+    """Return four elements of 0.6 × 0.6 mm, 0.4 mm apart; the focal length is in mm.
+
+    Left and right elements differ in polarity. If `crossed`, each element differs from both its
+    neighbours.
+    """
     return tuple(
         Element(x * 0.5 / focal, y * 0.5 / focal, 0.6 / focal, 0.6 / focal, x * y if crossed else x)
         for x in (1, -1)
@@ -220,13 +239,13 @@ def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
 def seen_through(
     azimuth: float, elevation: float, elements: tuple[Element, ...], gain: float = 1.0
 ) -> Zones:
-    """The zones of one lenslet whose middle is at these angles (radians)."""
+    """Return the zones of one lenslet whose centre is at these angles (radians)."""
     lenslet = Zone(azimuth, elevation, 0.0, 0.0, 1)
     zones = []
     for element in elements:
         there = lenslet.axis - np.array([element.x, element.y, 0.0])
         there /= np.linalg.norm(there)
-        # The flat elements are foreshortened.
+        # Flat elements appear foreshortened from the side.
         zone = Zone(
             math.atan2(-there[0], -there[2]),
             math.asin(there[1]),
@@ -246,7 +265,7 @@ def tier(
     elements: tuple[Element, ...],
     gain: float = 1.0,
 ) -> Zones:
-    """The zones of `count` lenslets in a row at `elevation`, `spacing` apart (degrees)."""
+    """Return the zones of `count` lenslets in a row at `elevation`, `spacing` apart (degrees)."""
     azimuths = [(i - (count - 1) / 2) * spacing for i in range(count)]
     parts = [
         seen_through(math.radians(azimuth), math.radians(elevation), elements, gain)
@@ -256,8 +275,10 @@ def tier(
 
 
 def ring(off_axis: float, count: int, elements: tuple[Element, ...], stretch: float = 1.0) -> Zones:
-    """The zones of `count` lenslets in a ring around the sensor's axis, `off_axis` degrees from it;
-    the ring's width is `stretch` times its height."""
+    """Return the zones of `count` lenslets in a ring around the sensor's axis.
+
+    The ring is `off_axis` degrees from the axis, and its width is `stretch` times its height.
+    """
     zones: Zones = ()
     for i in range(count):
         roll = 2 * math.pi * i / count
@@ -272,7 +293,8 @@ def ring(off_axis: float, count: int, elements: tuple[Element, ...], stretch: fl
 ASSUMED_ROWS = "number and places of the lenslets"
 PAPIRS_ELEMENTS = "Panasonic PaPIRs catalogue 2016: four elements of 0.6 × 0.6 mm, 0.4 mm apart"
 
-# So that the standard target just triggers at 6 m and 3 m where it does at 12 m in the first step.
+# Gains at which the standard target just triggers at 6 m (second step) and 3 m (third step), as it
+# does at 12 m in the first step.
 GAIN_6M, GAIN_3M = 0.428, 0.269
 
 LENSES: dict[str, Lens] = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets of commercial motion detectors, and the thesis's."""
+"""Presets of commercial motion detectors, and of the thesis."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def _range_scan(
     block: float = 0.0,
     warm_up: float = 0.0,
 ) -> Preset:
-    """The reach, angles and times of a commercial motion detector for the thesis's range scan,
-    which is not how the part detects: metres, degrees, seconds.
+    """Return a preset for the range scan with the reach, angles and times of a commercial detector.
 
-    All set the same parameters, so that each fully replaces another; values that the source does
-    not give keep their defaults. The fans cover the angle from level down to `below`, half of the
-    vertical detection angle.
+    The arguments are in metres, degrees and seconds. The range scan is not how the part detects.
+    All these presets set the same parameters, so that each fully replaces another; values that the
+    source does not give keep their defaults. The fans cover the angle from level down to `below`,
+    half of the vertical detection angle.
     """
     values = {
         "model": "RANGE_SCAN",
@@ -47,7 +47,10 @@ def _range_scan(
 
 
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
-    """A wireless detector timed as those of a real home; docs/pir.md compares both."""
+    """Return a preset of a wireless detector with the times of a real home.
+
+    docs/pir.md compares the preset with that home.
+    """
     values = {
         "model": "PYROELECTRIC",
         "lens": lens,

@@ -20,20 +20,23 @@ if TYPE_CHECKING:
     from .range_scan import PirParameters
 
 
-# From surface temperatures to the power on the elements.
+# The power on the elements, from surface temperatures.
 #
-# All powers are per square metre of lenslet and before its transmission: both apply equally to the
-# target that calibrates the threshold, and cancel. The elements are assumed to respond to all
-# wavelengths. Behind the usual window of 5 to 14 µm the power rises a little faster than with the
-# fourth power of the temperature; the calibration compensates for that near room temperature.
+# All powers are per square metre of lenslet and before its transmission. Area and transmission
+# cancel, because they apply equally to the target that calibrates the threshold. The elements are
+# assumed to respond to all wavelengths. Behind the usual window of 5 to 14 µm, the power rises a
+# little faster than with the fourth power of the temperature. The calibration compensates for that
+# near room temperature.
 
-# W/(m²·K⁴), CODATA 2018.
+# In W/(m²·K⁴), CODATA 2018.
 STEFAN_BOLTZMANN = 5.670374419e-8
 
 
 def radiosity(seen: Emission) -> Array:
-    """Radiosity (n,) in W/m² of the surfaces: their emission, and the reflection of surroundings at
-    the ambient temperature."""
+    """Return the radiosity (n,) of the surfaces in W/m².
+
+    It is their emission, plus the reflection of surroundings at the ambient temperature.
+    """
     own = seen.emissivity * seen.temperature**4
     reflected = (1.0 - seen.emissivity) * seen.ambient**4
     result: Array = STEFAN_BOLTZMANN * (own + reflected)
@@ -41,20 +44,25 @@ def radiosity(seen: Emission) -> Array:
 
 
 def net_power(weights: Array, seen: Emission) -> float:
-    """Power on the elements in W per m² of lenslet, signed by their polarity, for rays with signed
-    weights (n,) in sr. Surfaces are Lambertian: radiance is radiosity / π."""
-    # The ambient part is subtracted first: it would only cost digits.
+    """Return the power on the elements in W per m² of lenslet, signed by their polarity.
+
+    `weights` (n,) are the signed solid angles of the rays in sr. Surfaces are Lambertian: radiance
+    is radiosity / π.
+    """
+    # The ambient part is subtracted first, to keep precision.
     excess = radiosity(seen) - STEFAN_BOLTZMANN * seen.ambient**4
     return float(weights @ excess) / math.pi + balance(weights, seen.ambient)
 
 
 def balance(weights: Array, ambient: float) -> float:
-    """The power in W per m² of lenslet of surroundings at one temperature (K): 0 where the
-    polarities cancel."""
+    """Return the power of surroundings at one temperature (K), in W per m² of lenslet.
+
+    It is 0 if the polarities cancel.
+    """
     return float(np.sum(weights)) * STEFAN_BOLTZMANN * ambient**4 / math.pi
 
 
-# From the power on the elements to the signal at the comparator, as an exact solution.
+# The signal at the comparator, from the power on the elements, as an exact solution.
 #
 # The element and its two amplifier stages are a chain of first-order filters:
 #
@@ -62,14 +70,14 @@ def balance(weights: Array, ambient: float) -> float:
 #
 # with the electrical and the thermal time constant τE and τT of the element and the amplifier's
 # pass band from ωh to ωl. The whole chain is integrated at once, for power that changes linearly
-# from one update to the next (a first-order hold): one exponential of the augmented matrix, after
+# between updates (a first-order hold). This takes one exponential of the augmented matrix, after
 # Van Loan, "Computing integrals involving the matrix exponential", IEEE Trans. Automatic Control
-# 23 (1978). It is stable and exact for steps of any length; a step by Euler's rule is neither.
+# 23 (1978). It is stable and exact for steps of any length, unlike Euler's rule.
 
 STATES = 5
-# s: the signal is sampled at least this often between two updates, so that no peak is missed.
+# In s. The longest interval between samples of the signal, so that no peak is missed.
 SAMPLE_EVERY = 0.02
-# Coefficients of the [13/13] Padé approximant, and the largest 1-norm for which it is exact to
+# The coefficients of the [13/13] Padé approximant, and the largest 1-norm for which it is exact to
 # double precision: Higham, "The scaling and squaring method for the matrix exponential
 # revisited", SIAM J. Matrix Anal. Appl. 26 (2005), table 2.3.
 PADE = (
@@ -93,8 +101,11 @@ LARGEST_NORM = 5.371920351148152
 
 @dataclass(frozen=True)
 class Response:
-    """The filter chain: `electrical` and `thermal` time constants in s; the amplifier's pass band
-    from `low_cut` to `high_cut` in Hz. All are above 0."""
+    """The filter chain of a detector.
+
+    The `electrical` and `thermal` time constants are in s, the amplifier's pass band from `low_cut`
+    to `high_cut` in Hz. All are above 0.
+    """
 
     electrical: float
     thermal: float
@@ -102,15 +113,18 @@ class Response:
     high_cut: float
 
     def at(self, hertz: float) -> complex:
-        """The transfer function V/P at a frequency."""
+        """Return the transfer function V/P at a frequency."""
         s = 2j * math.pi * hertz
         low, high = 2 * math.pi * self.low_cut, 2 * math.pi * self.high_cut
         element = s * self.electrical / (1 + s * self.electrical) / (1 + s * self.thermal)
         return complex(element * s / (s + low) / (1 + s / high) ** 2)
 
     def matrices(self) -> tuple[Array, Array]:
-        """A (5, 5) and B (5,) of dx/dt = A x + B P. The last state is the signal; the first
-        follows the power, so that at rest x = (P, 0, 0, 0, 0)."""
+        """Return A (5, 5) and B (5,) of dx/dt = A x + B P.
+
+        The last state is the signal. The first state follows the power, so that at rest x = (P, 0,
+        0, 0, 0).
+        """
         e, t = 1.0 / self.electrical, 1.0 / self.thermal
         low, high = 2 * math.pi * self.low_cut, 2 * math.pi * self.high_cut
         a = np.array(
@@ -126,8 +140,10 @@ class Response:
 
 
 class StepMatrices(NamedTuple):
-    """The matrices of one time step: x after = `carry` (5, 5) x before + `level` (5,) P before +
-    `change` (5,) (P after − P before)."""
+    """The matrices of one time step: `carry` (5, 5), `level` (5,) and `change` (5,).
+
+    x after = carry · x before + level · P before + change · (P after − P before).
+    """
 
     carry: Array
     level: Array
@@ -135,8 +151,12 @@ class StepMatrices(NamedTuple):
 
 
 def expm(matrix: Array) -> Array:
-    """The exponential of a square matrix: scaling and squaring with the [13/13] Padé
-    approximant (Higham 2005)."""
+    """Return the exponential of a square matrix.
+
+    References
+    ----------
+    Scaling and squaring with the [13/13] Padé approximant: Higham 2005.
+    """
     norm = float(np.abs(matrix).sum(axis=0).max())
     squarings = max(0, math.ceil(math.log2(norm / LARGEST_NORM))) if norm > 0.0 else 0
     a = matrix / 2.0**squarings
@@ -155,7 +175,7 @@ def expm(matrix: Array) -> Array:
 
 
 def step(response: Response, dt: float) -> StepMatrices:
-    """The matrices of a step of `dt` s in which the power changes linearly."""
+    """Return the matrices of a step of `dt` s in which the power changes linearly."""
     a, b = response.matrices()
     augmented = np.zeros((STATES + 2, STATES + 2))
     augmented[:STATES, :STATES] = a * dt
@@ -166,8 +186,10 @@ def step(response: Response, dt: float) -> StepMatrices:
 
 
 def filtered(response: Response, power: Array, dt: float) -> Array:
-    """The signals (k, …) for powers (k, …) at intervals of `dt` s, from the steady state at the
-    first."""
+    """Return the signals (k, …) for powers (k, …) at intervals of `dt` s.
+
+    The chain starts in the steady state of the first power.
+    """
     once, flat = step(response, dt), power.reshape(len(power), -1)
     state = np.zeros((STATES, flat.shape[1]))
     state[0] = flat[0]
@@ -186,12 +208,14 @@ class Chain:
 
     def __init__(self, response: Response) -> None:
         self.response = response
-        # x, the power at that time, and a place for its change.
+        # The state x, the power, and a slot for the change of the power.
         self._state: Array | None = None
 
     def advance(self, power: Array, dt: Array) -> Array:
-        """The signals (n,) of the largest size within the last `dt` (n,) s, in which the power
-        changed linearly to `power` (n,)."""
+        """Return the largest signal (n,), by size, in each of n intervals of `dt` (n,) s.
+
+        In an interval, the power changes linearly to `power` (n,).
+        """
         peaks = np.zeros(len(power))
         state = np.zeros(STATES + 2) if self._state is None else self._state
         for k, (now, seconds) in enumerate(zip(power.tolist(), dt.tolist(), strict=True)):
@@ -208,13 +232,16 @@ class Chain:
         return peaks
 
 
-# One entry per response and interval; without the cache 0.3 ms more per update.
+# Cached by response and interval: computing the matrix costs 0.3 ms, and every update needs it.
 @lru_cache(maxsize=256)
 def _samples(response: Response, dt: float) -> Array:
-    """(5 + n, 7): maps x, the power before and its change over `dt` s to x after it, and to the
-    signals at n times until then."""
+    """Return the matrix (5 + n, 7) of a step that also samples the signal at n times.
+
+    It maps the state, the power before and the change of the power over `dt` s to the state after
+    and the n signals.
+    """
     parts = max(1, math.ceil(dt / SAMPLE_EVERY - 1e-9))
-    # Rounded, because the rounding errors of frame times would make every interval different.
+    # Rounded, because rounding errors of frame times would make every interval different.
     once = step(response, round(dt / parts, 12))
     state, signals = np.eye(STATES, STATES + 2), []
     level, change = np.eye(2, STATES + 2, STATES)
@@ -226,35 +253,51 @@ def _samples(response: Response, dt: float) -> Array:
     return np.concatenate([state, signals])
 
 
-# The comparator's threshold, from the detection distance in a data sheet.
+# The threshold of the comparator, from the detection distance in a data sheet.
 #
 # Data sheets give the distance at which a standard target is just detected: a plate of the size of
 # a person's trunk, a few degrees warmer than its surroundings, that crosses the view at walking
 # pace. The threshold is the largest signal of that crossing. So lenslet area, transmission,
-# responsivity and gain, which no data sheet gives together, need not be known.
+# responsivity and gain, which no data sheet gives together, are not needed.
 
 # Panasonic's standard target (m) and its speed (m/s), and the room's temperature (K).
 WIDTH, HEIGHT, SPEED = 0.25, 0.7, 1.0
 ROOM = ZERO_CELSIUS + 20.0
-# Rays per zone, sampling interval (s), and the time at rest before and after the crossing (s).
+# Rays per zone, sampling interval (s), and time at rest before and after the crossing (s).
 DENSE, INTERVAL, REST = 400, 0.01, 3.0
-# m: the target moves this far to both sides of the middle, or as far as its distance if less.
+# In m. The target moves this far to both sides of the middle, or as far as its distance if less.
 REACH = 3.0
 
 
-# One entry per set of parameters; without the cache 150 ms more per update.
+# Cached by the parameters: computing the threshold costs 150 ms, and every update needs it.
 @lru_cache(maxsize=256)
 def threshold(zones: Zones, response: Response, distance: float, contrast: float) -> float:
-    """The signal in W per m² of lenslet of the standard target, `contrast` K warmer than the room,
-    at `distance` m and the height at which the signal is largest."""
+    """Return the signal of the standard target in W per m² of lenslet.
+
+    The target is `contrast` K warmer than the room, `distance` m away, and at the height with the
+    largest signal.
+    """
     return crossing_peak(zones, response, distance, contrast)
 
 
 def crossing_peak(
     zones: Zones, response: Response, distance: float, contrast: float, speed: float = SPEED
 ) -> float:
-    """The largest size of the signal in W per m² of lenslet while the standard target crosses the
-    lens's middle at `distance` m and `speed` m/s."""
+    """Return the largest size of the signal while the standard target crosses the lens's axis.
+
+    Parameters
+    ----------
+    distance
+        The distance of the target in m.
+    contrast
+        How much warmer than the room the target is, in K.
+    speed
+        The speed of the target in m/s.
+
+    Returns
+    -------
+    The size of the signal in W per m² of lenslet.
+    """
     heights = sorted({zone.elevation for zone in zones})
     powers = [_crossing(zones, distance, contrast, speed, height) for height in heights]
     return float(np.abs(filtered(response, np.stack(powers, axis=1), INTERVAL)).max())
@@ -263,8 +306,10 @@ def crossing_peak(
 def _crossing(
     zones: Zones, distance: float, contrast: float, speed: float, elevation: float
 ) -> Array:
-    """The power (k,) during the crossing, for a target perpendicular to the line of sight at
-    `elevation` (rad)."""
+    """Return the power (k,) during the crossing of a target at `elevation` (rad).
+
+    The target is perpendicular to the line of sight.
+    """
     rays = zone_rays(zones, DENSE)
     ahead = Zone(0.0, elevation, 0.0, 0.0, 1)
     depth = rays.directions @ ahead.axis
@@ -287,21 +332,22 @@ def _crossing(
     return power
 
 
-# A motion detector with pyroelectric elements behind a lens: warm objects that move from one zone
-# to the next change the power on its elements, which respond only to changes.
+# The detector. A warm object that moves from one zone to the next changes the power on the
+# elements, which respond only to changes.
 
-# m: length of the rays; beyond it everything has the ambient temperature.
+# In m. The length of the rays; beyond it everything has the ambient temperature.
 SIGHT = 50.0
 
 
 def zones_of(parameters: PirParameters) -> Zones:
-    """The zones of the detector's lens. Raises InputError where the user's table is invalid."""
+    """Return the zones of the detector's lens. Raise InputError if the user's table is invalid."""
     if parameters.lens_table is not None:
         return read_table(parameters.lens_table)
     return LENSES[parameters.lens].zones
 
 
 def response_of(parameters: PirParameters) -> Response:
+    """Return the filter chain of the detector."""
     return Response(
         parameters.electrical_time,
         parameters.thermal_time,
@@ -311,7 +357,7 @@ def response_of(parameters: PirParameters) -> Response:
 
 
 def threshold_of(parameters: PirParameters) -> float:
-    """The threshold in W per m² of lenslet: a signal of larger size is movement."""
+    """Return the threshold in W per m² of lenslet; a larger signal means movement."""
     return threshold(
         zones_of(parameters),
         response_of(parameters),
@@ -333,7 +379,7 @@ class _Optics(NamedTuple):
 
 
 class PyroelectricDetector(Model):
-    """One detector. Its state is that of its elements and amplifier, and its output stage."""
+    """One detector; its state is that of its elements, its amplifier and its output stage."""
 
     def __init__(self) -> None:
         self._wired, self._radio = OutputTiming(), RadioTiming()
@@ -343,9 +389,10 @@ class PyroelectricDetector(Model):
         self._time = 0.0
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
+        """Return the readings; the updates must be consecutive."""
         optics = self._optics(parameters, updates.pose)
         if optics.zones != self._zones:
-            # The change of power by another lens is no movement.
+            # A change of the power caused by another lens is not movement.
             self._zones, self._chain = optics.zones, None
         answers = updates.ask(WARMTH, 0, optics.origins, optics.directions, optics.reach)
         powers = np.array([net_power(optics.weights, emission) for emission in answers.table])
@@ -371,8 +418,10 @@ class PyroelectricDetector(Model):
         return Readings(moved, signal, fields, arrivals)
 
     def _filter(self, response: Response, power: Array, times: Array) -> Array:
-        """The largest signal (n,) since the update before, in W per m² of lenslet, from the power
-        (n,) at `times` (n,). A changed response starts from its steady state."""
+        """Return the largest signal (n,) since the previous update, in W per m² of lenslet.
+
+        `power` (n,) is the power at `times` (n,). A changed response starts from its steady state.
+        """
         if self._chain is None or self._chain.response != response:
             self._chain = Chain(response)
         peaks = self._chain.advance(power, np.diff(times, prepend=self._time))
@@ -381,8 +430,11 @@ class PyroelectricDetector(Model):
 
 
 def _delay(parameters: PirParameters, updates: Updates, i: int) -> float:
-    """How long a message of update i takes (s): exponential, as waits for a free channel are."""
-    # The first number of an update is the signal's noise.
+    """Return how long the message of update i takes (s).
+
+    The delay is exponential, like waiting times for a free channel.
+    """
+    # The first random number of an update is the noise of the signal.
     return float(updates.noise(int(updates.numbers[i])).exponential(size=2)[1]) * (
         parameters.message_delay
     )

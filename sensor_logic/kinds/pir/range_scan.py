@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passive infrared motion detector (PIR): the parameters of both its models, and the range scan.
+"""Passive infrared motion detector (PIR): the parameters of both models, and the range scan.
 
-The range scan is the thesis's: a fan of rays, tilted one step further below the horizon at every
-update and then back to level (a saw-tooth). Each scan is compared with the previous scan at the
-same tilt; a range that changed by more than the threshold is movement.
+The range scan is the model of the thesis: a fan of rays, tilted one step further below the horizon
+at every update and then back to level (a saw-tooth). Each scan is compared with the previous scan
+at the same tilt. A range that changed by more than the threshold means movement.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ PYRO: dict[str, Any] = {"used_when": (("model", "PYROELECTRIC"),)}
 
 @dataclass(frozen=True)
 class PirParameters(Parameters):
+    """The parameters of a motion detector, for both models."""
+
     model: str = parameter(
         "RANGE_SCAN",
         "Model",
@@ -247,15 +249,16 @@ class PirParameters(Parameters):
 
     @property
     def is_wireless(self) -> bool:
-        """Whether the output is known from messages, each with a time of its own."""
+        """Whether the output is sent in messages, each with its own time."""
         return self.blanking_time > 0.0 or self.message_delay > 0.0
 
     @property
     def tilt_count(self) -> int:
-        """vertical_fov / vertical_step whole tilts, at least one."""
+        """The number of tilts: vertical_fov / vertical_step, rounded down, at least one."""
         return max(1, math.floor(self.vertical_fov / self.vertical_step + 1e-4))
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
+        """Return the contradictions, for the chosen model."""
         problems = self.must_be_smaller("range_min", "range_max", lengths)
         if problems:
             return problems
@@ -283,10 +286,10 @@ class PirParameters(Parameters):
         return []
 
 
-# One entry per set of parameters; without the cache 2.5 ms more per update.
+# Cached by the parameters: computing the directions costs 2.5 ms, and every update needs them.
 @lru_cache(maxsize=256)
 def _local_directions(rays: int, fov: float, step: float, tilts: int) -> Array:
-    """Unit vectors (tilts, rays, 3) in the sensor's frame; see `fan_directions`."""
+    """Return unit vectors (tilts, rays, 3) in the sensor's frame; see `fan_directions`."""
     spacing = fov / (rays - 1) if rays > 1 else 0.0
     start = -fov / 2 if rays > 1 else 0.0
     out = np.empty((tilts, rays, 3))
@@ -301,10 +304,11 @@ def _local_directions(rays: int, fov: float, step: float, tilts: int) -> Array:
 
 
 def fan_directions(parameters: PirParameters) -> Array:
-    """Ray directions (tilts, rays, 3), unit vectors in the sensor's frame (looks along −Z, +Y up).
+    """Return the ray directions (tilts, rays, 3), unit vectors in the sensor's frame.
 
-    Ray i of n has azimuth −h/2 + i·h/(n−1), counter-clockwise seen from +Y; tilt k turns the
-    whole fan by k·vertical_step about X, from −Z towards −Y. A single ray looks straight ahead.
+    The sensor looks along −Z, with +Y up. Ray i of n has azimuth −h/2 + i·h/(n−1),
+    counter-clockwise seen from +Y. Tilt k turns the whole fan by k·vertical_step about X, from −Z
+    towards −Y. A single ray looks straight ahead.
     """
     return _local_directions(
         parameters.rays, parameters.horizontal_fov, parameters.vertical_step, parameters.tilt_count
@@ -320,17 +324,18 @@ class _FanRays(NamedTuple):
 
 
 class RangeScan(Model):
-    """One detector. Its state is the last scan at each tilt, and its output stage."""
+    """One detector; its state is the last scan at each tilt, and its output stage."""
 
     def __init__(self) -> None:
         self._previous: dict[int, Array] = {}
         self._output = OutputTiming()
         self._rays: dict[range, PerPose[PirParameters, _FanRays]] = {}
-        # The ranges (n,) of each bundle at the last update; none with other parameters.
+        # The ranges (n,) of each bundle at the last update; cleared when the parameters change.
         self._last: dict[int, Array] = {}
         self._parameters: PirParameters | None = None
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
+        """Return the readings; the updates must be consecutive."""
         if parameters != self._parameters:
             self._parameters, self._last = parameters, {}
         fan = fan_directions(parameters)
@@ -361,8 +366,10 @@ class RangeScan(Model):
     def _changes(
         self, parameters: PirParameters, updates: Updates, bundle: int, tilts: range, which: Index
     ) -> Array:
-        """(k, tilts): at each update in `which` (k,) the largest |range − range of the previous
-        scan at that tilt| in m, 0 at a tilt's first scan. Ranges are within range_min … range_max.
+        """Return the largest change (k, tilts) in m of any range since the previous scan of a tilt.
+
+        `which` (k,) has the indices of the updates to scan at. The change is 0 at a tilt's first
+        scan. Ranges are limited to range_min … range_max.
         """
         rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
             parameters, updates.pose
@@ -375,7 +382,7 @@ class RangeScan(Model):
             return change
         self._last[bundle] = np.array(newest)
         rows, ranges = answers.rows, np.asarray(answers.table)
-        # A ray that hits nothing reads range_max itself, without the sum's rounding error.
+        # A ray without a hit reads exactly range_max, without the rounding error of a sum.
         ranges = np.where(ranges >= rays.reach, parameters.range_max, ranges + parameters.range_min)
         if parameters.noise_sigma > 0.0:
             numbers = updates.numbers[which].tolist()

@@ -21,6 +21,7 @@ _registered: list[Any] = []
 
 
 def register() -> None:
+    """Register all modules; Blender calls this function."""
     from .angen_addon.process import taking_down
     from .parts import MODULES, installed, part
 
@@ -33,14 +34,15 @@ def register() -> None:
 
 
 def unregister() -> None:
+    """Unregister all modules; Blender calls this function."""
     while _registered:
         _registered.pop().unregister()
 
 
 def open(path: str | Path) -> Home:
-    """Opens a blend file and returns its `Home`. Raises AngenError.
+    """Open a blend file and return its `Home`. Raise AngenError.
 
-    Blender holds one file at a time: the home that was open before is closed.
+    Blender holds one file at a time: a home opened before is closed.
     """
     from .angen_addon.api.opening import opened
     from .parts import HOMES, installed
@@ -48,7 +50,7 @@ def open(path: str | Path) -> Home:
     return cast("Home", opened(path, next(name for name in HOMES if installed(name))))
 
 
-# What users may want to name beside `open`, and where it is; only homes need Blender's module.
+# The public names besides `open`, and their modules; only homes need Blender's module.
 _NAMES = {
     "AngenError": "sensor_logic.error",
     "EventRow": "angen_addon.api.recording",

@@ -32,13 +32,16 @@ from .recording import Recording
 
 # The open home: Blender holds one file at a time.
 _open: Home | None = None
-# Attributes that every sensor has beside the parameters of its kind.
+# The attributes of every sensor, besides the parameters of its kind.
 COMMON = ("enabled", "update_rate", "room")
 
 
 class HomeSensor:
-    """A sensor of an open home. Its parameters are attributes, in SI units and radians, with the
-    limits of the panel: `sensor.range_max = 3.0`."""
+    """A sensor of an open home.
+
+    Its parameters are attributes, in SI units and radians, with the limits of the panel:
+    `sensor.range_max = 3.0`.
+    """
 
     _home: Home
     _name: str
@@ -49,16 +52,20 @@ class HomeSensor:
 
     @property
     def name(self) -> str:
+        """The name of the sensor."""
         return self._name
 
     @property
     def kind(self) -> str:
-        """Identifier of its kind, such as PIR."""
+        """The identifier of the sensor's kind, such as PIR."""
         return self._sensor().kind.identifier
 
     @property
     def pose(self) -> npt.NDArray[np.float64]:
-        """(4, 4): from its own space to world space, in metres, at the present frame."""
+        """The matrix (4, 4) from the sensor's space to world space.
+
+        It is in metres, at the current frame.
+        """
         depsgraph = evaluated_depsgraph()
         matrix = np.array(self._sensor().world_matrix(depsgraph))
         matrix[:3, 3] *= unit_scale(depsgraph.scene)
@@ -66,7 +73,7 @@ class HomeSensor:
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """All parameters of its kind by name."""
+        """All parameters of the sensor's kind by name."""
         return parameters_of(self._sensor())
 
     def _sensor(self) -> Sensor:
@@ -109,7 +116,7 @@ class HomeSensor:
 
 
 def _check_value(sensor: Sensor, name: str, value: Any) -> None:
-    """Raises AngenError for a value out of range, which Blender would clamp silently."""
+    """Raise AngenError for a value out of range, which Blender would clamp silently."""
     if isinstance(value, (bool, int, float)):
         problems = sensor.kind.parameters(**{name: value}).problems()
         problem = next((text for text in problems if text.startswith(f"{name} ")), "")
@@ -123,14 +130,14 @@ def _unknown(sensor: Sensor, name: str) -> str:
 
 
 class Home:
-    """An open blend file. Opening another closes it, since Blender holds one at a time."""
+    """An open blend file; opening another one closes it, because Blender holds one at a time."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     @classmethod
     def open(cls, path: Path) -> Self:
-        """The home in the file that Blender has just opened, which closes the home before it."""
+        """Return the home in the file that Blender has just opened, and close the previous home."""
         global _open
         _open = found = cls(path)
         return found
@@ -142,7 +149,7 @@ class Home:
         self.close()
 
     def close(self) -> None:
-        """Closes the file without saving it."""
+        """Close the file without saving it."""
         global _open
         if _open is self:
             bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -154,7 +161,7 @@ class Home:
         return [HomeSensor(self, sensor.name) for sensor in self.all_sensors()]
 
     def sensor(self, name: str) -> HomeSensor:
-        """The sensor of this name. Raises AngenError."""
+        """Return the sensor of this name. Raise AngenError if there is none."""
         found = HomeSensor(self, name)
         found._sensor()
         return found
@@ -167,11 +174,24 @@ class Home:
         look: Sequence[float] | None = None,
         preset: str = "",
     ) -> HomeSensor:
-        """Adds a sensor at the point `at` (metres), which looks in the direction `look`.
+        """Add a sensor.
 
-        With a direction, its +Y points up as far as possible. Without one it looks down; a pressure
-        sensor lies flat, face up. `kind` and `preset` are identifiers. Blender adds a number to a
-        name that another object has. Raises AngenError.
+        Parameters
+        ----------
+        kind, preset
+            Identifiers of the kind and of its preset.
+        name
+            The name of the object; Blender adds a number if another object has the name.
+        at
+            The position (x, y, z) in metres.
+        look
+            The direction in which the sensor looks; its +Y points up as far as possible. Without a
+            direction the sensor looks down, or a pressure sensor lies flat, face up.
+
+        Raises
+        ------
+        AngenError
+            If an argument is invalid.
         """
         self.all_sensors()
         if kind not in KINDS or kind == NO_KIND:
@@ -184,9 +204,11 @@ class Home:
         return HomeSensor(self, obj.name)
 
     def apply(self, layout: str | Path, remove: bool = False) -> Applied:
-        """Adds and changes sensors to match a layout file; with `remove`, deletes those that the
-        layout lacks. Returns the names of the sensors added, changed, unchanged and removed.
-        Raises AngenError, having changed nothing."""
+        """Add and change sensors to match a layout file.
+
+        With `remove`, delete the sensors that the layout lacks. Return the names of the sensors
+        added, changed, unchanged and removed. Raise AngenError before any change.
+        """
         self.all_sensors()
         return apply_layout(Path(layout), remove)
 
@@ -196,12 +218,22 @@ class Home:
         sensors: Iterable[str] | None = None,
         progress: Callable[[float], object] | None = None,
     ) -> Recording:
-        """Simulates frames first … last (default: the scene's) with all sensors, or those named:
-        names, or patterns such as "PIR*".
+        """Simulate a range of frames.
 
-        Frames before the scene's start have no time and are left out; those after its end are run.
-        `progress` is called with the share done, 0 to 1; an exception from it ends the run. Raises
-        AngenError.
+        Parameters
+        ----------
+        frames
+            The first and the last frame; by default those of the scene. Frames before the start of
+            the scene have no time and are left out. Frames after its end are simulated.
+        sensors
+            Names or patterns such as "PIR*"; by default all sensors.
+        progress
+            Called with the share of the work done, 0 to 1. An exception from it ends the run.
+
+        Raises
+        ------
+        AngenError
+            If there is nothing to simulate.
         """
         scene = bpy.context.scene
         found = chosen(self.all_sensors(), SensorChoice(tuple(sensors or ())))
@@ -220,7 +252,7 @@ class Home:
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
 
     def save(self, path: str | Path) -> None:
-        """Saves a copy of the home, with its last recording. Raises AngenError."""
+        """Save a copy of the home, with its last recording. Raise AngenError."""
         self.all_sensors()
         check_outputs({"path": Path(path)})
         with Outputs() as outputs:
@@ -228,14 +260,14 @@ class Home:
             outputs.commit()
 
     def _simulated(self, names: Iterable[str] | None) -> list[Sensor]:
-        """The sensors of these names, or all, that are switched on. Raises AngenError."""
+        """Return the enabled sensors of these names, or all enabled sensors. Raise AngenError."""
         found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
         if not found:
             raise AngenError(f"{self.path.name} has no sensors to simulate")
         return found
 
     def all_sensors(self) -> list[Sensor]:
-        """The sensors of the open file, as the add-on's objects. Raises AngenError."""
+        """Return the sensors of the open file, as the add-on's objects. Raise AngenError."""
         if _open is not self:
             raise AngenError(
                 f"{self.path.name} is closed: Blender holds one home at a time; open it again"
@@ -244,7 +276,7 @@ class Home:
 
 
 def _placed(at: Sequence[float], look: Sequence[float] | None, metres: float) -> Matrix:
-    """The world matrix of a new sensor, in Blender units."""
+    """Return the world matrix of a new sensor, in Blender units."""
     point = np.asarray(at, float)
     direction = np.array([0.0, 0.0, -1.0]) if look is None else np.asarray(look, float)
     if point.shape != (3,) or not np.isfinite(point).all():

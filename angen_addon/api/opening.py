@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Opens a home for scripts, with Blender's module."""
+"""Open a home for scripts, with Blender's module."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
 
 def opened(path: str | Path, module: str = "angen_addon.api.home") -> Home:
-    """The home in a blend file, by the class `Home` of a module of the extension. Raises
-    AngenError."""
+    """Return the home in a blend file.
+
+    `module` is the module of the extension with the class `Home` to use. Raise AngenError.
+    """
     file = Path(path)
     problem = unreadable(file)
     if problem:

@@ -36,7 +36,7 @@ class EventRow(NamedTuple):
 
 
 class Recording:
-    """The readings of a run. It can be pickled, and outlives its home."""
+    """The readings of a run; they can be pickled, and remain after their home is closed."""
 
     def __init__(self, run: Run, sensors: dict[str, SensorFacts], about: dict[str, str]) -> None:
         self._run = run
@@ -45,7 +45,7 @@ class Recording:
 
     @property
     def sensors(self) -> list[str]:
-        """Names of the sensors that were simulated."""
+        """The names of the simulated sensors."""
         return sorted(self._run.tracks)
 
     @property
@@ -54,11 +54,10 @@ class Recording:
         return [EventRow(*event.row) for event in events(self._run)]
 
     def samples(self, sensor: str) -> dict[str, npt.NDArray[Any]]:
-        """Every update of a sensor: columns `time_s` (n,), `frame` (n,) and one (n,) for each
-        field.
+        """Return every update of a sensor, as columns (n,).
 
-        A number that the sensor did not measure is NaN. Raises AngenError for a sensor that the run
-        did not simulate.
+        The columns are `time_s`, `frame` and each field. A number that the sensor did not measure
+        is NaN. Raise AngenError for a sensor that the run did not simulate.
         """
         track = self._run.tracks.get(sensor)
         if track is None:
@@ -71,9 +70,9 @@ class Recording:
         return found
 
     def to_pandas(self) -> Any:
-        """The events as a `pandas.DataFrame`: typed times, `value` as text and as `number`.
+        """Return the events as a `pandas.DataFrame`: typed times, `value` as text and as `number`.
 
-        Raises AngenError where pandas is not installed.
+        Raise AngenError if pandas is not installed.
         """
         try:
             import pandas
@@ -90,11 +89,29 @@ class Recording:
         faults: str | Path | None = None,
         truth: str | Path | None = None,
     ) -> list[str]:
-        """Writes the run in a format of `angen convert`; `start` is the date and time of t = 0.
+        """Write the run in a format of `angen convert`.
 
-        `faults`: a faults file that makes the log faulty; `truth` (default: PATH.truth.csv beside
-        it) then lists the changes. Returns a sentence for each thing that the format cannot hold.
-        Raises AngenError.
+        Parameters
+        ----------
+        path
+            The file, or the folder of a format with several files.
+        format
+            The name of the format.
+        start
+            The date and time of t = 0.
+        faults
+            A faults file; its faults are added to the log.
+        truth
+            The file that then lists the changes made by faults; by default PATH.truth.csv.
+
+        Returns
+        -------
+        A sentence for each thing that the format cannot hold.
+
+        Raises
+        ------
+        AngenError
+            If an argument is invalid or a file cannot be written.
         """
         if format not in FORMATS:
             raise AngenError(f"format '{format}' is unknown; there are {', '.join(FORMATS)}")
@@ -117,8 +134,10 @@ class Recording:
         truth: str | Path | None,
         start: datetime | None,
     ) -> tuple[Log, dict[Path, str]]:
-        """The log of the run with its faults, and the text of the truth file by path. Raises
-        AngenError."""
+        """Return the log of the run with its faults, and the text of the truth file by path.
+
+        Raise AngenError.
+        """
         chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         chosen.check_names(self._sensors)
         when = start or DEFAULT_START

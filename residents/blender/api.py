@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A home with residents, opened by a script: their places, a stretch of a day, days."""
+"""A home with residents, opened by a script: their places, a part of a day, days."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from .settings import add_resident
 
 
 def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
-    """The household of the open home from a date on. Raises AngenError."""
+    """Return the household of the open home from a date on. Raise AngenError."""
     with explained("start", InputError):
         first = parse_date(start) if isinstance(start, str) else start
     return Household(bpy.context.scene, sensors, plan, first, seed)
 
 
 SORTS = [sort.value for sort in Sort]
-# Properties of a mark that are no settings of it.
+# Properties of a mark that are not settings.
 NO_SETTINGS = ("rna_type", "name", "use")
 
 
@@ -51,8 +51,10 @@ def _seconds(between: tuple[str, str]) -> tuple[float, float]:
 
 
 class Home(home.Home):
-    """An open blend file, with the residents of its home. Opening another closes it, since Blender
-    holds one at a time."""
+    """An open blend file, with the residents of its home.
+
+    Opening another file closes it, because Blender holds one at a time.
+    """
 
     def days(
         self,
@@ -64,12 +66,32 @@ class Home(home.Home):
         diary: str | Path | None = None,
         progress: Callable[[float], object] | None = None,
     ) -> Iterator[Day]:
-        """Simulates days of a routine file from the date `start`, one after the other.
+        """Simulate days of a routine file, and yield each day once it is complete.
 
-        Yields each day once it is complete: `date`, `events`, `activities`, `people`, with times in
-        µs since its midnight. `diary`: a file of activities, instead of those that the routine
-        plans. `progress` is called with the share done, 0 to 1; an exception from it ends the run.
-        At the end the home is as before. Raises AngenError.
+        A day has `date`, `events`, `activities` and `people`, with times in µs since its midnight.
+        At the end, the home is as before.
+
+        Parameters
+        ----------
+        routine
+            The routine file.
+        start
+            The date of the first day.
+        days
+            The number of days.
+        seed
+            The seed of all random draws.
+        sensors
+            Names or patterns such as "PIR*"; by default all sensors.
+        diary
+            A file of activities to act in place of those that the routine plans.
+        progress
+            Called with the share of the work done, 0 to 1. An exception from it ends the run.
+
+        Raises
+        ------
+        AngenError
+            If an argument is invalid.
         """
         found = self._simulated(sensors)
         plan = Plan.read(Path(routine), Path(diary) if diary is not None else None)
@@ -89,10 +111,25 @@ class Home(home.Home):
         yaw: float = 0.0,
         walking_frame: bool = False,
     ) -> str:
-        """Adds a resident at the point `at` (metres), who looks along `yaw` (rad, 0: +x).
+        """Add a resident, and return the name of its object.
 
-        `sort` is ADULT, OLDER_ADULT, CHILD or CAT. Returns the name of its object, to which Blender
-        adds a number if another object has it. Raises AngenError.
+        Parameters
+        ----------
+        sort
+            ADULT, OLDER_ADULT, CHILD or CAT.
+        name
+            The name of the object; Blender adds a number if another object has the name.
+        at
+            The position (x, y, z) in metres.
+        yaw
+            The direction in which the resident looks, in rad; 0 is +x.
+        walking_frame
+            Whether the resident has a walking frame.
+
+        Raises
+        ------
+        AngenError
+            If an argument is invalid.
         """
         self.all_sensors()
         if sort not in SORTS:
@@ -108,10 +145,10 @@ class Home(home.Home):
         return str(rig.name)
 
     def mark(self, object: str, use: str, **settings: Any) -> None:
-        """Marks the object of this name with what residents do there: SIT, LIE, DOOR …
+        """Mark the object of this name with what residents do there, such as SIT, LIE or DOOR.
 
-        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; all others are
-        guessed. Raises AngenError.
+        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; a setting not
+        given is guessed. Raise AngenError.
         """
         self.all_sensors()
         obj = bpy.data.objects.get(object)
@@ -125,7 +162,7 @@ class Home(home.Home):
             if key not in known:
                 raise AngenError(f"a mark has no '{key}'; there are {', '.join(known)}")
         bpy.context.view_layer.update()
-        # Guesses what the settings do not say.
+        # Setting `use` guesses the other settings.
         group.use = use
         for key, value in settings.items():
             if key == "switch" and isinstance(value, str):
@@ -134,9 +171,10 @@ class Home(home.Home):
                 setattr(group, key, value)
 
     def places(self) -> dict[str, Place]:
-        """The marked places by name: `use`, `room`, `room_guessed`, `at`, `yaw`, `target` …
+        """Return the marked places by name, each with `use`, `room`, `at`, `yaw` and `target`.
 
-        Doors, and lamps that nobody has to stand at, are not among them. Raises AngenError.
+        `room_guessed` says that the room was guessed from sensors nearby. Doors are left out, and
+        lamps that residents need not stand at. Raise AngenError.
         """
         self.all_sensors()
         found = read_places(bpy.context.scene, evaluated_depsgraph())
@@ -152,10 +190,25 @@ class Home(home.Home):
         seed: int = 0,
         sensors: Iterable[str] | None = None,
     ) -> Day:
-        """Simulates one day by a routine (a path, or the text of one), or a stretch of it.
+        """Simulate one day, or a part of it, by a routine.
 
-        `between`: the stretch that sensors read, as ("19:00", "19:05"). For several days: `days`.
-        Raises AngenError.
+        Parameters
+        ----------
+        routine
+            The path or the text of the routine.
+        start
+            The date of the day.
+        between
+            The part of the day for which sensors are simulated, such as ("19:00", "19:05").
+        seed
+            The seed of all random draws.
+        sensors
+            Names or patterns such as "PIR*"; by default all sensors.
+
+        Raises
+        ------
+        AngenError
+            If an argument is invalid.
         """
         found = self._simulated(sensors)
         text = isinstance(routine, str) and "\n" in routine

@@ -79,7 +79,7 @@ class Field:
 class Kind:
     """A kind of sensor.
 
-        Attributes
+    Attributes
     ----------
     number
         The number that files store for the kind.

@@ -3,8 +3,8 @@
 
 To hand a home over to Cycles takes longer than its light paths. A scene that is kept is handed over
 once; afterwards Cycles takes over what changed, to the same bits. It forgets a scene as soon as
-another one is rendered: so there is but one, also for the reference, which is the same scene at
-its first frame. In a day, where the light departs from that, one of the present part of the day is
+another one is rendered: so there is but one, also for the reference, which is the same scene at its
+first frame. In a day, where the light departs from that, one of the present part of the day is
 asked (`scene.begins_of`).
 
 The reference takes noise out of a run: a control variate. Its picture by the update's own few light
@@ -20,9 +20,9 @@ find too little of what is new: so each view has two pixels of half the paths ea
 numbers have nothing in common, and the word of either is enough. What neither finds makes a reading
 too low, and is a lot rarer (tests/blender/test_light_reference.py).
 
-Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control variates;
-Cochran, Sampling Techniques, chapter 6, on ratio estimates;
-Rousselle, Jarosz, Novák, Image-space control variates for rendering, 2016, on pictures.
+Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control variates; Cochran,
+Sampling Techniques, chapter 6, on ratio estimates; Rousselle, Jarosz, Novák, Image-space control
+variates for rendering, 2016, on pictures.
 """
 
 from __future__ import annotations

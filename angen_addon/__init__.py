@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What knows Blender: properties, the scene probes, the simulation, handlers, command line."""
+"""All code that needs Blender: properties, probes, simulation, handlers and commands."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m angen_addon simulate HOME.blend …`: the command line through the bpy wheel."""
+"""Run a verb of the command line with the bpy package: `python -m angen_addon VERB HOME.blend`."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from .process.standalone import (
     unreadable,
 )
 
-# Positions of the home among the arguments, where it is not the first.
+# Position of the blend file among the arguments of a verb, where it is not the first.
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"
 TRUSTED = "--enable-autoexec"
-# Set before numpy is loaded: a thread of its algebra that waits for the next small matrix keeps a
-# whole core busy, in vain. The processes of `--jobs` use the cores instead.
+# Set before numpy is loaded. Otherwise each of its threads keeps a core busy while it waits for
+# the next small matrix. The processes of `--jobs` use the cores instead.
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
-# Verbs whose `--jobs` are processes that each have Blender.
+# Verbs whose `--jobs` option starts processes that each load Blender.
 WITH_JOBS = ("day",)
 INTERRUPTED = "interrupted; nothing was written"
 USAGE = """usage: {0} {{{1}}} HOME.blend [options]
@@ -39,6 +39,10 @@ USAGE = """usage: {0} {{{1}}} HOME.blend [options]
 
 
 def main(arguments: list[str]) -> int:
+    """Run the command line and return its exit status.
+
+    `arguments` are the words after the program: the verb, the blend file and the options.
+    """
     for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
     extension = load_extension()
@@ -61,11 +65,11 @@ def main(arguments: list[str]) -> int:
         if not options or options[0].startswith("-"):
             tell(usage + "angen: the blend file comes right after the verb\n")
             return 2
-        at = HOME_AT.get(verb[0], 0)
-        if len(options) <= at:
+        position = HOME_AT.get(verb[0], 0)
+        if len(options) <= position:
             tell(f"usage: python -m angen_addon {verb[0]} LAYOUT.json HOME.blend [options]\n")
             return 2
-        file = Path(options.pop(at))
+        file = Path(options.pop(position))
         problem = unreadable(file)
         if problem:
             note(problem)
@@ -86,16 +90,19 @@ def main(arguments: list[str]) -> int:
 
 
 def _has_jobs(options: list[str]) -> bool:
-    """Whether the command asks for several processes."""
-    told = " ".join([*options, ""]).replace("--jobs=", "--jobs ")
-    return "--jobs " in told and "--jobs 1 " not in told
+    """Return whether the options ask for more than one process."""
+    line = " ".join([*options, ""]).replace("--jobs=", "--jobs ")
+    return "--jobs " in line and "--jobs 1 " not in line
 
 
 @contextmanager
-def _on_one_core(wanted: bool) -> Iterator[None]:
-    """Blender counts the cores that it may use when it is loaded. Threads that wait for each other
-    at each frame take half as much again of what the other processes need."""
-    if not wanted or not hasattr(os, "sched_setaffinity"):
+def _on_one_core(is_wanted: bool) -> Iterator[None]:
+    """Keep this process on one core while Blender loads, if `is_wanted`.
+
+    Blender starts as many threads as it finds cores. With several processes these threads wait for
+    each other at every frame, and a run takes half as long again.
+    """
+    if not is_wanted or not hasattr(os, "sched_setaffinity"):
         yield
         return
     cores = os.sched_getaffinity(0)
@@ -108,8 +115,11 @@ def _on_one_core(wanted: bool) -> Iterator[None]:
 
 @contextmanager
 def _ended_by_ctrl_c() -> Iterator[None]:
-    """While Blender starts and opens the file: an exception raised in one of its handlers would be
-    lost, and the command go on."""
+    """End the process at Ctrl-C while Blender starts and opens the file.
+
+    An exception that is raised in one of Blender's handlers would be lost, and the command would go
+    on.
+    """
     before = signal.signal(signal.SIGINT, lambda *_: _give_up())
     try:
         yield
@@ -118,12 +128,13 @@ def _ended_by_ctrl_c() -> Iterator[None]:
 
 
 def _give_up() -> NoReturn:
+    """Report the interruption and end the process."""
     note(INTERRUPTED)
     leave_hard(1)
 
 
 def command() -> NoReturn:
-    """The command `angen`, and `python -m angen_addon`."""
+    """Run the command line and exit: the entry point of `angen` and `python -m angen_addon`."""
     fill_closed_streams()
     status = 1
     try:

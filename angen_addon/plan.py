@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads the plan of a home from its scene: storeys, walls and furniture, what each sensor sees."""
+"""Read the floor plan of a home from its scene: storeys, walls, furniture and sensors."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from .scene.home import EvaluatedHome, SolidSurface
 from .scene.instances import Uid
 from .scene.sensors import Sensor
 
-# Which floor each sensor stands over: what most rays straight down around it meet.
+# The floor below each sensor: the height that most rays straight down around the sensor hit.
 
-# Rays go down around the sensor, at these distances from it (m).
+# Distances (m) of these rays from the sensor.
 RINGS_M, DIRECTIONS, REACH_M = (0.35, 0.8, 1.4), 8, 12.0
-# They start this much above it, for it may lie on the floor; under a ceiling or a rug, at half of
-# what is free.
+# The rays start at most this far above the sensor, since it may lie on the floor. Below a ceiling
+# they start half-way to it.
 START_M = 0.3
-# Floors this far apart (m) are storeys; below it steps of one.
+# Floors that are at least this far apart (m) are different storeys.
 STOREY_M = 1.8
-# Heights this close (m) are the same floor.
+# Heights (m) are rounded to this when floors are compared.
 GRAIN_M = 0.02
 BUNDLE_UP, BUNDLE_DOWN = -1, -2
 
@@ -43,21 +43,35 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class SensorStorey:
-    """A storey: height of its floor in m, and its sensors, by name."""
+    """A storey: the height of its floor in m, and its sensors sorted by name."""
 
     floor: float
     sensors: tuple[SensorInPlan, ...]
 
 
-def levels(home: EvaluatedHome, sensors: Sequence[tuple[Uid, SensorInPlan]]) -> list[SensorStorey]:
-    """The storeys, the lowest first, of sensors that come with their session uids; their `height`,
-    which is that in the world, becomes that above the floor."""
+def group_by_storey(
+    home: EvaluatedHome, sensors: Sequence[tuple[Uid, SensorInPlan]]
+) -> list[SensorStorey]:
+    """Group sensors into storeys, the lowest first.
+
+    Parameters
+    ----------
+    home
+        The evaluated scene.
+    sensors
+        Pairs of session uid and sensor. The `height` of a sensor is above the world's origin, in m.
+
+    Returns
+    -------
+    list of SensorStorey
+        In them the `height` of a sensor is above the floor.
+    """
     found: list[tuple[float, SensorInPlan]] = []
     floors = [_floor_below(home, uid, sensor) for uid, sensor in sensors]
     known = [floor for floor in floors if floor is not None]
     for (_, sensor), floor in zip(sensors, floors, strict=True):
         if floor is None:
-            # Nothing is below it: the next floor down that others have, else where it hangs.
+            # Nothing is below the sensor: take the next lower floor of the other sensors.
             below = [f for f in known if f <= sensor.height]
             floor = max(below, default=sensor.height)
         found.append((floor, sensor))
@@ -66,7 +80,7 @@ def levels(home: EvaluatedHome, sensors: Sequence[tuple[Uid, SensorInPlan]]) -> 
 
 
 def grouped(found: Iterable[T], height: Callable[[T], float]) -> list[list[T]]:
-    """Groups what is sorted by its height (m) into storeys."""
+    """Group items, sorted by `height` (m), into storeys."""
     groups: list[list[T]] = []
     for one in found:
         if not groups or height(one) - height(groups[-1][0]) >= STOREY_M:
@@ -76,15 +90,17 @@ def grouped(found: Iterable[T], height: Callable[[T], float]) -> list[list[T]]:
 
 
 def around(rings: Sequence[float]) -> Array:
-    """The offsets (n, 3) of rays down: one in the middle, and DIRECTIONS at each distance."""
+    """Return ray offsets (n, 3) in m: the middle, and DIRECTIONS points on each ring."""
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     ring = [(r * math.cos(t), r * math.sin(t), 0.0) for r in rings for t in turns]
     return np.array([(0.0, 0.0, 0.0), *ring])
 
 
 def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
+    """Return the storey of sensors that come with the heights of the floors below them."""
     counted = Counter(round(floor / GRAIN_M) for floor, _ in group)
-    # The upper one of two: what lies in a floor has its underside below.
+    # Of two equally frequent heights take the upper one: the other is the underside of a thing
+    # that is sunk into the floor.
     most = max(counted, key=lambda grain: (counted[grain], grain))
     floor = min(floor for floor, _ in group if round(floor / GRAIN_M) == most)
     members = [replace(sensor, height=sensor.height - floor) for _, sensor in group]
@@ -92,7 +108,10 @@ def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
 
 
 def _floor_below(home: EvaluatedHome, uid: Uid, sensor: SensorInPlan) -> float | None:
-    """Height in m of what most rays down meet; the lower of two that as many do."""
+    """Return the height in m that most rays down from around a sensor hit.
+
+    Of two equally frequent heights it is the lower one; None where no ray hits anything.
+    """
     here = np.array([[*sensor.at, sensor.height]])
     up = np.array([[0.0, 0.0, 1.0]])
     free = float(home.cast(uid, BUNDLE_UP, here, up, np.array([2 * START_M]))[0])
@@ -108,14 +127,17 @@ def _floor_below(home: EvaluatedHome, uid: Uid, sensor: SensorInPlan) -> float |
     return min(height for height in heights if round(height / GRAIN_M) == most)
 
 
-# Finds where a sensor stands and what it sees, with the rays that its own model casts.
+# The place of a sensor in the plan, and what it sees with the rays of its model.
 
 BUNDLE = 0
 
 
-def placed(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
-    """The sensor with its session uid, its `height` in the world; None while it is switched off.
-    Raises AngenError."""
+def sensor_in_plan(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
+    """Return a sensor's session uid and the sensor as the plan shows it.
+
+    Its `height` is above the world's origin. Return None while the sensor is switched off. Raise
+    `AngenError` if its parameters are wrong.
+    """
     sight = all_rays(sensor, clock_of(home.depsgraph.scene), home.depsgraph)
     if sight is None:
         return None
@@ -143,14 +165,17 @@ def placed(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | No
 
 
 def _segments(home: EvaluatedHome, sensor: Sensor, rays: SensorRays) -> Array:
-    """(n, 2, 2) in m: start and end of each ray as seen from above."""
+    """Return the start and end of each ray from above, shape (n, 2, 2) in m."""
     ranges = home.caster.cast(sensor.uid, BUNDLE, rays.origins, rays.directions, rays.reach)
     ends = rays.origins + rays.directions * ranges[:, None]
     return np.stack([rays.origins[:, :2], ends[:, :2]], axis=1) * home.metres
 
 
 def _outline(home: EvaluatedHome, sensor: Sensor) -> Any:
-    """(n, 2) in m: the hull, seen from above, of a pad and what belongs to it; None of an empty."""
+    """Return the hull (n, 2) in m, from above, of a pad and the parts that belong to it.
+
+    Return None for an empty.
+    """
     own = home.caster.solids.owned_by(sensor.uid)
     points = [surface.points[:, :2] for surface in home.surfaces(own)]
     if not points:
@@ -161,19 +186,35 @@ def _outline(home: EvaluatedHome, sensor: Sensor) -> Any:
     return flat[hull] if len(hull) > 2 else None
 
 
-# Cuts each solid for a plan: lines where it is cut, or its outline from above.
+# Shapes in the plan: the section of a solid at the cut, or its outline from above.
 
-# What is cut and rises this far above the floor (m) is a wall: wardrobes and door leaves do not.
+# A solid that is cut is a wall if its top is this far above the floor (m). Wardrobes and door
+# leaves are lower.
 WALL_M = 2.2
-# What rises less than this is the floor itself, or a rug; what lies deeper belongs to the storey
-# below.
+# A lower shape is the floor itself or a rug. A shape that is deeper below the floor belongs to the
+# storey below.
 RUG_M, DEPTH_M = 0.06, 0.25
 
 
 def shapes_at(
     home: EvaluatedHome, floor: float, height: float, area: tuple[Array, Array]
 ) -> tuple[PlanShape, ...]:
-    """The shapes of a storey over an `area` (two corners (2,)), cut at a `height`; all in m."""
+    """Return the shapes of a storey.
+
+    Parameters
+    ----------
+    home
+        The evaluated scene.
+    floor, height
+        Heights of the floor and of the cut above the world's origin, in m.
+    area
+        Two opposite corners (2,) of the part that the plan shows, in m.
+
+    Returns
+    -------
+    tuple of PlanShape
+        Sections of what the cut meets, and outlines of what is below, in m.
+    """
     wanted = (home.lo[:, 2] < height) & (home.hi[:, 2] > floor - DEPTH_M)
     wanted &= ((home.lo[:, :2] < area[1]) & (home.hi[:, :2] > area[0])).all(axis=1)
     found: list[PlanShape] = []
@@ -203,13 +244,15 @@ def _shapes(surface: SolidSurface, floor: float, height: float) -> list[PlanShap
 
 
 def _closed(lines: list[Line]) -> tuple[Line, ...]:
-    """The largest first, so that what is inside another is painted over it."""
+    """Sort outlines by length, the largest first, so that inner ones are painted over them."""
     return tuple(sorted(lines, key=lambda line: -line.length))
 
 
 def may_move(obj: Any) -> bool:
-    """Whether something can move the object: its own or a parent's animation, an armature, a
-    constraint, the simulation of rigid bodies."""
+    """Return whether something can move the object or one of its parents.
+
+    That is an animation, an armature, a constraint or the simulation of rigid bodies.
+    """
     seen = set()
     while obj is not None and obj.session_uid not in seen:
         seen.add(obj.session_uid)
@@ -230,25 +273,31 @@ def _is_driven(obj: Any) -> bool:
     return bool(animated or falls or bent or len(obj.constraints))
 
 
-# Where a plan is cut, above its floor (m): above sills and tables, below the heads of openings.
+# Height of the cut above the floor (m): above sills and tables, below the heads of openings.
 CUT_M = 1.1
-# The plan shows what is cut up to this far from where sensors are and see, and this much around.
+# The plan shows walls up to BEYOND_M from the sensors and their rays, with a margin around.
 BEYOND_M, MARGIN_M, LEAST_M = 4.0, 0.3, 2.0
 
 
 def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[PlanStorey, ...]:
-    """The storeys that have sensors, the lowest first, as they are at a whole frame; not to be
-    called in a frame handler. Raises AngenError."""
+    """Return the storeys that have sensors at a whole frame, the lowest first.
+
+    Do not call this in a frame handler, since it may change the frame. Raise `AngenError` if a
+    sensor's parameters are wrong.
+    """
     with at_frame(scene, frame):
         depsgraph = evaluated_depsgraph()
         home = EvaluatedHome(depsgraph)
-        seen = [s for s in (placed(home, sensor) for sensor in sensors) if s is not None]
-        return tuple(_storey(home, level) for level in levels(home, seen))
+        seen = [s for s in (sensor_in_plan(home, sensor) for sensor in sensors) if s is not None]
+        return tuple(_storey(home, storey) for storey in group_by_storey(home, seen))
 
 
 @contextmanager
 def at_frame(scene: Any, frame: int) -> Iterator[None]:
-    """The scene at a whole frame; put back at the end, and no handler of ours shows values."""
+    """Show the scene at a whole frame within the `with` block, and restore the frame after it.
+
+    Meanwhile the handlers of this extension do nothing.
+    """
     before = scene.frame_current, scene.frame_subframe
     if before == (frame, 0.0):
         yield
@@ -262,22 +311,22 @@ def at_frame(scene: Any, frame: int) -> Iterator[None]:
         state.CACHE.running = False
 
 
-def _storey(home: EvaluatedHome, level: SensorStorey) -> PlanStorey:
-    own = np.concatenate([_extent(sensor) for sensor in level.sensors])
+def _storey(home: EvaluatedHome, storey: SensorStorey) -> PlanStorey:
+    own = np.concatenate([_extent(sensor) for sensor in storey.sensors])
     low, high = own.min(axis=0), own.max(axis=0)
-    cut = level.floor + CUT_M
-    shapes = shapes_at(home, level.floor, cut, (low - BEYOND_M, high + BEYOND_M))
+    cut = storey.floor + CUT_M
+    shapes = shapes_at(home, storey.floor, cut, (low - BEYOND_M, high + BEYOND_M))
     view = _view(low, high, shapes)
-    return PlanStorey(level.floor, cut, view, shapes, level.sensors)
+    return PlanStorey(storey.floor, cut, view, shapes, storey.sensors)
 
 
 def _extent(sensor: SensorInPlan) -> Array:
-    """Corners (n, 2) of where a sensor is and what it sees."""
+    """Return corners (n, 2) in m around a sensor and its rays."""
     return np.concatenate([sensor.at[None], *sensor.fans, *sensor.beams])
 
 
 def _view(low: Array, high: Array, shapes: Sequence[PlanShape]) -> Array:
-    """The part of the world to show (2, 2): the sensors and the walls around them."""
+    """Return the corners (2, 2) in m of the part to show: the sensors and the walls around them."""
     within = low - BEYOND_M, high + BEYOND_M
     for shape in shapes:
         if shape.role in {"wall", "solid"}:

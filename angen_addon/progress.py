@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far long work is, and an estimate of the time left.
+"""Report the progress of long work, and estimate the time left.
 
-Long work is a generator: it yields a `Doing` from time to time, and last its result.
+Long work is a generator: it yields a `Doing` from time to time, and returns or last yields its
+result.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from typing import Any, TypeVar
 
 S = TypeVar("S")
 T = TypeVar("T")
-# Work that yields the share of it that is done, 0 to 1, and returns its result.
+# A generator that yields the share of the work that is done, 0 to 1, and returns its result.
 Shares = Generator[float, None, T]
 
-# An estimate needs this many seconds of the work, and this share of it done.
+# An estimate is given after this many seconds and this share of the work.
 SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
 # Two estimates agree if neither is more than this many times the other.
 AGREE = 1.5
@@ -26,8 +27,10 @@ AGREE = 1.5
 
 @dataclass(frozen=True)
 class Doing:
-    """The share of the work that is done, 0 to 1, and what is being done. `slow`: the next step
-    takes long, so that a window shows this one before."""
+    """The progress of long work: the share that is done, 0 to 1, and the present activity.
+
+    `slow` marks a next step that takes long, so that a window shows this text before it starts.
+    """
 
     share: float
     text: str
@@ -35,12 +38,14 @@ class Doing:
 
 
 class Enough(Exception):
-    """Thrown into long work to end it: it yields its best result so far, or raises this without
-    one."""
+    """Thrown into long work to end it early.
+
+    The work then returns its best result so far, or raises this again if it has none.
+    """
 
 
 def finished(work: Generator[Any, None, T]) -> T:
-    """Does the work at once, and returns its result."""
+    """Run the work to its end at once, and return its result."""
     while True:
         try:
             next(work)
@@ -49,10 +54,10 @@ def finished(work: Generator[Any, None, T]) -> T:
             return result
 
 
-def saying(told: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
-    """Tells the same before each step of the work, and hands on what it returns."""
+def saying(progress: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
+    """Yield `progress` before each step of the work, and return the result of the work."""
     while True:
-        yield told
+        yield progress
         try:
             next(work)
         except StopIteration as end:
@@ -61,7 +66,7 @@ def saying(told: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
 
 
 def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
-    """The work as the part from `low` to `high` of a larger one."""
+    """Run the work as the part from `low` to `high` of a larger work."""
     while True:
         try:
             share = next(work)
@@ -72,7 +77,7 @@ def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
 
 
 def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
-    """The work, as a window tells it."""
+    """Yield each share of the work as a `Doing` with this text."""
     while True:
         try:
             share = next(work)
@@ -83,24 +88,27 @@ def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
 
 
 class TimeLeft:
-    """Estimates how long the rest of the work will take, from all of it so far and from its latter
-    half, and only once both agree: a run may begin with something slow, such as the first pictures
-    of the light."""
+    """An estimate of the seconds that the rest of the work takes.
+
+    One estimate uses all of the work so far, another only its latter half. Their mean is given once
+    both agree, since a run may begin with a slow part, such as the first pictures of the light.
+    """
 
     def __init__(self) -> None:
         self._start = time.perf_counter()
-        # Seconds since then, and the share done; those of the latter half.
+        # (seconds since the start, share done) in the latter half of the time so far.
         self._noted: deque[tuple[float, float]] = deque()
         self._sure = False
 
     def note(self, share: float) -> None:
+        """Note the share of the work that is done now."""
         elapsed = time.perf_counter() - self._start
         self._noted.append((elapsed, share))
         while self._noted[0][0] < elapsed / 2:
             self._noted.popleft()
 
     def seconds(self) -> float | None:
-        """The estimate in seconds; None as long as the estimates disagree."""
+        """Return the estimate in seconds; None while the two estimates disagree."""
         if not self._noted or not self._noted[-1][1]:
             return None
         (since, before), (elapsed, done) = self._noted[0], self._noted[-1]
@@ -113,7 +121,7 @@ class TimeLeft:
         return (whole + latter) / 2 if self._sure else None
 
     def text(self) -> str:
-        """The time left in round numbers, or empty."""
+        """Return the time left in round numbers; empty while there is no estimate."""
         seconds = self.seconds()
         if seconds is None:
             return ""

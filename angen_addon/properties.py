@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Registers Blender's properties, made from the parameter dataclasses of `sensor_logic`."""
+"""Register Blender's properties, made from the parameter dataclasses of `sensor_logic`."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from .runtime import state
 from .scene.lengths import OVERRIDABLE, SUBTYPES, property_group, with_unit
 from .scene.sensors import known_rooms
 
-# Decimals of fields by unit, where three are too few or too many.
+# Decimals in the interface by unit, where the usual three are too few or too many.
 PRECISIONS = {"m": 4, "m²": 6, "Ω": 0, "lx": 2, READING: 2}
 
-# Types that can have a temperature.
+# Blender types that can have a temperature.
 WARM = (Object, Collection, Material)
 POINTERS = {"Object": Object, "Collection": Collection, "Text": Text}
 
@@ -36,7 +36,7 @@ def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
 
 
 def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
-    # Blender does not know what the property affects: the tag reports an update to the probes.
+    # Blender does not know what the property affects. The tag reports an update to the probes.
     self.update_tag(refresh={"OBJECT"})
     _settings_changed(self, context)
 
@@ -47,13 +47,13 @@ def _load_changed(self: Any, context: bpy.types.Context) -> None:
 
 
 def _warmth_changed(self: Any, context: bpy.types.Context) -> None:
-    # Materials and collections have no finer tags.
+    # Materials and collections have only this tag.
     self.id_data.update_tag()
     _settings_changed(self, context)
 
 
 def _kind_changed(self: Any, context: bpy.types.Context) -> None:
-    """A sensor of a new kind gets that kind's update rate, unless the user chose one."""
+    """Give a sensor the update rate of its new kind, unless the user chose one."""
     defaults_of_kinds = {kind.update_rate for kind in KINDS.values()}
     if self.kind != NO_KIND and (
         not self.is_property_set("update_rate") or self.update_rate in defaults_of_kinds
@@ -63,8 +63,12 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
 
 
 def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
-    """Functions for the property `kind`: an object of a kind that only a newer version knows is not
-    a sensor here, but the file keeps its number. Without them Blender warns at each access."""
+    """Return the accessors of the property `kind`, which read an unknown number as None.
+
+    A newer version of the extension may have written a kind that this version does not know. The
+    object is then not a sensor, but the file keeps its number. Without the accessors Blender warns
+    at each access.
+    """
     if bpy.app.version >= (5, 0):
         return {"get_transform": lambda _, number, is_set: number if number in numbers else 0}
 
@@ -79,12 +83,13 @@ def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
 
 
 def _tip(spec: Spec) -> str:
+    """Return the tip of a parameter with its source."""
     source = f". Source: {spec.source}" if spec.source else ""
     return f"{spec.tip}{source}"
 
 
 def _blender_property(default: Any, spec: Spec) -> Any:
-    """The bpy property of one parameter.
+    """Return the bpy property of one parameter.
 
     Its hard limits are looser than the valid range, so that the panel can report an invalid value
     instead of Blender changing it silently.
@@ -114,7 +119,7 @@ def _blender_property(default: Any, spec: Spec) -> Any:
 
 
 def _group_of(name: str, parameters: type[Parameters]) -> type:
-    """A PropertyGroup class with a property for each parameter."""
+    """Return a PropertyGroup class with a property for each parameter."""
     known = defaults(parameters)
     return property_group(
         name,
@@ -125,13 +130,13 @@ def _group_of(name: str, parameters: type[Parameters]) -> type:
 
 
 def _sensor_group(groups: dict[str, type]) -> type:
-    """The PropertyGroup of a sensor, which contains one for each kind."""
+    """Return the PropertyGroup class of a sensor, which contains a group for each kind."""
     kinds = [(NO_KIND, "None", "Not a sensor", "NONE", 0)]
     kinds += [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
     properties = {
         "kind": EnumProperty(
             name="Kind",
-            description="Kind of sensor that the object is",
+            description="Kind of sensor that this object is",
             items=kinds,
             options=set(),
             update=_kind_changed,
@@ -139,13 +144,13 @@ def _sensor_group(groups: dict[str, type]) -> type:
         ),
         "enabled": BoolProperty(
             name="Enabled",
-            description="Off: the sensor costs nothing and reports nothing",
+            description="Simulate this sensor. If off, it publishes nothing and takes no time",
             default=True,
             update=_settings_changed,
         ),
         "update_rate": FloatProperty(
             name="Update rate (Hz)",
-            description="How often the sensor publishes a reading; it cannot be animated",
+            description="How often the sensor publishes a reading, in hertz. It cannot be animated",
             options=set(),
             default=1.0,
             min=0.0,
@@ -155,23 +160,24 @@ def _sensor_group(groups: dict[str, type]) -> type:
         ),
         "room": StringProperty(
             name="Room",
-            description="Room of the sensor, or room that an object ignored by sensors marks. "
-            "Tables, timeline and report are sorted by it",
+            description="Name of the room that the sensor is in. Tables, timeline and report are "
+            "sorted by room. On an object that is Ignored by sensors: the room that it encloses",
             options=set(),
             search=known_rooms,
             search_options={"SUGGESTION"},
         ),
         "preset": StringProperty(
             name="Preset",
-            description="Identifier of the preset that was applied last",
+            description="Identifier of the preset that was last applied",
             options={"HIDDEN"},
         ),
         "active": BoolProperty(
-            name="Active", description="Output: moved, open, pressed or lit. Drivers can read it"
+            name="Active",
+            description="Output of the sensor: moved, open, pressed or lit. Drivers can read it",
         ),
         "value": FloatProperty(
             name="Value",
-            description="Output: the main reading (tilt, range, force or light). "
+            description="Output of the sensor: its main reading, such as range, force or light. "
             "Drivers can read it",
             precision=4,
         ),
@@ -186,8 +192,9 @@ LOAD = property_group(
     {
         "mass": FloatProperty(
             name="Mass (kg)",
-            description="Mass with which an animated body, such as a person's mesh or armature, "
-            "presses on pressure sensors, in kilograms; 0: none. Not for simulated bodies",
+            description="Mass with which this animated object presses on pressure sensors, such as "
+            "a person's mesh or armature. 0: no mass. Rigid bodies that physics moves have their "
+            "own mass",
             min=0.0,
             soft_max=200.0,
             precision=2,
@@ -195,7 +202,7 @@ LOAD = property_group(
         ),
         "tolerance": FloatProperty(
             name="Contact tolerance",
-            description="Surfaces less than this below the body carry its weight",
+            description="The weight rests on the surfaces that are less than this below the body",
             subtype="DISTANCE",
             default=0.03,
             min=0.0,
@@ -210,8 +217,9 @@ WARMTH = property_group(
     {
         "use_temperature": BoolProperty(
             name="Own temperature",
-            description="Has a temperature of its own, which pyroelectric motion detectors sense. "
-            "A material's overrides its object's, which overrides its collections'",
+            description="Give this a temperature of its own, which pyroelectric motion detectors "
+            "sense. The temperature of a material overrides that of its object, which overrides "
+            "that of its collections",
         ),
         "temperature": FloatProperty(
             name="Temperature (°C)",
@@ -225,9 +233,9 @@ WARMTH = property_group(
         ),
         "emissivity": FloatProperty(
             name="Emissivity",
-            description="Share of a black body's radiation that the surface emits; the rest is "
-            "reflection of its surroundings. Skin, cloth, paint, wood and glass 0.9 to 0.98, "
-            "bare metal 0.05 to 0.3",
+            description="Share of a black body's radiation that the surface emits. The surface "
+            "reflects its surroundings by the rest. Skin, cloth, paint, wood and glass: 0.9 to "
+            "0.98; bare metal: 0.05 to 0.3",
             default=0.95,
             min=0.0,
             max=1.0,
@@ -240,13 +248,14 @@ WARMTH = property_group(
 SCENE_SETTINGS = {
     "angen_seed": IntProperty(
         name="Seed",
-        description="Seed of every sensor's noise: the same file gives the same log",
+        description="Seed of the noise of all sensors. The same file with the same seed gives the "
+        "same log",
         min=0,
         options=set(),
     ),
     "angen_substeps": IntProperty(
         name="Substeps",
-        description="Divides frames, for movement too fast for the frame rate. "
+        description="Number of steps in a frame, for movement that is too fast for the frame rate. "
         "While scrubbing, sensors read whole frames only",
         default=1,
         min=1,
@@ -255,9 +264,8 @@ SCENE_SETTINGS = {
     ),
     "angen_luminous_efficacy": FloatProperty(
         name="Luminous efficacy (lm/W)",
-        description="Lumens that a watt of Blender's light counts as, for sensors in lux. "
-        "683: as Blender's glTF exporter writes its lamps; 179: equal-energy white, as in "
-        "Radiance",
+        description="Lumens for each watt of Blender's light, for light sensors that read lux. "
+        "683: as in Blender's glTF exporter. 179: equal-energy white, as in Radiance",
         default=683.0,
         min=0.0,
         soft_max=683.0,
@@ -265,9 +273,10 @@ SCENE_SETTINGS = {
     ),
     "angen_light_reference": IntProperty(
         name="Reference paths",
-        description="Removes most of the noise from a run with Cycles: it measures the first frame "
-        "once with this many light paths for each reading and any state of the lamps, and corrects "
-        "every update, which has few (Samples), by that. Useful for many updates. 0: off",
+        description="Remove most of the noise from a run with Cycles. The run first measures the "
+        "light of each lamp at the first frame with this many light paths. It then corrects all "
+        "later readings by this reference, although these use only a few paths (Samples). Useful "
+        "for many updates. 0: off",
         default=0,
         min=0,
         soft_max=65536,
@@ -276,8 +285,8 @@ SCENE_SETTINGS = {
     ),
     "angen_ambient_temperature": FloatProperty(
         name="Ambient temperature (°C)",
-        description="Temperature of everything that has none of its own, in degrees Celsius, "
-        "for pyroelectric motion detectors",
+        description="Temperature of everything without a temperature of its own, in degrees "
+        "Celsius, for pyroelectric motion detectors",
         default=20.0,
         min=-273.15,
         soft_min=-20.0,
@@ -287,10 +296,10 @@ SCENE_SETTINGS = {
     ),
     "angen_ray_caster": EnumProperty(
         name="Ray caster",
-        description="How rays are cast. Both give the same events",
+        description="How the rays of sensors are cast. Both ways give the same events",
         items=[
-            ("FAST", "Fast", "Casts again only where something moved", 0),
-            ("SCENE", "Reference", "Blender's own scene.ray_cast for every ray", 1),
+            ("FAST", "Fast", "Cast rays again only where something moved", 0),
+            ("SCENE", "Reference", "Cast every ray with Blender's scene.ray_cast", 1),
         ],
         options=set(),
     ),
@@ -302,16 +311,18 @@ SCENE = {
     },
     "angen_start": StringProperty(
         name="Start",
-        description="Date and time of the scene's first frame, such as 2026-03-01T08:00: exported "
-        "files and panels then tell the time of day. Empty: only seconds",
+        description="Date and time of the scene's first frame, such as 2026-03-01T08:00. Exported "
+        "files and panels then show the time of day. Empty: they show seconds",
         options=set(),
     ),
     "angen_live": BoolProperty(
-        name="Live", description="Without a recording, sensors follow the playhead", default=True
+        name="Live",
+        description="Read the sensors at the playhead while there is no recording",
+        default=True,
     ),
     "angen_recording": IntProperty(
         name="Recording",
-        description="The mark of the recording that counts: undo brings a former one back",
+        description="Identifier of the present recording, so that undo restores an earlier one",
         options={"HIDDEN"},
     ),
 }
@@ -333,7 +344,7 @@ def register() -> None:
         owner.angen_warmth = PointerProperty(type=WARMTH, override=OVERRIDABLE)
     Object.angen_ignored = BoolProperty(
         name="Ignored by sensors",
-        description="No sensor sees this object, e.g. a marker of a room's volume",
+        description="Hide this object from all sensors, for example a box that marks a room",
         options=set(),
         update=_ignored_changed,
         override=OVERRIDABLE,

@@ -28,7 +28,7 @@ from ..commands.console import DONE, tell
 from ..commands.home import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, sensors_of
 from ..commands.parser import Verb, add_names, path
 from ..output.output_files import Outputs, check_outputs
-from ..plan import levels, placed, shapes_at
+from ..plan import group_by_storey, sensor_in_plan, shapes_at
 from ..progress import Doing
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
@@ -162,8 +162,12 @@ def picture(
     """The SVG of a map with its detectors, and those that are proposed."""
     home = EvaluatedHome(depsgraph)
     chosen = [s for s in sensors if s.name in coverage.sensors]
-    seen = [p for p in (placed(home, sensor) for sensor in chosen) if p is not None]
-    marks = [replace(p, fans=(), beams=()) for level in levels(home, seen) for p in level.sensors]
+    seen = [p for p in (sensor_in_plan(home, sensor) for sensor in chosen) if p is not None]
+    marks = [
+        replace(p, fans=(), beams=())
+        for level in group_by_storey(home, seen)
+        for p in level.sensors
+    ]
     cells = coverage.cells
     storeys = []
     for number in range(int(cells.storey.max()) + 1):

@@ -17,7 +17,7 @@ from ...sensor_logic.coverage.grid import NO_ROOM, Cells
 from ...sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, Motion
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
-from ..plan import levels, placed
+from ..plan import group_by_storey, sensor_in_plan
 from ..progress import Doing, saying
 from ..scene.home import EvaluatedHome
 from ..scene.marks import COVERAGE_MARK
@@ -308,10 +308,11 @@ def storeys_of(
 ) -> list[tuple[float, list[Sensor]]]:
     """Heights of floors in m with the sensors over each."""
     inside = [s for s in sensors if s.kind.in_room]
-    seen = [p for p in (placed(home, sensor) for sensor in inside) if p is not None]
+    seen = [p for p in (sensor_in_plan(home, sensor) for sensor in inside) if p is not None]
     by_name = {s.name: s for s in inside}
     found = [
-        (level.floor, [by_name[p.name] for p in level.sensors]) for level in levels(home, seen)
+        (level.floor, [by_name[p.name] for p in level.sensors])
+        for level in group_by_storey(home, seen)
     ]
     for volume in marked:
         if not any(abs(volume.lo[2] - floor) < 1.0 for floor, _ in found):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a sensor reads what it reads: the object, the ray and by how much.
+"""Explain why a sensor reads what it reads: by which object, which ray, and by how much.
 
-The facts are gathered by going back to the update's frame and the one that it was compared with,
-with the same rays, noise and model as in the run. Never in `draw` or in a handler.
+An explanation goes back to the frame of the update, and to the frame of the update that it is
+compared with. There it uses the same rays, noise and model as the run. It changes the frame, so it
+never runs in `draw` or in a handler.
 """

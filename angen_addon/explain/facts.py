@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why a sensor reads what it reads, in words: what panels and the command line show."""
+"""The words of an explanation, as panels and the command line show them."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from typing import Any
 from ...sensor_logic.log import format_frame
 from ...sensor_logic.wording import percent, typed
 
-# Names and values.
+# Pairs of a name and a value.
 Facts = list[tuple[str, str]]
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """`index`: the update in the sensor's track; `headline`: a sentence; `facts`: names and
-    values; `doubt`: why this may not be what happened, empty where it is sure; `cause`: the same
-    as numbers, of the kind's own type, which also tells `because` of which object it is."""
+    """Why a sensor read what it read at one update.
+
+    `index` is the number of the update in the sensor's track. `headline` is a sentence, and `facts`
+    are names and values. `doubt` says why the explanation may be wrong, and is empty if it is sure.
+    `cause` has the same facts as numbers, in a type of the sensor's kind.
+    """
 
     sensor: str
     index: int
@@ -31,16 +34,18 @@ class Explanation:
 
     @property
     def because(self) -> str:
-        """The object that made the reading what it is; empty where none did, or it is not known,
-        as for a motion that is over."""
+        """The name of the object that made the reading.
+
+        It is empty where no object did, or where it is unknown, as for a movement that is over.
+        """
         return self.cause.because if self.cause is not None else ""
 
     def after(self, facts: Iterable[tuple[str, str]]) -> Explanation:
-        """The same with these facts before its own."""
+        """Return the same explanation with these facts before its other facts."""
         return replace(self, facts=(*facts, *self.facts))
 
     def as_text(self) -> str:
-        """Lines for a terminal."""
+        """Return the explanation as lines for a terminal."""
         lines = [f"{self.sensor}, frame {format_frame(self.frame)} ({self.time:.3f} s)"]
         lines.append(self.headline)
         width = max((len(name) for name, _ in self.facts), default=0)
@@ -51,10 +56,11 @@ class Explanation:
 
 
 def at_frame(frame: float, time: float) -> str:
+    """Return the text for a frame and its time."""
     return f"frame {format_frame(frame)} ({time:.3f} s)"
 
 
 def more_needed(threshold: float, value: float, unit: str) -> str:
-    """How far a value is from the threshold that it must exceed."""
-    share = f"{percent(value / threshold)} of that" if threshold else "nothing"
-    return f"more than {typed(threshold, unit)} is needed: it is {share}"
+    """Return how far a value is from the threshold that it must exceed."""
+    share = f"{percent(value / threshold)} of that" if threshold else "not above it"
+    return f"more than {typed(threshold, unit)} is needed, the reading is {share}"

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Goes back to updates of a recording: the same frames, rays and noise as in the run; or takes what
-they were from the run's own trace."""
+"""Go back to updates of a recording, with the same frames, rays and noise as in the run.
+
+While the run is still on, its own trace has the last updates.
+"""
 
 from __future__ import annotations
 
@@ -29,25 +31,27 @@ from .facts import Explanation, Facts
 
 
 class Replay:
-    """One sensor at chosen updates of a recording. `runner` keeps its model's state between
-    them; `lengths` is what to tell lengths in. `probes`: those of another replay, which know the
-    home already."""
+    """A sensor at chosen updates of a recording.
+
+    `runner` keeps the state of the sensor's model between the updates. `lengths` formats lengths in
+    the scene's unit. `probes` may come from another replay, which has already read the home.
+    """
 
     def __init__(
         self, scene: Any, sensor: Sensor, recording: Recording, probes: Probes | None = None
     ) -> None:
-        self._begin(scene, sensor, recording)
+        self._set_up(scene, sensor, recording)
         self._trace.keeps = True
         self._probes = probes or Probes(scene)
         self._probes.serve([sensor])
         self._driven = all_sensors(bpy.context.view_layer) if state.are_driven() else []
 
-    def _begin(
+    def _set_up(
         self, scene: Any, sensor: Sensor, recording: Recording, trace: Trace | None = None
     ) -> None:
         track, clock = recording.track_of(sensor.uid), recording.clock
         if sensor.variant:
-            # The others of the same sensor have that too.
+            # All variants of a sensor have the same uid, but different names.
             track = recording.tracks[sensor.name]
         assert track is not None and clock is not None
         self.scene = scene
@@ -61,8 +65,10 @@ class Replay:
 
     @property
     def probes(self) -> Probes:
-        """The probes of the scene at the last update that was taken. Raises NotNoted if there is no
-        going back."""
+        """The probes of the scene at the last update that was taken.
+
+        Raise `NotNoted` if the scene cannot go back.
+        """
         return self._probes
 
     @property
@@ -71,79 +77,93 @@ class Replay:
         return self._trace.hits
 
     def name_of(self, number: int) -> str:
-        """The name that users know the solid `number` by."""
+        """Return the name that users see for the solid `number`."""
         return self._trace.name_of(number)
 
-    def step(self, index: int) -> int:
-        """The step of the clock at which update `index` of the track was made."""
+    def step_of(self, index: int) -> int:
+        """Return the step of the clock at which update `index` of the track was made."""
         clock = self.runner.clock
         return round((self.track.frames[index] - clock.frame_start) * clock.substeps)
 
-    def number(self, index: int) -> int:
-        """Which update that was, counted from t = 0."""
-        return self.runner.schedule.last_update(self.step(index))
+    def update_number(self, index: int) -> int:
+        """Return the number of update `index` of the track, counted from t = 0."""
+        return self.runner.schedule.last_update(self.step_of(index))
 
     def index_of(self, number: int, index: int) -> int | None:
-        """The index of update `number` in the track, if every update from there to `index` was
-        recorded: across a gap a sensor forgets what was before."""
-        back = self.number(index) - number
-        if back > index or self.number(index - back) != number:
+        """Return the index of update `number` in the track.
+
+        Return None unless the recording has every update from there to `index`, since a sensor
+        forgets its state across a gap.
+        """
+        back = self.update_number(index) - number
+        if back > index or self.update_number(index - back) != number:
             return None
         return index - back
 
-    def go(self, step: int) -> Any:
-        """Evaluates the scene at a step; returns the depsgraph."""
+    def evaluate_step(self, step: int) -> Any:
+        """Evaluate the scene at a step and return the evaluated depsgraph."""
         frame, subframe = self.runner.clock.frame_and_subframe(step)
         self._show_outputs_before(self.runner.clock.step_frame(step))
         self.scene.frame_set(frame, subframe=subframe)
         return evaluated_depsgraph()
 
-    def take(self, index: int, frame: int | None = None) -> PendingUpdates | None:
-        """Update `index` anew, not yet read; None where the sensor is off now. `frame`: as in
-        `Probes.look`. Raises AngenError."""
-        step = self.step(index)
-        depsgraph = self.go(step)
+    def take_update(self, index: int, frame: int | None = None) -> PendingUpdates | None:
+        """Prepare update `index` again, so that its model can read it.
+
+        Return None where the sensor is off now. `frame` is as in `Probes.look`. Raise `AngenError`
+        if the sensor cannot be read.
+        """
+        step = self.step_of(index)
+        depsgraph = self.evaluate_step(step)
         self.probes.look(depsgraph, frame, [] if frame is None else [self.sensor])
-        return self.runner.take(self.number(index), step, depsgraph, self.probes)
+        return self.runner.take(self.update_number(index), step, depsgraph, self.probes)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Render the light of an update that was just taken, as the run did. Raises AngenError."""
+        """Render the light of an update that was just taken, as the run did.
+
+        Raise `AngenError` if it cannot be rendered.
+        """
         assert taken.request is not None
         layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
         alone = not handlers.others_follow_frames()
         what = self.scene, layer, depsgraph, [taken.request]
         taken.give_light(finished(self.probes.measure(*what, alone)))
 
-    def take_moved(self, index: int) -> PendingUpdates | None:
-        """As `take`, of a sensor that feels the motion through the frame: that follows from the
-        frames beside it. Raises AngenError."""
+    def take_with_motion(self, index: int) -> PendingUpdates | None:
+        """Prepare update `index` of a sensor that senses the motion through the frame.
+
+        The motion follows from the frames before and after. Raise `AngenError` if the sensor cannot
+        be read.
+        """
         clock = self.runner.clock
-        whole, subframe = clock.frame_and_subframe(self.step(index))[0], self.step(index)
+        whole, subframe = clock.frame_and_subframe(self.step_of(index))[0], self.step_of(index)
         subframe %= clock.substeps
         for beside in (whole - 1, whole):
             if beside >= clock.frame_start and (beside < whole or subframe):
-                depsgraph = self.go((beside - clock.frame_start) * clock.substeps)
+                depsgraph = self.evaluate_step((beside - clock.frame_start) * clock.substeps)
                 due = [self.sensor] if beside == whole else []
                 self.probes.look(depsgraph, beside, due)
-        taken = self.take(index, None if subframe else whole)
+        taken = self.take_update(index, None if subframe else whole)
         if taken is not None:
-            after = self.go((whole + 1 - clock.frame_start) * clock.substeps)
+            after = self.evaluate_step((whole + 1 - clock.frame_start) * clock.substeps)
             self.probes.look(after, whole + 1, [])
         return taken
 
-    def watch(self, first: int, last: int) -> None:
-        """Lets the sensor look at the steps between two updates of the track, where it does so."""
+    def sense_between(self, first: int, last: int) -> None:
+        """Let a swept sensor sense the steps between two updates of the track."""
         if not self.runner.watches:
             return
-        for step in range(self.step(first) + 1, self.step(last)):
-            depsgraph = self.go(step)
+        for step in range(self.step_of(first) + 1, self.step_of(last)):
+            depsgraph = self.evaluate_step(step)
             self.probes.look(depsgraph, None)
             self.runner.watch(step, depsgraph, self.probes)
 
-    def bounds(self, index: int, own: bool = False) -> dict[str, Array]:
-        """Least and greatest corner (2, 3) in metres of what rays meet at an update, by name;
-        `own`: the sensor's own too."""
-        depsgraph = self.go(self.step(index))
+    def solid_bounds(self, index: int, own: bool = False) -> dict[str, Array]:
+        """Return the bounds (2, 3) in m of the solids that rays can hit at an update, by name.
+
+        The sensor's own solids are included with `own`.
+        """
+        depsgraph = self.evaluate_step(self.step_of(index))
         self.probes.look(depsgraph, None)
         solids = self.probes.caster.solids
         found: dict[str, Array] = {}
@@ -171,22 +191,22 @@ class Replay:
         doubt: str = "",
         cause: Any = None,
     ) -> Explanation:
-        """The explanation of update `index`."""
+        """Return the explanation of update `index`, with its frame and time."""
         frame, time = self.track.frames[index], self.track.times[index]
         name = self.sensor.name
         return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
 
-    def off(self, index: int) -> Explanation:
-        """The explanation of an update at which the sensor, as it is now, senses nothing."""
+    def explain_off(self, index: int) -> Explanation:
+        """Return the explanation of an update at which the sensor is now switched off."""
         return self.explanation(index, "It is switched off at this frame", ())
 
     def _show_outputs_before(self, frame: float) -> None:
-        """Drivers saw what the sensors had published before this frame."""
+        """Set the outputs that drivers saw before this frame."""
         for sensor in self._driven:
             track = self._recording.track_of(sensor.uid)
             if track is None:
                 continue
-            # What needs the motion is known a frame later.
+            # Forces need the motion through a frame, so they are known a frame later.
             until = frame - 1.0 if sensor.kind.requires_forces else frame
             last = bisect_left(track.frames, until) - 1
             if last < 0:
@@ -196,41 +216,46 @@ class Replay:
 
 
 class Recalled(Replay):
-    """One sensor at the last updates of a run that is still going on, as the run itself met them:
-    the scene stays where it is. What the run did not ask raises NotNoted."""
+    """A sensor at the last updates of a run that is still on, read from the trace of the run.
+
+    The scene stays at its frame. A query that the run did not make raises `NotNoted`.
+    """
 
     def __init__(self, scene: Any, recording: Recording, trace: Trace) -> None:
-        self._begin(scene, trace.sensor, recording, trace)
+        self._set_up(scene, trace.sensor, recording, trace)
 
     @property
     def probes(self) -> Probes:
         raise NotNoted
 
-    def go(self, step: int) -> Any:
+    def evaluate_step(self, step: int) -> Any:
         raise NotNoted
 
-    def take(self, index: int, frame: int | None = None) -> PendingUpdates | None:
-        step = self.step(index)
+    def take_update(self, index: int, frame: int | None = None) -> PendingUpdates | None:
+        step = self.step_of(index)
         parameters, updates = self._trace.recall(step)
         return PendingUpdates(self.runner, [step], parameters, updates)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Its light is in the trace."""
+        """Do nothing, since the trace has the light."""
 
-    def take_moved(self, index: int) -> PendingUpdates | None:
-        return self.take(index)
+    def take_with_motion(self, index: int) -> PendingUpdates | None:
+        return self.take_update(index)
 
-    def watch(self, first: int, last: int) -> None:
+    def sense_between(self, first: int, last: int) -> None:
         if self.runner.watches:
-            for step in range(self.step(first) + 1, self.step(last)):
+            for step in range(self.step_of(first) + 1, self.step_of(last)):
                 parameters, updates = self._trace.recall(step)
                 self.runner.model.sense(parameters, updates)
 
 
 @contextmanager
 def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Replay]:
-    """A replay of a sensor with a track in the recording. The frame and the outputs are put back,
-    also after an error. Not in a frame handler, nor while a run is on."""
+    """Return a replay of a sensor, within whose `with` block the frame may change.
+
+    The frame and the outputs are restored, also after an error. Do not use it in a frame handler,
+    nor while a run is on.
+    """
     frame, subframe = scene.frame_current, scene.frame_subframe
     view_layer = bpy.context.view_layer
     before = [(s, s.settings.active, s.settings.value) for s in all_sensors(view_layer)]
@@ -248,20 +273,21 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
                 for other, active, value in before:
                     state.show(other, active, value)
                 scene.frame_set(frame, subframe=subframe)
-                # What is put back must not be taken for an edit.
+                # Evaluate now, so that what was restored is not taken for an edit.
                 view_layer.update()
         finally:
             state.CACHE.running = False
 
 
-# The explanation of a kind that tells no more of itself.
-
-
 def explain_plainly(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a sensor of a kind that tells no more of itself. Raises AngenError."""
-    pending, kind = replay.take(index), replay.sensor.kind
+    """Explain update `index` of a kind without an explanation of its own.
+
+    The facts are its fields, its nearest hit and its parameters. Raise `AngenError` if the sensor
+    cannot be read.
+    """
+    pending, kind = replay.take_update(index), replay.sensor.kind
     if pending is None:
-        return replay.off(index)
+        return replay.explain_off(index)
     track, lengths = replay.track, replay.lengths
     facts: Facts = []
     for field in kind.samples:
@@ -282,7 +308,7 @@ def explain_plainly(replay: Replay, index: int) -> Explanation:
 
 
 def _nearest(replay: Replay) -> str:
-    """The object that the sensor's rays met first."""
+    """Return the nearest hit of the sensor's rays, as a text."""
     ranges, names = replay.seen
     met = [(length, name) for length, name in zip(ranges.tolist(), names, strict=True) if name]
     if not met:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of door contacts: a flat body, with rings where its magnet closes and opens it; their
-panel rows and explanations."""
+"""The appearance of door contacts: housing, rings, panel rows and explanations.
+
+The rings show the distances at which the magnet closes and opens the contact.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +23,12 @@ from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
 from ..view.overlay.figures import Figure, circle, pairs
 
-# Draws the distances of a door contact's magnet, as rings about it in two planes.
-
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Whole rings where the magnet closes the contact, dashed ones where it opens it."""
+    """Draw a whole ring where the magnet closes the contact, and a dashed one where it opens it.
+
+    Each ring is drawn in two planes.
+    """
     drawn = Figure()
     x, y, z = seen.pose.axes.T
     for radius, meaning in (
@@ -39,34 +42,33 @@ def figure(seen: Any, metres: float) -> Figure:
     return drawn
 
 
-# The housing of a door contact; its magnet is another object.
-
-
 def _contact() -> Housing:
-    """27.5 × 13.6 × 9 mm, as sold with adhesive backs (midlandelectronics.com)."""
+    """Return a housing of 27.5 × 13.6 × 9 mm, as sold with adhesive backs.
+
+    The size is from midlandelectronics.com. The magnet is another object.
+    """
     return Housing().box((-0.01375, -0.0068, 0.0), (0.01375, 0.0068, 0.009))
 
 
 HOUSINGS = {"": _contact}
 
 
-# Rows in the panel of a door contact below its parameters.
-
 NO_MAGNET = "It has no magnet, so it is always open. Choose the object that is its magnet"
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Warns of a missing magnet."""
+    """Warn of a missing magnet, below the parameters in the panel."""
     if sensor.parameters.magnet is None:
         draw_lines(layout, NO_MAGNET, "ERROR")
 
 
-# Explains why a door contact is open or closed: how far away its magnet is.
-
-
 @dataclass(frozen=True)
 class ContactCause:
-    """The magnet's name, and in m its distance and those at which the contact closes and opens."""
+    """Why a door contact is open or closed.
+
+    `magnet` is the name of the magnet and `distance` its distance. The contact closes nearer than
+    `closes` and opens farther than `opens`. Lengths are in m.
+    """
 
     magnet: str
     distance: float
@@ -75,14 +77,18 @@ class ContactCause:
 
     @property
     def because(self) -> str:
+        """The name of the magnet."""
         return self.magnet
 
 
 def explain_contact(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a door contact. Raises AngenError."""
-    pending = replay.take(index)
+    """Explain update `index` of a door contact by the distance of its magnet.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
+    pending = replay.take_update(index)
     if pending is None:
-        return replay.off(index)
+        return replay.explain_off(index)
     parameters, track, lengths = pending.parameters, replay.track, replay.lengths
     distances = track.columns["distance_m"]
     if parameters.magnet is None or not math.isfinite(distances[index]):
@@ -100,7 +106,8 @@ def explain_contact(replay: Replay, index: int) -> Explanation:
     is_open = bool(track.active[index])
     if is_open:
         short = cause.distance - closes
-        facts.insert(0, ("To close", f"it must come {_fine(short, lengths)} nearer"))
+        text = f"the magnet must come {_fine(short, lengths)} nearer"
+        facts.insert(0, ("To close", text))
     return replay.explanation(index, _headline(cause, is_open, lengths), facts, "", cause)
 
 
@@ -112,7 +119,7 @@ def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:
 
 
 def _fine(length: float, lengths: Lengths) -> str:
-    """A length to a tenth of a millimetre, since contacts switch within millimetres."""
+    """Return a length to a tenth of a millimetre, since contacts switch within millimetres."""
     return measured(length, "m", 4, lengths)
 
 

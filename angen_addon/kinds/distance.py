@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of distance sensors: a module that looks level from a wall, and its zones; their
-explanations."""
+"""The appearance of distance sensors: housings, zones in the viewport, and explanations.
+
+On a wall a distance sensor looks level.
+"""
 
 from __future__ import annotations
 
@@ -21,18 +23,19 @@ from ..view.appearance import Appearance
 from ..view.handles import ahead, edge
 from ..view.overlay.figures import Figure, corners_of, pairs
 
-# Explains the reading of a distance sensor: its nearest zone, and what the rays there hit.
-
-# m: if the recorded distance differs by more, the scene has changed.
+# m. The scene has changed if the recorded distance differs by more than this.
 TOLERANCE = 1e-6
 NAMES_SHOWN = 3
 
 
 @dataclass(frozen=True)
 class DistanceCause:
-    """`zone`: the nearest one, counted row by row from the upper left, or None; `met`: the objects
-    that its rays hit with the number of rays, the most first; `distance` in m; `targets`: the
-    number of zones that see something."""
+    """Why a distance sensor reads what it reads.
+
+    `zone` is the number of the nearest zone, counted row by row from the upper left, or None. `met`
+    holds the objects that the rays of this zone hit with the number of rays, the most first.
+    `distance` is in m. `targets` is the number of zones with a hit.
+    """
 
     zone: int | None
     met: tuple[tuple[str, int], ...]
@@ -41,14 +44,18 @@ class DistanceCause:
 
     @property
     def because(self) -> str:
+        """The name of the object that most rays of the nearest zone hit, or empty."""
         return self.met[0][0] if self.met else ""
 
 
 def explain_distance(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a distance sensor. Raises AngenError."""
-    pending = replay.take(index)
+    """Explain update `index` of a distance sensor by its nearest zone.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
+    pending = replay.take_update(index)
     if pending is None:
-        return replay.off(index)
+        return replay.explain_off(index)
     parameters: DistanceParameters = pending.parameters
     reading = replay.runner.model.update(parameters, pending.update)
     cause = _cause(replay, parameters, reading.fields["zones_m"], reading.value)
@@ -57,8 +64,8 @@ def explain_distance(replay: Replay, index: int) -> Explanation:
     doubt = ""
     if abs(recorded - cause.distance) > TOLERANCE:
         doubt = (
-            f"{text(recorded)} was recorded, {text(cause.distance)} is found now: something has "
-            "changed since. Simulate again"
+            f"the recording has {text(recorded)}, but the scene now gives {text(cause.distance)}: "
+            "something has changed since the run. Simulate again"
         )
     facts = _facts(replay, parameters, cause)
     if index > 0:
@@ -93,10 +100,10 @@ def _facts(replay: Replay, parameters: DistanceParameters, cause: DistanceCause)
     if zones > 1:
         row, column = divmod(cause.zone, parameters.zones_across)
         where = f"row {row + 1} from above, column {column + 1} from the left"
-        facts += [("Nearest zone", where), ("Zones that see", f"{cause.targets} of {zones}")]
+        facts += [("Nearest zone", where), ("Zones with a hit", f"{cause.targets} of {zones}")]
     rays = parameters.rays**2
     met = [f"{quoted(name)} by {count} of {rays} rays" for name, count in cause.met[:NAMES_SHOWN]]
-    facts.append(("It meets", ", ".join(met)))
+    facts.append(("Hits", ", ".join(met)))
     spread = float(sigma(parameters, cause.distance))
     if spread > 0.0:
         facts.append(("Noise", f"{lengths.text(spread)} (standard deviation) at this distance"))
@@ -106,19 +113,17 @@ def _facts(replay: Replay, parameters: DistanceParameters, cause: DistanceCause)
 def _headline(replay: Replay, parameters: DistanceParameters, cause: DistanceCause) -> str:
     lengths = replay.lengths
     if cause.zone is None:
-        return f"it sees nothing within {lengths.typed(parameters.range_max)}"
+        return f"nothing within {lengths.typed(parameters.range_max)}"
     what = named(name for name, _ in cause.met[:NAMES_SHOWN])
     return f"{what}, {lengths.text(cause.distance)} away"
 
 
-# Draws where each zone of a distance sensor ends.
-
-# Number of rays from side to side in the plan.
+# Number of rays from side to side in the floor plan.
 ACROSS = 25
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """A level fan as wide as all zones together."""
+    """Return a level fan of rays for the floor plan, as wide as all zones together."""
     wide = replace(sight.parameters, zones_across=1, zones_up=1, rays=ACROSS)
     origins, directions, reach = zone_rays(wide, sight.pose)
     level = slice(ACROSS * (ACROSS // 2), ACROSS * (ACROSS // 2 + 1))
@@ -126,8 +131,10 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """A frame where each zone ends, filled where all its rays meet something; and the edges of all
-    zones together."""
+    """Draw a frame where each zone ends, and the outer edges of all zones together.
+
+    A frame is filled if all rays of its zone hit something.
+    """
     drawn = Figure()
     across, up = seen.parameters.zones_across, seen.parameters.zones_up
     corners = zone_corners(seen.parameters, seen.pose)
@@ -145,7 +152,10 @@ def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def zone_corners(parameters: Any, pose: Pose) -> Array:
-    """(zones, 4, 3): unit vectors along the edges of each zone, from the upper left one round."""
+    """Return unit vectors along the edges of each zone, shape (zones, 4, 3).
+
+    The edges of a zone go round from its upper left one.
+    """
     across, up = parameters.zones_across, parameters.zones_up
     x = np.tan(parameters.horizontal_fov / 2) * np.linspace(-1.0, 1.0, across + 1)
     y = -np.tan(parameters.vertical_fov / 2) * np.linspace(-1.0, 1.0, up + 1)
@@ -157,18 +167,21 @@ def zone_corners(parameters: Any, pose: Pose) -> Array:
     return found
 
 
-# Housings of distance sensors; chips have the sizes of ST's data sheets, boards usual ones.
+# Housings. Chips have the sizes of ST's data sheets, boards have usual sizes.
 
 
 def _chip(across: float, up: float, deep: float) -> Housing:
-    """A chip of this size (m) on a board of 25 × 18 mm, as sold as modules."""
+    """Return a chip of this size (m) on a board of 25 × 18 mm, as sold as a module."""
     x, y = across / 2, up / 2
     housing = Housing().box((-x, -y, 0.0), (x, y, deep))
     return looking(housing.box((-0.0125, -0.009, deep), (0.0125, 0.009, deep + 0.0016)))
 
 
 def _hc_sr04() -> Housing:
-    """45 × 20 × 15 mm with two transducers of 16 mm, 26 mm apart, as sold (hackster.io)."""
+    """Return a board of 45 × 20 × 15 mm with two transducers of 16 mm, 26 mm apart.
+
+    The sizes are those of the modules that are sold (hackster.io).
+    """
     housing = Housing()
     for x in (-0.013, 0.013):
         barrel = Housing().lathe([(0.008, 0.0), (0.008, 0.012)])

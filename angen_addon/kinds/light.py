@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of light sensors: a photoresistor, with its four views or the lobe of its face; their
-panel rows and explanations."""
+"""The appearance of light sensors: housing, views or lobe, panel rows and explanations.
+
+An explanation gives the share of each lamp, and names the lamp that changed.
+"""
 
 from __future__ import annotations
 
@@ -27,19 +29,21 @@ from ..view.appearance import Appearance
 from ..view.handles import ahead, edge
 from ..view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 
-# Explains the reading of a light sensor: the share of each lamp, and the lamp that changed.
-
+# An explanation lists at most this many lamps by name.
 SHOWN = 6
 # Shares of the whole light below this get no line.
 LITTLE = 1e-3
-# A share must change by this part of the whole light to be named.
+# A lamp is named as the changed one if its light changed by this share of the whole light.
 NOTABLE = 0.01
 
 
 @dataclass(frozen=True)
 class LightCause:
-    """The shares of the light at the update and at the one before, in the unit of `field`; empty
-    where the engine does not tell lamps apart, or there was no update before."""
+    """The shares of the light at an update and at the update before, in the unit of `field`.
+
+    They are empty where the engine does not tell lamps apart; `before` is also empty at the first
+    update.
+    """
 
     now: tuple[LightShare, ...]
     before: tuple[LightShare, ...]
@@ -47,18 +51,18 @@ class LightCause:
 
     @property
     def because(self) -> str:
-        """The lamp that changed most."""
+        """The name of the lamp whose light changed most, or empty."""
         changed = _most_changed(self)
         return changed[1].names[0] if changed is not None and changed[1].names else ""
 
     @property
     def given(self) -> float:
-        """The light that comes, without what lamps of negative power take away again."""
+        """The sum of the light that sources add, without what negative lamps take away."""
         return max(sum(max(share.light, 0.0) for share in self.now), 1e-9)
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Adds why the sensor is not lit, before the other facts."""
+    """Add how much light is needed for the sensor to be lit, before the other facts."""
     if found.cause is None:
         return found
     light = replay.sensor.parameters
@@ -68,13 +72,15 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def explain_light(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a light sensor by the light groups of its picture. Raises
-    AngenError."""
+    """Explain update `index` of a light sensor by the shares of the lamps.
+
+    Raise `AngenError` if the light cannot be measured.
+    """
     track, sensor, text = replay.track, replay.sensor, replay.sensor.reading.text
     before = _light(replay, index - 1) if index > 0 else None
     now = _light(replay, index)
     if now is None:
-        return replay.off(index)
+        return replay.explain_off(index)
     cause = LightCause(now.shares or (), (before and before.shares) or (), sensor.reading)
     engines = sensor.parameters.bl_rna.properties["engine"].enum_items
     facts = [("Reading", f"{text(track.value[index])} ({engines[sensor.parameters.engine].name})")]
@@ -89,9 +95,11 @@ def explain_light(replay: Replay, index: int) -> Explanation:
 
 
 def _light(replay: Replay, index: int) -> LightSample | None:
-    """Return the light of an update, without its shares where it is EEVEE's; None where the sensor
-    is off."""
-    taken = replay.take(index)
+    """Return the light of an update; None where the sensor is off.
+
+    With EEVEE the light has no shares.
+    """
+    taken = replay.take_update(index)
     if taken is None or taken.parameters.engine == "EEVEE":
         return None if taken is None else LightSample()
     replay.measure_light(taken)
@@ -100,7 +108,7 @@ def _light(replay: Replay, index: int) -> LightSample | None:
 
 
 def _share_facts(cause: LightCause) -> Facts:
-    """Return a line for each source that gives or takes light, and one for their sum."""
+    """Return a line for each source that adds or takes light, and one for their sum."""
     if not cause.now:
         return []
     text, whole = cause.field.text, cause.given
@@ -122,7 +130,7 @@ def _part(text: str, share: float) -> str:
 
 def _headline(cause: LightCause) -> str:
     if not cause.now:
-        return "EEVEE cannot tell lamps apart, Cycles can"
+        return "EEVEE cannot tell lamps apart: set Engine to Cycles"
     changed, text = _most_changed(cause), cause.field.text
     if changed is not None:
         then, now = changed
@@ -137,8 +145,10 @@ def _headline(cause: LightCause) -> str:
 
 
 def _most_changed(cause: LightCause) -> tuple[LightShare, LightShare] | None:
-    """Return the share that changed most since the update before, then and now; None where none
-    changed notably."""
+    """Return the share that changed most, at the update before and at this one.
+
+    Return None if no share changed notably.
+    """
     if not cause.before or not cause.now:
         return None
     then, now = ({(s.names, s.source): s for s in found} for found in (cause.before, cause.now))
@@ -159,14 +169,12 @@ def _quoted(share: LightShare) -> str:
     return named(share.names, 2) if share.names else quoted(share.source)
 
 
-# Draws what a light sensor looks at: four views, or the lobe before its face.
-
-# m: how far the lobe of an illuminance sensor is drawn.
+# m. Length of the lobe that is drawn before an illuminance sensor.
 LOBE = 0.25
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """Each view as its axis: the views are narrow."""
+    """Return the rays for the floor plan: of four views the axes, since the views are narrow."""
     if sight.parameters.method != "FOUR_WALL":
         return sight.rays(metres)
     request = light_request(sight.sensor, sight.parameters, sight.pose, metres, False)
@@ -175,15 +183,17 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Draws for a face how much light counts from each direction, its cosine; for views see
-    `view_figure`."""
+    """Draw the lobe of a sensor's face: by the cosine, how much light counts from each direction.
+
+    The four views are drawn by `view_figure`.
+    """
     if seen.parameters.method == "FOUR_WALL":
         return Figure()
     return _lobe(seen.pose, metres)
 
 
 def view_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """The axis of a view and its picture where it ends."""
+    """Draw the axis of a view, and its picture where the view ends."""
     drawn = Figure()
     (start,), (end,), _ = ends_of(met, metres)
     drawn.add("dark", dashes(seen.pose.origin / metres, start[0]))
@@ -209,22 +219,19 @@ def _lobe(pose: Pose, metres: float) -> Figure:
     return drawn
 
 
-# A photoresistor.
-
-
 def _photoresistor() -> Housing:
-    """GL55: a disk of 5 mm (ednieuw.home.xs4all.nl, GL55xx LDRs); its 2 mm are chosen."""
+    """Return a photoresistor GL55: a disk of 5 mm.
+
+    The diameter is from ednieuw.home.xs4all.nl, "GL55xx LDRs"; the thickness of 2 mm is chosen.
+    """
     return looking(Housing().lathe([(0.0025, 0.0), (0.0025, 0.002)]))
 
 
 HOUSINGS = {"": _photoresistor}
 
 
-# Rows in the panel of a light sensor below its parameters.
-
-
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Shows the note of the last live reading, such as on a view that is narrower than asked."""
+    """Show the note of the last live reading, such as on a view that is narrower than set."""
     note = seen.fields.get("note", "") if seen.fields is not None else ""
     if note:
         draw_lines(layout, capital(note), "INFO")

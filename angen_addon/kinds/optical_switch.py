@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of optical switches: a fork that stands on a surface, its beam along it; their
-explanations."""
+"""The appearance of optical switches: forks, the beam in the viewport, and explanations.
+
+A fork stands on a surface, and its beam goes along the surface.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +21,18 @@ from ..view.appearance import Appearance
 from ..view.handles import ahead
 from ..view.overlay.figures import Figure, beams, dashes, ends_of
 
-# Explains why an optical switch is open or closed: what breaks its beam, or no longer does.
-
+# m. The scene has changed if the recorded range differs by more than this.
 RANGE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
 class Beam:
-    """One update: the nearest `range` (m), the `name` of what is there (empty: nothing), the share
-    of `light` that passes, and the number of `rays`. `ago`: how many seconds before the update
-    something went through the beam, if that alone broke it."""
+    """The beam at one update.
+
+    `range` is the nearest range (m) of its rays, and `name` the object that this ray hits, empty
+    for nothing. `light` is the share of the light that passes, and `rays` the number of rays. If an
+    object broke the beam only between two updates, it did so `ago` seconds before this one.
+    """
 
     range: float
     name: str
@@ -39,7 +43,11 @@ class Beam:
 
 @dataclass(frozen=True)
 class BeamCause:
-    """The beam at the update before, if known, and at the update."""
+    """Why an optical switch is open or closed.
+
+    `before` is the beam at the update before, if known, and `now` the beam at this update.
+    `threshold` is in m.
+    """
 
     before: Beam | None
     now: Beam
@@ -48,14 +56,14 @@ class BeamCause:
 
     @property
     def because(self) -> str:
-        """The object that breaks the beam, or did until now."""
+        """The name of the object that breaks the beam, or did at the update before."""
         if not self.open:
             return self.now.name
         return self.before.name if self.before and self.before.range < self.threshold else ""
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Adds why the switch is not open, before the other facts."""
+    """Add what would open the switch, before the other facts."""
     return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
 
 
@@ -70,22 +78,25 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
     return [
         (
             "To open",
-            f"the beam must be clear to {lengths.typed(cause.threshold)}: {what} ends it "
+            f"the beam must be free up to {lengths.typed(cause.threshold)}: {what} ends it "
             f"{lengths.text(short)} before that",
         )
     ]
 
 
 def explain_switch(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a switch. Raises AngenError."""
+    """Explain update `index` of an optical switch by what is in its beam.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
     track = replay.track
-    earlier = replay.index_of(replay.number(index) - 1, index)
+    earlier = replay.index_of(replay.update_number(index) - 1, index)
     before = None if earlier is None else _replay_swept(replay, earlier)
     if earlier is not None:
-        replay.watch(earlier, index)
+        replay.sense_between(earlier, index)
     found = _replay_update(replay, index)
     if found is None:
-        return replay.off(index)
+        return replay.explain_off(index)
     parameters, now = found
     is_open = bool(track.active[index])
     cause = BeamCause(before[1] if before else None, now, is_open, parameters.threshold)
@@ -107,8 +118,8 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
     doubt = ""
     if abs(recorded - now.range) > RANGE_TOLERANCE:
         doubt = (
-            f"{lengths.text(recorded)} was recorded, the beam reads {lengths.text(now.range)} now: "
-            "something has changed since. Simulate again"
+            f"the recording has {lengths.text(recorded)}, but the beam now reads "
+            f"{lengths.text(now.range)}: something has changed since the run. Simulate again"
         )
     return replay.explanation(
         index,
@@ -120,16 +131,20 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
 
 
 def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Update `index`; a swept switch also watches the steps since the update before."""
-    earlier = replay.index_of(replay.number(index) - 1, index)
+    """Replay update `index`, with all steps since the update before if the switch is swept.
+
+    Return the parameters X
+    """
+    earlier = replay.index_of(replay.update_number(index) - 1, index)
     if replay.runner.watches and earlier is not None:
         _replay_update(replay, earlier)
-        replay.watch(earlier, index)
+        replay.sense_between(earlier, index)
     return _replay_update(replay, index)
 
 
 def _replay_update(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    pending = replay.take(index)
+    """Replay update `index` and return its parameters and beam; None where the sensor is off."""
+    pending = replay.take_update(index)
     if pending is None:
         return None
     parameters: OpticalSwitchParameters = pending.parameters
@@ -158,14 +173,14 @@ def _replay_update(replay: Replay, index: int) -> tuple[OpticalSwitchParameters,
 
 def _beam_text(beam: Beam, parameters: OpticalSwitchParameters, lengths: Lengths) -> str:
     if beam.ago is not None:
-        return f"{_crosser(beam)} at {lengths.text(beam.range)}, {beam.ago:.3f} s before"
+        return f"{_crossing_object(beam)} at {lengths.text(beam.range)}, {beam.ago:.3f} s before"
     if not beam.name:
         return f"nothing within {lengths.typed(parameters.range_max)}"
     return f"{quoted(beam.name)} at {lengths.text(beam.range)}"
 
 
-def _crosser(beam: Beam) -> str:
-    """The object that went through the beam, as a text."""
+def _crossing_object(beam: Beam) -> str:
+    """Return the quoted name of the object that crossed the beam, or "something"."""
     return quoted(beam.name) if beam.name else "something"
 
 
@@ -173,35 +188,35 @@ def _headline(cause: BeamCause, parameters: OpticalSwitchParameters, lengths: Le
     now, before = cause.now, cause.before
     if now.ago is not None:
         return (
-            f"Closed: {_crosser(now)} went through the beam {lengths.text(now.range)} from the "
-            f"sensor, {now.ago:.3f} s before this update"
+            f"Closed: {_crossing_object(now)} went through the beam {lengths.text(now.range)} "
+            f"from the sensor, {now.ago:.3f} s before this update"
         )
     broken = now.range < parameters.threshold
     if not cause.open:
         if not broken:
-            return f"Closed still: not enough of the light passes yet ({now.light:.3g})"
+            return f"Closed still: only {percent(now.light)} of the light passes"
         return (
             f"Closed: {quoted(now.name) if now.name else 'noise'} breaks the beam "
             f"{lengths.text(now.range)} from the sensor"
         )
     if broken:
         covers = quoted(now.name) if now.name else "noise"
-        return f"Open still: {covers} covers only part of the beam, {now.light:.3g} of it passes"
-    behind = f"it reaches {quoted(now.name)}" if now.name else "it meets nothing"
+        return f"Open still: {covers} covers a part of the beam, {percent(now.light)} of it passes"
+    behind = f", which reaches {quoted(now.name)}" if now.name else ""
     if before is not None and before.range < parameters.threshold and before.name:
-        return f"Open: {quoted(before.name)} no longer breaks the beam; {behind}"
-    return f"Open: nothing breaks the beam; {behind}"
+        return f"Open: {quoted(before.name)} no longer breaks the beam{behind}"
+    return f"Open: nothing breaks the beam{behind}"
 
 
-# Draws the beam of a switch, and where it is broken.
-
-# m: sizes of the marks on a beam.
+# m. Sizes of the marks on a beam.
 LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 
 
 def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """The beam up to where it is broken, a cross there and a dashed line behind; a bar at the range
-    that it must reach for the switch to be open."""
+    """Draw the beam up to its hit, with a cross there and a dashed line behind.
+
+    A bar marks the range from which the switch is open.
+    """
     drawn = beams(seen, number, met, metres)
     _, (ends,), (hit,) = ends_of(met, metres)
     parameters, pose = seen.parameters, seen.pose
@@ -218,13 +233,22 @@ def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     return drawn
 
 
-# Forks of slotted switches. The default one fits around a flag on a door. Parts whose outer sizes
-# are unknown have their own gap, and otherwise the sizes of Vishay's (data sheet 83764).
+# Forks of slotted switches. The default fork fits around a flag on a door. Parts whose outer sizes
+# are unknown have the sizes of Vishay's part (data sheet 83764), with the gap of the part.
 
 
 def fork(gap: float, across: float, along: float, height: float) -> Housing:
-    """Two arms with a gap between them, on a base: outer sizes across the arms, along them, and
-    above the surface (m). The beam is a quarter of the height below the open end."""
+    """Return a fork: two arms with a gap between them, on a base.
+
+    Parameters
+    ----------
+    gap
+        Distance between the arms, in m.
+    across, along
+        Outer sizes across the arms and along them, in m.
+    height
+        Height above the surface, in m. The beam is a quarter of it below the open end.
+    """
     arm, x = (across - gap) / 2, along / 2
     tip, base = -height / 4, height * 3 / 4
     inner = base - height / 4

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of pressure sensors: a pad that lies on a surface, and the force on it; their panel
-rows and explanations."""
+"""The appearance of pressure sensors: pads, the arrow of the force, panel rows, explanations."""
 
 from __future__ import annotations
 
@@ -28,16 +27,14 @@ from ..view.appearance import Appearance
 from ..view.handles import SizeHandle
 from ..view.overlay.figures import OFF_SURFACE, Figure, circle, pairs, triangles
 
-# Draws the outline of a pad, and the force on it.
-
-# Of the reading, what the arrow is drawn from.
+# The fields of a reading that its arrow is drawn from.
 FIELDS = ("force_n", "cop_x_m", "cop_y_m")
-# m a newton, and the least and the longest arrow.
+# Length of the arrow in m per newton, and its least and greatest length in m.
 ARROW_PER_N, LEAST_ARROW, LONGEST_ARROW = 0.001, 0.06, 1.2
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """The outline of the pad; the force is the reading's: see `force_figure`."""
+    """Draw the outline of the pad. The force is drawn by `force_of_reading`."""
     drawn = Figure()
     if seen.outline is not None:
         corners = seen.outline
@@ -47,8 +44,19 @@ def figure(seen: Any, metres: float) -> Figure:
 
 
 def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, float]) -> Figure:
-    """An arrow that presses on a pad at its centre of pressure (m, along the pad's axes), as long
-    as the force (N); and a dot there."""
+    """Draw an arrow that presses on a pad, and a dot at its foot.
+
+    Parameters
+    ----------
+    pose
+        Pose of the pad, in m.
+    metres
+        Metres in a Blender unit.
+    force
+        Force in N, which sets the length of the arrow.
+    centre
+        Centre of pressure (2,) along the pad's axes, in m.
+    """
     drawn = Figure()
     x, y, z = pose.axes.T
     place = (pose.origin + x * centre[0] + y * centre[1] + z * OFF_SURFACE) / metres
@@ -66,20 +74,22 @@ def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, f
 
 
 def force_of_reading(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figure | None:
-    """The arrow of a reading, where its centre is known."""
+    """Draw the arrow of a reading; return None if its centre of pressure is unknown."""
     centre = fields["cop_x_m"], fields["cop_y_m"]
     if not all(math.isfinite(c) for c in centre):
         return None
     return force_figure(pose, metres, fields["force_n"], centre)
 
 
-# Housings of pads: the default is one for under furniture and on seats, the others have the sizes
-# of the data sheets FSR 400 series, FSR 402 and 406.
+# Housings. The default is a pad for seats and below furniture. The others have the sizes of their
+# data sheets (FSR 400 series, FSR 402, FSR 406).
 
 
 def _force_resistor(diameter: float, length: float, side: float = 0.0) -> Housing:
-    """A disk (or square) with its tail along −Y, 0.45 mm thin. The tail senses nothing, so it
-    is lines without a surface; its width is chosen."""
+    """Return a force-sensing resistor: a disk or a square, 0.45 mm thin, with a tail along −Y.
+
+    The tail senses nothing, so it has lines and no surface. Its width is chosen.
+    """
     thin, half = 0.00045, (diameter or side) / 2
     housing = pad(side, thin) if side else Housing().lathe([(half, 0.0), (half, thin)])
     end, w = half - length, min(half, 0.0032)
@@ -93,7 +103,7 @@ def _fsr_402() -> Housing:
 
 HOUSINGS = {
     "": lambda: pad(0.3, 0.01),
-    # Their thickness is chosen.
+    # The thickness of these pads is chosen.
     "SMART_CAREGIVER_CHAIR": lambda: pad(0.254, 0.01, 0.381),
     "SMART_CAREGIVER_MAT": lambda: pad(0.6096, 0.01, 1.2192),
     **dict.fromkeys(("FSR_402_IDEAL", "FSR_402", "FSR_402_3K3"), _fsr_402),
@@ -103,12 +113,11 @@ HOUSINGS = {
 }
 
 
-# Writes a centre of pressure as text.
-
-
 def centre_text(x: float, y: float, lengths: Lengths) -> str:
-    """The text for a centre of pressure (m, from the pad's origin along its axes); in centimetres
-    where the scene's unit is metres, since pads are small."""
+    """Return the text for a centre of pressure (m, from the pad's origin along its axes).
+
+    It is in centimetres where the scene's unit is metres, since pads are small.
+    """
     if math.isnan(x) or math.isnan(y):
         return NOTHING
     fine = UNITS["CENTIMETERS"] if lengths == METRES else lengths
@@ -116,20 +125,22 @@ def centre_text(x: float, y: float, lengths: Lengths) -> str:
     return f"X {along.text(x, fine)}, Y {along.text(y, fine)}"
 
 
-# Explains the reading of a pad: which objects press on it, and with how much force.
-
-# Tolerance relative to the recorded force, or to 1 N where that is more.
+# Tolerance relative to the recorded force, or to 1 N if that is more.
 FORCE_TOLERANCE = 5e-3
-# N: objects that press with less are left out.
+# N. Objects that press with less are left out.
 LEAST_FORCE = 5e-3
 newtons = FORCE.text
 
 
 @dataclass(frozen=True)
 class PadCause:
-    """`partners`: the objects that press and their forces in N, the greatest first; `force`,
-    `own_weight` along the pad's −Z and `threshold` in N; `centre` of pressure in m along the pad's
-    axes; `problem`: why the forces are uncertain; `before`: the partners at the update before."""
+    """Why a pad reads what it reads.
+
+    `partners` holds the objects that press and their forces in N, the greatest first, and `before`
+    the names of the partners at the update before. `force`, `threshold` and `own_weight` along the
+    pad's −Z are in N. `centre` is the centre of pressure in m along the pad's axes. `problem` says
+    why the forces are uncertain.
+    """
 
     partners: tuple[tuple[str, float], ...]
     force: float
@@ -141,24 +152,24 @@ class PadCause:
 
     @property
     def because(self) -> str:
-        """The object that presses most, or did at the update before."""
+        """The name of the object that presses most, or did at the update before."""
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Adds why the pad is not pressed, before the other facts."""
+    """Add which force is needed and the nearest object above, before the other facts."""
     cause = found.cause
     if cause is None:
         return found
     facts = [("To be pressed", more_needed(cause.threshold, cause.force, "N"))]
     if not cause.partners:
-        facts.append(("Nearest above", _nearest_above(replay, index) or "nothing stands above it"))
+        facts.append(("Nearest above", _nearest_above(replay, index) or "nothing is above the pad"))
     return found.after(facts)
 
 
 def _nearest_above(replay: Replay, index: int) -> str:
-    """The nearest object above a pad, and its distance; empty without any."""
-    found = replay.bounds(index, own=True)
+    """Return the nearest object above a pad and its distance; empty without one."""
+    found = replay.solid_bounds(index, own=True)
     name = replay.sensor.object.name
     if name not in found:
         return ""
@@ -175,11 +186,14 @@ def _nearest_above(replay: Replay, index: int) -> str:
 
 
 def explain_pad(replay: Replay, index: int) -> Explanation:
-    """Update `index` of a pad. Raises AngenError."""
+    """Explain update `index` of a pad by the objects that press on it.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
     track, sensor = replay.track, replay.sensor
-    pending = replay.take_moved(index)
+    pending = replay.take_with_motion(index)
     if pending is None:
-        return replay.off(index)
+        return replay.explain_off(index)
     contact = pending.update.ask(FORCES)
     reading = replay.runner.model.update(
         pending.parameters, replace(pending.update, scene={FORCES: lambda: contact})
@@ -209,8 +223,9 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
     doubt = ""
     if abs(recorded - cause.force) > FORCE_TOLERANCE * max(1.0, abs(recorded)):
         doubt = (
-            f"{newtons(recorded)} was recorded, {newtons(cause.force)} is found now: something has "
-            "changed since, or the reading depends on frames long before. Simulate again"
+            f"the recording has {newtons(recorded)}, but the scene now gives "
+            f"{newtons(cause.force)}: something has changed since the run, or the reading depends "
+            "on much earlier frames. Simulate again"
         )
     elif cause.problem:
         doubt = cause.problem
@@ -245,8 +260,7 @@ def _headline(cause: PadCause, pressed: str, free: str) -> str:
     return capital(f"{free}: nothing presses on it")
 
 
-# Rows in the panel of a pressure pad below its parameters: its whole reading, and warnings.
-
+# The sections of parameters in the panel.
 SECTIONS = (
     (
         "Force and Partners",
@@ -280,7 +294,7 @@ SECTIONS = (
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Shows the reading, and warnings with buttons that help."""
+    """Show the reading, and warnings with buttons that help."""
     pad, scene = sensor.object, context.scene
     problem = advice.without_surface(pad)
     if problem:
@@ -310,24 +324,27 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
         box.prop(scene.rigidbody_world.point_cache, "frame_end", text="Cache End")
 
 
+MAKE_VALID = "Play the animation, or simulate, to get a valid reading"
+
+
 def _not_yet(seen: ReadingText) -> str:
     text = f"Not yet sure: {seen.problem}. The force is that of bodies at rest"
-    return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
+    return text if seen.recorded else f"{text}. {MAKE_VALID}"
 
 
 def _not_valid(seen: ReadingText) -> str:
     text = f"Not valid: {seen.problem}"
     if seen.fields is None:
         return text
-    text += ". This is the last known reading"
-    return text if seen.recorded else f"{text}; play on, or simulate, for a sure one"
+    text += ". This is the last valid reading"
+    return text if seen.recorded else f"{text}. {MAKE_VALID}"
 
 
 def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> None:
-    """Shows all but the force, which stands in the sensor's state above."""
+    """Show all fields but the force, which is shown above in the sensor's state."""
     column = layout.column(align=True)
     of = KIND.fields
-    # Below its threshold a pad is free, and may carry a cushion.
+    # Below its threshold a pad counts as free, although a cushion may lie on it.
     label = "Pressed By" if fields["pressed"] else "On It"
     draw_row(column, label, ", ".join(split(fields["partners"])) or NOTHING)
     draw_row(column, "Centre", centre_text(fields["cop_x_m"], fields["cop_y_m"], lengths))

@@ -89,7 +89,7 @@ def test_explain_names_what_is_near(world):
     (sensor,) = world.sensors()
     near = explain(world.scene, sensor, recording, 10)
     assert near.headline.startswith("Near: 'Person', 1.0") and not near.doubt
-    assert dict(near.facts)["Zones that see"].endswith("of 64")
+    assert dict(near.facts)["Zones with a hit"].endswith("of 64")
     clear = explain(world.scene, sensor, recording, 3)
     assert clear.headline.startswith("Clear: 'wall', 3.0")
 

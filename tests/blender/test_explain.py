@@ -229,7 +229,7 @@ def test_what_breaks_a_beam_and_no_longer_does(world, explained, each_caster):
     told = {f: explained(obj, f - 1, recording)[1] for f in (1, 6, 11)}
     assert told[1].headline.startswith("Closed: 'Flag' breaks the beam 0.020 m")
     assert told[1].cause.before is None
-    assert told[6].headline == "Open: 'Flag' no longer breaks the beam; it reaches 'wall'"
+    assert told[6].headline == "Open: 'Flag' no longer breaks the beam, which reaches 'wall'"
     assert told[6].cause.before.range == pytest.approx(0.02, abs=1e-6)
     assert told[6].cause.now.range == pytest.approx(0.3, abs=1e-6)
     assert "'Flag' at 0.020 m" in dict(told[11].facts)["Now"]
@@ -379,7 +379,7 @@ def test_eevee_tells_no_lamp(world, explained, meter, monkeypatch):
     count = len(asked)
     _, found = explained(sensor, 1, recording)
     assert count and len(asked) == count
-    assert found.headline == "Lit: EEVEE cannot tell lamps apart, Cycles can"
+    assert found.headline == "Lit: EEVEE cannot tell lamps apart: set Engine to Cycles"
     assert dict(found.facts)["Reading"] == "2.00 lx (EEVEE)"
     assert found.because == "" and "All light" not in dict(found.facts)
 

@@ -214,7 +214,7 @@ def test_a_live_pad_is_shown_in_full(physics):
     physics.scene.frame_set(20)
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0] == "Not yet sure, 49.05 N" and layout.icons[0] == "SORTTIME"
-    assert "The force is that of bodies at rest; play on, or simulate" in layout.text
+    assert "The force is that of bodies at rest. Play the animation, or simulate" in layout.text
     pad().angen_sensor.pressure.force_min = 30.0
     physics.scene.frame_set(21)
     layout = drawn("ANGEN_PT_physics")

@@ -104,8 +104,8 @@ def test_the_nearest_movement_and_why_it_is_not_seen(world):
     obj.rotation_euler = (0, math.radians(180), 0)
     ops.simulate()
     told = asked(20)
-    assert "° beside its axis, its field of view ends at 60°" in told
-    assert "a range must change by more than 0.05 m: the most is 0 % of that" in told
+    assert "° beside the detector's axis, while the field of view ends at 60°" in told
+    assert "a range must change by more than 0.05 m: the largest change is 0 % of that" in told
 
 
 def test_what_is_seen_moving_too_little_is_not_called_hidden(world):
@@ -126,7 +126,7 @@ def test_nor_is_who_is_warm_and_too_weak_for_the_threshold(world):
     activate(world.sensor("PIR", "pir", model="PYROELECTRIC"))
     ops.simulate()
     told = asked(25)
-    assert "changed the power" in told and "rays on it now" in told
+    assert "changed the power" in told and "rays now" in told
     assert "'Person', 1.650 m away: seen, but it changes too little" in told
 
 
@@ -135,7 +135,7 @@ def test_a_shut_switch_tells_how_far_the_beam_must_be_clear(world):
     activate(world.switch())
     ops.simulate()
     told = asked(5)
-    assert "the beam must be clear to 0.05 m: 'Flag' ends it 0.038 m before that" in told
+    assert "the beam must be free up to 0.05 m: 'Flag' ends it 0.038 m before that" in told
 
 
 def test_a_pad_tells_what_is_above_it_and_its_threshold(world):
@@ -150,7 +150,7 @@ def test_a_pad_tells_what_is_above_it_and_its_threshold(world):
     ops.simulate()
     told = asked(4)
     assert f"'Box', by {0.2 - top:.3f} m" in told
-    assert "more than 1 N is needed: it is 0 % of that" in told
+    assert "more than 1 N is needed, the reading is 0 % of that" in told
 
 
 def test_a_dark_light_sensor_tells_its_share_of_the_threshold(world):
@@ -166,7 +166,7 @@ def test_a_dark_light_sensor_tells_its_share_of_the_threshold(world):
     full = source.data.energy
     world.key(source.data, "energy", {1: full, 3: 2 * full}, "CONSTANT")
     ops.simulate()
-    assert "more than 500 lx is needed: it is 40 % of that" in asked(4)
+    assert "more than 500 lx is needed, the reading is 40 % of that" in asked(4)
     # Its reading changed, though not its state: that is an event to count and to jump to.
     world.scene.frame_set(1)
     assert "0 of 1 events passed" in drawn("ANGEN_PT_events").text

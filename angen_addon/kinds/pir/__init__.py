@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Appearance of motion detectors: a body that looks level from a wall, and its tilts or zones."""
+"""The appearance of motion detectors, which look level from a wall."""
 
 from __future__ import annotations
 

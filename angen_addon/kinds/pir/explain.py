@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Explains why a motion detector fired, or what would have to change for it to fire, for each of
-its two models."""
+"""Explain why a motion detector fired, or what would have to change for it to fire.
+
+Each of its two models, range scan and pyroelectric, has an explanation.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +30,9 @@ from ....sensor_logic.wording import Lengths, capital, percent, quoted
 from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay
 
-# Explains a motion detector that compares ranges by the ray that changed most.
+# A range scan: the ray whose range changed most.
 
-# m: a range whose change without noise is smaller did not change.
+# m. A range has not changed if it changed by less than this without noise.
 SAME = 1e-6
 NAMES_SHOWN = 4
 NOISE = "noise"
@@ -38,8 +40,11 @@ NOISE = "noise"
 
 @dataclass(frozen=True)
 class Scan:
-    """One update: the numbers of its `tilts`; `ranges` (tilts, rays) in m; `clean`: the same
-    without noise; `names` of the objects that the rays hit, in the same order."""
+    """One update of a range scan.
+
+    `tilts` are the numbers of the scanned tilts. `ranges` (tilts, rays) are in m, and `clean` is
+    the same without noise. `names` are the objects that the rays hit, tilt by tilt.
+    """
 
     tilts: range
     ranges: Array
@@ -50,10 +55,12 @@ class Scan:
 
 @dataclass(frozen=True)
 class RayChange:
-    """The ray that changed most between two scans. Lengths in m, angles in radians. `culprit`: the
-    object that changed it, or "noise"; `names`: the objects that the ray hit before and after,
-    empty for none; `over`: the number of rays that each culprit changed by more than the
-    threshold."""
+    """The ray that changed most between two scans, and what changed it.
+
+    Ranges and `threshold` are in m, angles in radians. `names` are the objects that the ray hit
+    before and after, empty for none. `culprit` is the object that changed the ray, or "noise".
+    `over` holds the number of rays that each culprit changed by more than the threshold.
+    """
 
     tilt: int
     ray: int
@@ -69,34 +76,39 @@ class RayChange:
 
     @property
     def change(self) -> float:
+        """The change of the range in m."""
         return abs(self.after - self.before)
 
     @property
     def because(self) -> str:
+        """The name of the object that triggered the detector, or empty."""
         return self.culprit if self.triggered and self.culprit != NOISE else ""
 
 
 def explain_range_scan(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a detector that compares ranges. Raises AngenError."""
+    """Explain update `index` of a range scan by the ray that changed most.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
     track, sensor = replay.track, replay.sensor
     set_up = sensor.settings.pir
     back = 1 if set_up.sweep == "ALL" else _tilts(replay)
-    earlier = replay.index_of(replay.number(index) - back, index)
+    earlier = replay.index_of(replay.update_number(index) - back, index)
     old = None if earlier is None else scan(replay, earlier)
     new = scan(replay, index)
     if new is None:
-        return replay.off(index)
+        return replay.explain_off(index)
     parameters, now, triggered, angle = new
     if old is None or old[1].ranges.shape != now.ranges.shape or earlier is None:
         text = (
-            "No motion yet: this is the first scan at its tilt, there is nothing to compare it with"
+            "No motion yet: this is the first scan at its tilt, so there is no scan to compare with"
         )
         return replay.explanation(index, text, ())
     cause = _change(parameters, old[1], now, triggered)
     lengths = replay.lengths
     facts = list(_facts(cause, parameters, lengths))
     facts.insert(3, ("Compared with", at_frame(track.frames[earlier], track.times[earlier])))
-    moved = _own_movement(old[1].pose, now.pose, lengths)
+    moved = _sensor_movement(old[1].pose, now.pose, lengths)
     if moved:
         facts.append(("Sensor", moved))
     return replay.explanation(
@@ -114,9 +126,22 @@ def _tilts(replay: Replay) -> int:
 
 
 def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] | None:
-    """Replays an update: the detector's parameters, its scan, whether its model finds movement in
-    it, and the tilt (rad) that it publishes. None where the detector is off."""
-    pending = replay.take(index)
+    """Replay an update of a range scan.
+
+    Returns
+    -------
+    parameters : PirParameters
+        The parameters at the update.
+    found : Scan
+        The scan.
+    moved : bool
+        Whether the model finds movement in this scan.
+    angle : float
+        The tilt that the detector publishes, in radians.
+
+    All of them are None together where the detector is off.
+    """
+    pending = replay.take_update(index)
     if pending is None:
         return None
     # Without hold, blocking and warm-up time the model reports this scan alone.
@@ -143,6 +168,7 @@ def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] 
 
 
 def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) -> RayChange:
+    """Return the ray that changed most between two scans of the same tilts."""
     changes = np.abs(new.ranges - old.ranges)
     row, ray = (int(i) for i in np.unravel_index(int(np.argmax(changes)), changes.shape))
     rays = parameters.rays
@@ -167,7 +193,10 @@ def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) ->
 
 
 def _culprit(old: Scan, new: Scan, row: int, ray: int) -> str:
-    """The object that changed a ray: the nearer of the two that it hit was there only once."""
+    """Return the object that changed a ray, or "noise".
+
+    It is the nearer of the two objects that the ray hit, since the nearer one came or left.
+    """
     before, after = float(old.clean[row, ray]), float(new.clean[row, ray])
     if abs(before - after) <= SAME:
         return NOISE
@@ -181,7 +210,7 @@ def _ray_text(cause: RayChange, parameters: PirParameters) -> str:
     return f"{cause.ray} of 0 to {parameters.rays - 1}, at {azimuth:+.1f}°, {tilt}"
 
 
-def _met(name: str, parameters: PirParameters, lengths: Lengths) -> str:
+def _hit_text(name: str, parameters: PirParameters, lengths: Lengths) -> str:
     return quoted(name) if name else f"nothing within {lengths.typed(parameters.range_max)}"
 
 
@@ -190,27 +219,27 @@ def _facts(cause: RayChange, parameters: PirParameters, lengths: Lengths) -> lis
     for word, length, name in zip(
         ("Before", "After"), (cause.before, cause.after), cause.names, strict=True
     ):
-        facts.append((word, f"{lengths.text(length)}, {_met(name, parameters, lengths)}"))
+        facts.append((word, f"{lengths.text(length)}, {_hit_text(name, parameters, lengths)}"))
     limit = f"threshold {lengths.typed(parameters.threshold)}"
     facts.append(("Change", f"{lengths.text(cause.change)}, {limit}"))
     if parameters.noise_sigma > 0.0:
         sigma = lengths.typed(parameters.noise_sigma)
         facts.append(("Noise", f"{sigma} (standard deviation) on each range"))
     if cause.over:
-        shown = [f"{count} by {_named(name)}" for name, count in cause.over[:NAMES_SHOWN]]
+        shown = [f"{count} by {_culprit_text(name)}" for name, count in cause.over[:NAMES_SHOWN]]
         more = len(cause.over) - NAMES_SHOWN
         facts.append(("Rays changed", ", ".join(shown) + (f" and {more} more" if more > 0 else "")))
     return facts
 
 
-def _named(name: str) -> str:
+def _culprit_text(name: str) -> str:
     return name if name == NOISE else quoted(name)
 
 
 def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths: Lengths) -> str:
     if not cause.triggered:
         held = f" in the hold time of {parameters.hold_time:g} s" if parameters.hold_time else ""
-        where = "" if parameters.sweep == "ALL" else f" at tilt {cause.tilt}, the one looked at,"
+        where = "" if parameters.sweep == "ALL" else f" of this update's tilt {cause.tilt}"
         text = (
             f"no ray{where} changed by more than {lengths.typed(cause.threshold)}; "
             f"the largest change was {lengths.text(cause.change)}"
@@ -225,7 +254,7 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
         what = f"{name} moved {'away' if cause.after > cause.before else 'nearer'}"
     elif cause.after < cause.before:
         what = (
-            f"{name} came in front of {_met(old, parameters, lengths)}"
+            f"{name} came in front of {_hit_text(old, parameters, lengths)}"
             if old
             else f"{name} came in"
         )
@@ -234,8 +263,8 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
     return f"Motion{ignored}: {what}; ray {cause.ray} changed by {lengths.text(cause.change)}"
 
 
-def _own_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
-    """How the sensor itself moved, or empty: then everything seems to move."""
+def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
+    """Return how the sensor itself moved between two scans; empty if it did not."""
     if old is new:
         return ""
     way = float(np.linalg.norm(new.origin - old.origin))
@@ -249,23 +278,24 @@ def _own_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
 def _doubt(
     replay: Replay, index: int, parameters: PirParameters, triggered: bool, angle: float
 ) -> str:
+    """Return why the explanation may be wrong; empty if the replay agrees with the recording."""
     track: Any = replay.track
     recorded = bool(track.active[index])
     delayed = parameters.hold_time or parameters.blocking_time or parameters.warm_up_time
     recorded_angle = float(track.columns["angle_rad"][index])
     if abs(recorded_angle - angle) > 1e-6 or (triggered != recorded and not delayed):
         return (
-            "the rays hit something else now than at the run: something has changed since. "
+            "the rays now hit other surfaces than in the run: something has changed since. "
             "Simulate again"
         )
     return ""
 
 
-# Explains a pyroelectric detector by the object that changed the power on its elements most.
+# A pyroelectric detector: the object that changed the power on its elements most.
 
-# s: changes longer ago than this have mostly decayed in the amplifier.
+# s. Changes that are longer ago have mostly decayed in the amplifier.
 WINDOW = 0.5
-# s: the signal may swing over the threshold once more this long after a movement.
+# s. This long after a movement the signal may swing over the threshold once more.
 SWING_BACK = 2.0
 MOST_UPDATES = 12
 ZERO_CELSIUS = 273.15
@@ -274,9 +304,12 @@ THINGS_SHOWN = 4
 
 @dataclass(frozen=True)
 class WarmObject:
-    """An object that changed the power on the elements. `change`: that power in W per m² of
-    lenslet, summed over the window without sign; its mean temperature in K; the number of rays that
-    hit it at the update."""
+    """An object that changed the power on the elements.
+
+    `change` is the sum of the changes over the window, without sign, in W per m² of lenslet.
+    `temperature` is its mean temperature in K, and `rays` the number of rays that hit it at the
+    update.
+    """
 
     name: str
     change: float
@@ -286,8 +319,12 @@ class WarmObject:
 
 @dataclass(frozen=True)
 class WarmCause:
-    """`things`: the objects that changed the power, the greatest change first; `signal`: as
-    recorded, in multiples of the threshold; `threshold` in W per m² of lenslet; `ambient` in K."""
+    """Why a pyroelectric detector reads what it reads.
+
+    `things` are the objects that changed the power, the greatest change first. `signal` is the
+    recorded signal in multiples of the threshold, `threshold` in W per m² of lenslet, `ambient` in
+    K.
+    """
 
     things: tuple[WarmObject, ...]
     signal: float
@@ -296,14 +333,17 @@ class WarmCause:
 
     @property
     def because(self) -> str:
+        """The name of the object that changed the power most, or empty below the threshold."""
         return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
 
 
 @dataclass(frozen=True)
-class _Update:
-    """One update, for each ray (n,): power on the elements above that of the room, in W per m² of
-    lenslet; temperature in K; range in Blender units; name of the object hit. And the ambient in
-    K."""
+class _WarmUpdate:
+    """One update, with an entry for each ray (n,).
+
+    `power` on the elements above that of the room is in W per m² of lenslet, `temperature` in K and
+    `ranges` in Blender units. `names` are the objects hit. `ambient` is in K.
+    """
 
     power: Array
     temperature: Array
@@ -313,48 +353,55 @@ class _Update:
 
 
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a pyroelectric detector. Raises AngenError."""
+    """Explain update `index` by the object that changed the power on the elements most.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
     track = replay.track
     signal = float(track.columns["signal"][index])
-    looks = _replay_window(replay, index, WINDOW)
-    if abs(signal) > 1.0 and looks and not _things([look for _, look in looks]):
-        # After a movement the amplifier swings back: look further into the past.
-        looks = _replay_window(replay, index, SWING_BACK)
-    if not looks:
-        return replay.off(index)
-    parameters, now = looks[-1]
-    things = _things([look for _, look in looks])
+    updates = _replay_window(replay, index, WINDOW)
+    if abs(signal) > 1.0 and updates and not _warm_objects([update for _, update in updates]):
+        # After a movement the amplifier swings back, so the cause may be further in the past.
+        updates = _replay_window(replay, index, SWING_BACK)
+    if not updates:
+        return replay.explain_off(index)
+    parameters, now = updates[-1]
+    things = _warm_objects([update for _, update in updates])
     cause = WarmCause(things, signal, threshold_of(parameters), now.ambient)
     facts = [
         ("Signal", f"{percent(signal)} of the threshold"),
-        ("Around", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
+        ("Ambient", f"{now.ambient - ZERO_CELSIUS:.1f} °C"),
     ]
-    facts += [(thing.name, _thing_text(thing)) for thing in things[:THINGS_SHOWN]]
+    facts += [(thing.name, _warm_object_text(thing)) for thing in things[:THINGS_SHOWN]]
     headline = _warm_headline(cause, bool(track.active[index]))
     return replay.explanation(index, headline, tuple(facts), "", cause)
 
 
 def _replay_window(
     replay: Replay, index: int, window: float
-) -> list[tuple[PirParameters, _Update]]:
-    """The updates of the last `window` seconds, without those before the detector was last off."""
+) -> list[tuple[PirParameters, _WarmUpdate]]:
+    """Replay updates of the last `window` seconds, at most MOST_UPDATES of them.
+
+    Updates before the detector was last off are left out.
+    """
     times = replay.track.times
     first = index
     while first > 0 and times[index] - times[first - 1] <= window + 1e-9:
         first -= 1
     stride = max(1, math.ceil((index - first) / MOST_UPDATES))
-    looks: list[tuple[PirParameters, _Update]] = []
+    updates: list[tuple[PirParameters, _WarmUpdate]] = []
     for at in sorted({*range(index, first - 1, -stride)}):
-        look = _replay_update(replay, at)
-        if look is None:
-            looks.clear()
+        found = _replay_update(replay, at)
+        if found is None:
+            updates.clear()
         else:
-            looks.append(look)
-    return looks
+            updates.append(found)
+    return updates
 
 
-def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _Update] | None:
-    pending = replay.take(index)
+def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpdate] | None:
+    """Replay update `index`; return its parameters and the warmth that its rays hit."""
+    pending = replay.take_update(index)
     if pending is None:
         return None
     parameters: PirParameters = pending.parameters
@@ -370,15 +417,15 @@ def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _Update] 
     weights = zone_rays(zones_of(parameters), parameters.zone_rays).weights
     surroundings = STEFAN_BOLTZMANN * emission.ambient**4
     power = weights * (radiosity(emission) - surroundings) / math.pi
-    look = _Update(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
-    return parameters, look
+    warm = _WarmUpdate(power, emission.temperature, seen.ranges, seen.names, emission.ambient)
+    return parameters, warm
 
 
-def _things(looks: list[_Update]) -> tuple[WarmObject, ...]:
-    """The objects that changed the power, the greatest change first."""
+def _warm_objects(updates: list[_WarmUpdate]) -> tuple[WarmObject, ...]:
+    """Return the objects that changed the power, the greatest change first."""
     changes: dict[str, float] = {}
     temperatures: dict[str, list[float]] = {}
-    for old, new in pairwise(looks):
+    for old, new in pairwise(updates):
         step: dict[str, float] = {}
         if len(old.power) != len(new.power):
             continue
@@ -392,16 +439,16 @@ def _things(looks: list[_Update]) -> tuple[WarmObject, ...]:
         for name, change in step.items():
             changes[name] = changes.get(name, 0.0) + abs(change)
     found = [
-        WarmObject(name, change, float(np.mean(temperatures[name])), looks[-1].names.count(name))
+        WarmObject(name, change, float(np.mean(temperatures[name])), updates[-1].names.count(name))
         for name, change in sorted(changes.items())
         if name and change > 0.0
     ]
     return tuple(sorted(found, key=lambda thing: -thing.change))
 
 
-def _thing_text(thing: WarmObject) -> str:
+def _warm_object_text(thing: WarmObject) -> str:
     celsius = thing.temperature - ZERO_CELSIUS
-    return f"changed {thing.change:.3g} W/m², {celsius:.1f} °C, {thing.rays} rays on it now"
+    return f"changed by {thing.change:.3g} W/m², {celsius:.1f} °C, hit by {thing.rays} rays now"
 
 
 def _warm_headline(cause: WarmCause, active: bool) -> str:
@@ -410,7 +457,7 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
     who = (
         f"{quoted(moving.name)} changed the power on the elements most"
         if moving
-        else "nothing warmer or colder than the room moved through its zones"
+        else "nothing warmer or colder than the room moved through the zones"
     )
     if over:
         ignored = "" if active else " (ignored: warm-up or blocking time)"
@@ -419,19 +466,22 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
     return f"{held}: the signal is {percent(cause.signal)} of the threshold; {who}"
 
 
-# m: smaller movements count as none.
+# m. A smaller movement counts as none.
 UNCHANGED = 1e-6
 
 
 def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Explains update `index` of a motion detector of either model. Raises AngenError."""
+    """Explain update `index` of a motion detector of either model.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
     pyroelectric = replay.sensor.parameters.model == "PYROELECTRIC"
     return (explain_pyroelectric if pyroelectric else explain_range_scan)(replay, index)
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Adds what would have to change for the detector to fire, before the other facts."""
-    headline, facts = found.headline, _missing(replay, index, found) if found.cause else []
+    """Add what would have to change for the detector to fire, before the other facts."""
+    headline, facts = found.headline, _missing_to_fire(replay, index, found) if found.cause else []
     held = _why_waiting(replay, index)
     if held:
         headline = f"{capital(held)}. {headline}"
@@ -440,7 +490,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def _why_waiting(replay: Replay, index: int) -> str:
-    """Why a motion detector would not report movement now, or empty: warm-up or blocking time."""
+    """Return why the detector cannot report movement now, such as its warm-up; or empty."""
     track, pir = replay.track, replay.sensor.parameters
     now = track.times[index]
     on = np.flatnonzero(np.asarray(track.active)[:index])
@@ -451,13 +501,14 @@ def _why_waiting(replay: Replay, index: int) -> str:
     return waiting(pir.warm_up_time, blocking, now, fell)
 
 
-def _missing(replay: Replay, index: int, found: Explanation) -> Facts:
-    """What would have to change for the detector to fire."""
+def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
+    """Return the facts on what would have to change for the detector to fire."""
     if replay.sensor.parameters.model == "PYROELECTRIC":
         share = abs(found.cause.signal)
         if share > 1.0:
             return []
-        facts = [("To fire", f"the signal must exceed its threshold: it is {percent(share)} of it")]
+        text = f"the signal must exceed the threshold: it is {percent(share)} of it"
+        facts = [("To fire", text)]
     else:
         cause, lengths = found.cause, replay.lengths
         if cause.triggered:
@@ -467,18 +518,20 @@ def _missing(replay: Replay, index: int, found: Explanation) -> Facts:
             (
                 "To fire",
                 f"a range must change by more than {lengths.typed(cause.threshold)}: "
-                f"the most is {percent(share)} of that",
+                f"the largest change is {percent(share)} of that",
             )
         ]
     return [*facts, ("Nearest movement", _nearest_movement(replay, index, found))]
 
 
 def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
-    """The object nearest to the detector that has moved since its update before, and why the
-    detector does not report it."""
+    """Return the nearest object that has moved since the update before.
+
+    The text also says why the detector does not report it.
+    """
     if index == 0:
         return "unknown at the first update"
-    before, now = replay.bounds(index - 1), replay.bounds(index)
+    before, now = replay.solid_bounds(index - 1), replay.solid_bounds(index)
     pose = replay.pose
     moving = {
         name: now[name]
@@ -492,7 +545,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     name = min(sorted(away), key=lambda n: away[n])
     text = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
     pir = replay.sensor.parameters
-    if name in _noticed(found):
+    if name in _noticed_names(found):
         return f"{text}: seen, but it changes too little, or too slowly"
     if away[name] > pir.range_max:
         label = label_of(specs(replay.sensor.kind.parameters)["range_max"], pir).lower()
@@ -503,15 +556,15 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
         half = pir.horizontal_fov / 2
         if beside > half:
             return (
-                f"{text}: {math.degrees(beside):.0f}° beside its axis, its field of view ends at "
-                f"{math.degrees(half):.0f}°"
+                f"{text}: {math.degrees(beside):.0f}° beside the detector's axis, while the field "
+                f"of view ends at {math.degrees(half):.0f}°"
             )
-        return f"{text}: hidden, between its rays, or not at the tilt that it looks at"
-    return f"{text}: hidden, outside its zones, as warm as what is behind, or too slow"
+        return f"{text}: hidden, between the rays, or not at the tilt of this update"
+    return f"{text}: hidden, outside the zones, as warm as its background, or too slow"
 
 
-def _noticed(found: Explanation) -> set[str]:
-    """The names of objects that changed something that the detector measures."""
+def _noticed_names(found: Explanation) -> set[str]:
+    """Return the names of objects that changed something that the detector measures."""
     cause = found.cause
     if isinstance(cause, WarmCause):
         return {thing.name for thing in cause.things}

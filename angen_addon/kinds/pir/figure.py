@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws what a motion detector sees, its tilts or the zones of its lens, also in the floor plan;
-its housings and panel rows."""
+"""The figures of motion detectors in the viewport and the floor plan, housings and panel rows."""
 
 from __future__ import annotations
 
@@ -25,16 +24,18 @@ from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
 from ...view.overlay.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
 
-# Neighbouring rays hit different surfaces where their ranges differ by more than this share of the
-# nearer range, or this many times the angle between the rays, whichever is more.
+# Neighbouring rays hit different surfaces if their ranges differ by more than a share of the nearer
+# range. The share is JUMP, or STEEPEST times the angle between the rays if that is more.
 JUMP, STEEPEST = 0.15, 4.0
-# Number of tilts that are drawn as surfaces, at most.
+# At most this many tilts are drawn as surfaces, since surfaces are slow to draw.
 SHEETS = 4
 
 
 def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Each tilt as a sheet from the sensor to the ends of its rays, since nothing between the tilts
-    is seen; or the zones of its lens."""
+    """Draw each tilt as a sheet from the sensor to the ends of its rays, or the zones of a lens.
+
+    Nothing between two tilts is seen, so nothing is drawn there.
+    """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC":
         return _zones(seen, met, metres)
@@ -52,7 +53,6 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     drawn.add("outline", pairs(ends[:, :-1][first], ends[:, 1:][last]))
     drawn.add("limit", contour[~both & ~jump & dashed])
     drawn.add("edge", contour[jump])
-    # Surfaces are slow to draw: a few of the tilts are enough.
     tilts = np.linspace(0, parameters.tilt_count - 1, SHEETS).round().astype(int)
     sheets = np.flatnonzero(np.isin(number + np.arange(rows), tilts))
     starts, ends = starts[sheets], ends[sheets]
@@ -62,8 +62,10 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
-    """The end of each zone of a lens, at the latest at the detection distance, though its rays look
-    farther: filled for one element, empty for the other."""
+    """Draw the end of each zone of a lens: filled for one element, empty for the other.
+
+    A zone ends at its hit, or at the detection distance, although its rays reach farther.
+    """
     drawn, zones = Figure(), zones_of(seen.parameters)
     directions = zone_edges(zones) @ seen.pose.axes.T
     farthest = seen.parameters.range_max
@@ -77,11 +79,13 @@ def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
     return drawn
 
 
-# One a lens; without it 2 ms whenever something moves before a lens of 60 zones.
+# Cached: for a lens of 60 zones it takes 2 ms, at each change of its rays.
 @lru_cache(maxsize=16)
 def zone_edges(zones: Zones) -> Array:
-    """(zones, 5, 3): unit vectors along the axis and the edges of each zone, in the sensor's
-    frame; the rays that it casts lie within."""
+    """Return unit vectors along the axis and the four edges of each zone, shape (zones, 5, 3).
+
+    They are in the sensor's axes. The rays of a zone lie between its edges.
+    """
     directions = np.empty((len(zones), 5, 3))
     for row, zone in zip(directions, zones, strict=True):
         up = np.cross(zone.right, zone.axis)
@@ -92,8 +96,10 @@ def zone_edges(zones: Zones) -> Array:
 
 
 def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
-    """(rows, n − 1): whether neighbouring rays in so many rows end on different things; they stand
-    equally far apart."""
+    """Return whether neighbouring rays in a row end on different surfaces, shape (rows, n − 1).
+
+    All neighbours are the same angle apart.
+    """
     ranges = met.ranges.reshape(rows, -1)
     apart = float(np.linalg.norm(met.directions[1] - met.directions[0]))
     near = np.minimum(ranges[:, :-1], ranges[:, 1:])
@@ -102,7 +108,7 @@ def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
 
 
 def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure | None:
-    """The tilt that is scanned now, if there are others."""
+    """Draw the tilt of the last update, if the detector has more than one."""
     parameters = seen.parameters
     one_of_many = len(met.reach) == parameters.rays > 1 and parameters.tilt_count > 1
     if parameters.model == "PYROELECTRIC" or not one_of_many:
@@ -118,7 +124,10 @@ def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure |
 
 
 def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: float) -> Figure | None:
-    """The rays that saw something move since the scan before. Noise is left out."""
+    """Draw the rays that saw a movement since the scan before, without noise.
+
+    `before` holds the ranges (n,) of that scan. Return None if there was no movement.
+    """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC" or before.shape != met.ranges.shape:
         return None
@@ -134,12 +143,12 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
     return drawn
 
 
-# Housings of motion detectors.
-
-
 def _hc_sr501() -> Housing:
-    """32 × 24 × 25 mm with a lens of 23 mm, as sold: innovatorsguru.com, purplebearsshopnearn.com.
-    The share of the lens in the depth is chosen."""
+    """Return a board of 32 × 24 × 25 mm with a lens of 23 mm.
+
+    The sizes are from innovatorsguru.com and purplebearsshopnearn.com. The share of the lens in the
+    depth is chosen.
+    """
     lens = [(0.0115 * math.sin(a), 0.0115 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
     housing = Housing().lathe([*lens, (0.0115, 0.0165)])
@@ -147,14 +156,19 @@ def _hc_sr501() -> Housing:
 
 
 def _pmod_pir() -> Housing:
-    """Board of 1.2 × 0.8 inches, 0.55 inches high: Digilent Pmod PIR reference manual."""
+    """Return a board of 1.2 × 0.8 inches, 0.55 inches high.
+
+    The sizes are from the reference manual of Digilent's Pmod PIR.
+    """
     housing = Housing().lathe([(0.0, 0.0), (0.0035, 0.001), (0.0047, 0.004), (0.0047, 0.0124)])
     return looking(housing.box((-0.01524, -0.01016, 0.0124), (0.01524, 0.01016, 0.01397)))
 
 
 def _wall_detector() -> Housing:
-    """A detector for walls, as in the sample home: a flat body of 68 × 110 mm with a bulging lens,
-    40 mm deep."""
+    """Return a detector for walls, as in the sample home.
+
+    It is a flat body of 68 × 110 mm with a bulging lens, 40 mm deep.
+    """
     lens = [(0.026 * math.sin(a), 0.014 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
     return looking(Housing().lathe(lens).box((-0.034, -0.055, 0.014), (0.034, 0.055, 0.04)))
@@ -173,11 +187,8 @@ HOUSINGS = {
 }
 
 
-# Rows in the panel of a motion detector below its parameters.
-
-
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Shows why it may report nothing, with buttons that help."""
+    """Show why the detector may report nothing, with buttons that help."""
     late = advice.warm_up(sensor, context.scene)
     if late:
         box = draw_lines(layout, late.text, "INFO")
@@ -187,14 +198,16 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
     warmth.draw_detector(layout, context, sensor, seen)
 
 
-# The rays of a motion detector in the plan.
-
+# Number of rays from side to side of a zone in the floor plan.
 RAYS_A_ZONE = 5
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """The rays that its model casts; of a lens, each zone as a level fan as wide as the zone and as
-    long as the detection distance in its datasheet."""
+    """Return the rays for the floor plan.
+
+    For a range scan these are the rays of its model. For a lens, each zone is a level fan as wide
+    as the zone and as long as the detection distance in the data sheet.
+    """
     parameters, pose = sight.parameters, sight.pose
     if parameters.model != "PYROELECTRIC":
         return replace(sight.rays(metres), rows=parameters.tilt_count)
@@ -207,7 +220,7 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def _across(zone: Zone) -> list[tuple[float, float, float]]:
-    """Unit vectors from side to side of a zone at its middle height, in the sensor's axes."""
+    """Return unit vectors across a zone at its middle height, in the sensor's axes."""
     level, rise = math.cos(zone.elevation), math.sin(zone.elevation)
     sides = np.linspace(-zone.width / 2, zone.width / 2, RAYS_A_ZONE) + zone.azimuth
     return [(-math.sin(a) * level, rise, -math.cos(a) * level) for a in sides.tolist()]

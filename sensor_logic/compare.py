@@ -176,18 +176,20 @@ def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
     ]
 
 
-def _of(home: HomeIntervals, group: str) -> list[SensorIntervals]:
+def _sensors_in(home: HomeIntervals, group: str) -> list[SensorIntervals]:
     return [sensor for sensor in home.sensors.values() if sensor.quantity == group]
 
 
 def on_times(home: HomeIntervals, group: str) -> Values:
     """Return the durations in s of all complete intervals in which a sensor of the group was on."""
-    return _seconds([end - begin for s in _of(home, group) for begin, end in s.intervals])
+    return _seconds([end - begin for s in _sensors_in(home, group) for begin, end in s.intervals])
 
 
 def gaps(home: HomeIntervals, group: str) -> Values:
     """Return the times in s from each change to on of any sensor of the group to the next."""
-    return _seconds(np.diff(np.sort([start for s in _of(home, group) for start in s.starts])))
+    return _seconds(
+        np.diff(np.sort([start for s in _sensors_in(home, group) for start in s.starts]))
+    )
 
 
 def _seconds(values: list[float] | Values) -> Values:
@@ -198,14 +200,14 @@ def _seconds(values: list[float] | Values) -> Values:
 def counts(home: HomeIntervals, group: str) -> Values:
     """Return how often each sensor of the group went on, for each sensor and day."""
     edges, scale = _days(home)
-    found = [np.histogram(s.starts, edges)[0] * scale for s in _of(home, group)]
+    found = [np.histogram(s.starts, edges)[0] * scale for s in _sensors_in(home, group)]
     return np.concatenate(found) if found else np.empty(0)
 
 
 def shares(home: HomeIntervals, group: str) -> Values:
     """Return, for each day, the percentage of time in which any sensor of the group was on."""
     merged: list[list[float]] = []
-    for begin, end in sorted(i for s in _of(home, group) for i in s.intervals):
+    for begin, end in sorted(i for s in _sensors_in(home, group) for i in s.intervals):
         if merged and begin <= merged[-1][1]:
             merged[-1][1] = max(merged[-1][1], end)
         else:
@@ -213,7 +215,7 @@ def shares(home: HomeIntervals, group: str) -> Values:
     edges, scale = _days(home)
     on = np.array(merged, float).reshape(-1, 2)
     within = [np.clip(on, *day) for day in pairwise(edges)]
-    if not _of(home, group):
+    if not _sensors_in(home, group):
         return np.empty(0)
     return np.array([(w[:, 1] - w[:, 0]).sum() * scale / DAY_S * 100.0 for w in within])
 

@@ -18,7 +18,7 @@ class AngenError(Exception):
 
 
 class InputError(AngenError):
-    """Invalid input from the user: a word of the command line, a file, a name, a date."""
+    """Invalid input from the user: an argument of the command line, a file, a name, a date."""
 
     status = 2
 

@@ -116,10 +116,10 @@ class RangeView:
         before, after = np.tile(free, len(start)), np.tile(free, len(start))
         known = np.empty(0, np.intp)
         for number, time in enumerate(times):
-            met = hits(motion, start, time, self._tilts[tilt])
-            at = _hit_distances(met, self.range_min)
-            nearer = at < free[met.ray]
-            found = met.body[nearer] * rays + met.ray[nearer]
+            body_hits = hits(motion, start, time, self._tilts[tilt])
+            at = _hit_distances(body_hits, self.range_min)
+            nearer = at < free[body_hits.ray]
+            found = body_hits.body[nearer] * rays + body_hits.ray[nearer]
             after[found] = at[nearer]
             if number:
                 for which in (known, found):
@@ -200,11 +200,11 @@ class WarmView:
 
         The unit is W per m² of lenslet.
         """
-        met = hits(motion, start, time, self._all)
-        seen = _hit_distances(met, self.range_min) < self.free[met.ray]
-        ray = met.ray[seen]
+        body_hits = hits(motion, start, time, self._all)
+        seen = _hit_distances(body_hits, self.range_min) < self.free[body_hits.ray]
+        ray = body_hits.ray[seen]
         added = self.weights[ray] * (self.body - self.behind[ray]) / math.pi
-        power = np.bincount(met.body[seen], added, len(start))
+        power = np.bincount(body_hits.body[seen], added, len(start))
         return power.astype(np.float64)
 
 
@@ -216,10 +216,10 @@ def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
         largest[body[first]] = np.maximum(largest[body[first]], most)
 
 
-def _hit_distances(met: BodyHits, range_min: float) -> Array:
+def _hit_distances(body_hits: BodyHits, range_min: float) -> Array:
     """Return the distances (n,) in m of the hits from the origin.
 
     A ray begins at `range_min`. If it begins inside a body, it hits the far side of that body.
     """
-    at = np.where(met.enter >= range_min, met.enter, met.leave)
+    at = np.where(body_hits.enter >= range_min, body_hits.enter, body_hits.leave)
     return np.where(at >= range_min, at, np.inf)

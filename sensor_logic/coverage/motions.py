@@ -262,8 +262,8 @@ class Rays:
         # An extra value at the end, because `reduceat` needs a valid index for empty intervals too.
         nearest = np.minimum.reduceat(np.append(np.tile(enter, 3), np.inf), ends)[::2]
         farthest = np.maximum.reduceat(np.append(np.tile(leave, 3), -np.inf), ends)[::2]
-        met: NDArray[np.bool_] = (count > 0) & (farthest >= apart - reach - CLOSE)
-        return met & (nearest <= apart + reach + CLOSE)
+        is_hit: NDArray[np.bool_] = (count > 0) & (farthest >= apart - reach - CLOSE)
+        return is_hit & (nearest <= apart + reach + CLOSE)
 
     def _between(self, low: float, high: float) -> tuple[Array, Array]:
         """Return the range of horizontal distances in which each ray is between two heights.
@@ -304,8 +304,8 @@ def hits(motion: Motion, start: Start, time: float, rays: Rays) -> BodyHits:
     half = (motion.top - motion.bottom) / 2.0
     level = _slab(d[:, 2], low[body] + half, half)
     enter, leave = np.maximum(enter, level[0]), np.minimum(leave, level[1])
-    met = (leave >= enter) & (leave > 0.0)
-    return BodyHits(body[met], ray[met], enter[met], leave[met])
+    is_hit = (leave >= enter) & (leave > 0.0)
+    return BodyHits(body[is_hit], ray[is_hit], enter[is_hit], leave[is_hit])
 
 
 def _near(

@@ -346,8 +346,8 @@ def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
     put: dict[int, Event[float]] = {}
     for line, cells in _rows(truth):
         row, true_row, event = _read(truth, line, cells)
-        there = left.pop(row, None) if row else None
-        if row and (there is None or not _is_same(there, event, with_time=not true_row)):
+        logged = left.pop(row, None) if row else None
+        if row and (logged is None or not _is_same(logged, event, with_time=not true_row)):
             raise InputError(f"{truth}: line {line} does not fit the log: it is of another one")
         if true_row:
             put[true_row] = event
@@ -356,9 +356,9 @@ def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
         return [put.get(number) or next(rest) for number in range(1, len(left) + len(put) + 1)]
 
 
-def _is_same(there: Event[float], event: Event[float], with_time: bool) -> bool:
+def _is_same(logged: Event[float], event: Event[float], with_time: bool) -> bool:
     """Return whether two events are equal; `with_time`: also in time."""
-    return there.row[1 - with_time :] == event.row[1 - with_time :]
+    return logged.row[1 - with_time :] == event.row[1 - with_time :]
 
 
 def _rows(truth: Path) -> list[tuple[int, list[str]]]:

@@ -172,7 +172,7 @@ def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ())
 def _balance(arguments: _Arguments) -> Balance:
     loads, points, joints = arguments.loads, arguments.points, arguments.joints
     axes = np.stack([load.axes for load in loads])
-    wrench = _turned(axes, np.stack([load.wrench for load in loads]))
+    wrench = _in_axes(axes, np.stack([load.wrench for load in loads]))
     sizes = np.array([load.size for load in loads])
     unit = np.ones((len(loads), 6))
     unit[:, 3:] /= sizes[:, None]
@@ -202,7 +202,7 @@ def _balance(arguments: _Arguments) -> Balance:
     soft = soft.ravel()
     near_enough = np.repeat(SETTLED * share, 6) + 1e-12
     problem = _Problem(scaled, offset, opening, target, count)
-    found = _minimise(problem, soft, problem.as_if_held(soft), near_enough)
+    found = _minimise(problem, soft, problem.unconstrained(soft), near_enough)
     steps, settled = found.steps, found.settled
     for _ in range(AGAIN):
         # Add the residual of E to the target (method of multipliers).
@@ -218,10 +218,10 @@ def _balance(arguments: _Arguments) -> Balance:
     for result in (forces, depths):
         result.flags.writeable = False
     missing = (target - scaled @ given).reshape(-1, 6) * scale / unit
-    return Balance(forces, depths, _turned(axes.transpose(0, 2, 1), missing), steps, settled)
+    return Balance(forces, depths, _in_axes(axes.transpose(0, 2, 1), missing), steps, settled)
 
 
-def _turned(axes: Array, wrenches: Array) -> Array:
+def _in_axes(axes: Array, wrenches: Array) -> Array:
     """Return the wrenches (n, 6) in the axes given by the rows of `axes` (n, 3, 3)."""
     parts: Array = np.einsum("nij,nkj->nki", axes, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
     return parts
@@ -251,8 +251,8 @@ def _mapping(
         arms = points.places[moved] - centres
         directions = frames[moved]
         moments = np.cross(arms[:, None, :], directions)
-        own = axes[rows].transpose(0, 2, 1)
-        both = np.concatenate([directions @ own, moments @ own], axis=2) * sign
+        body_axes = axes[rows].transpose(0, 2, 1)
+        both = np.concatenate([directions @ body_axes, moments @ body_axes], axis=2) * sign
         mapping[rows, :, moved, :] += both.transpose(0, 2, 1) * unit[rows][:, :, None]
     return mapping.reshape(6 * len(loads), 3 * count)
 
@@ -327,7 +327,7 @@ class _Found:
 
 @dataclass(frozen=True)
 class _Problem:
-    """φ without E.
+    """The function φ, without its term with E.
 
     Attributes
     ----------
@@ -349,7 +349,7 @@ class _Problem:
     target: Array
     count: int
 
-    def as_if_held(self, soft: Array) -> Array:
+    def unconstrained(self, soft: Array) -> Array:
         """Return the displacement if all points could pull and had unlimited friction."""
         hessian = self.scaled @ self.scaled.T
         hessian[np.diag_indices_from(hessian)] += soft

@@ -85,7 +85,7 @@ def without_covered(
                 (front, ahead)
                 for front in of_body
                 if front.other != back.other
-                for ahead in (_ahead(front.other, back.other, preferred),)
+                for ahead in (_required_lead(front.other, back.other, preferred),)
                 if _may_cover(front, back, ahead)
             ]
             if fronts:
@@ -101,7 +101,7 @@ def without_covered(
     return found
 
 
-def _ahead(front: int, back: int, preferred: Collection[int]) -> float:
+def _required_lead(front: int, back: int, preferred: Collection[int]) -> float:
     """Return how much nearer a body must be to cover another, in m.
 
     The result is negative for a body that covers equally near bodies.
@@ -274,7 +274,7 @@ def _extent(outline: Sequence[Point]) -> float:
 def _quadrangle(outline: Sequence[Point]) -> list[Point]:
     """Return a quadrangle of the same area and centroid as a round outline."""
     area, x, y = patches.moments(outline)[:3]
-    corners = patches.fewer(outline, 4)
+    corners = patches.fewer_corners(outline, 4)
     less, mx, my = patches.moments(corners)[:3]
     grown = math.sqrt(area / less)
     return [(x + (px - mx) * grown, y + (py - my) * grown) for px, py in corners]

@@ -191,22 +191,24 @@ def candidates(pair: Pair) -> Iterator[Direction]:
         return
     best = max((d.separation for d in (face, edge) if d is not None), default=0.0)
     if best < TOUCHING * scale:
-        yield from _out(pair, face, edge)
+        yield from _overlap_directions(pair, face, edge)
         return
     if edge is not None and edge.separation >= best:
         yield edge
-    yield from _apart(pair)
+    yield from _gap_direction(pair)
 
 
-def _out(pair: Pair, face: Direction | None, edge: Direction | None) -> Iterator[Direction]:
+def _overlap_directions(
+    pair: Pair, face: Direction | None, edge: Direction | None
+) -> Iterator[Direction]:
     """Yield directions that separate overlapping cores, or cores that only seem to overlap."""
     apart, normal = separation(pair.at_a, pair.at_b)
     if apart > TOUCHING * pair.scale:
-        yield from _apart(pair, (apart, normal))
+        yield from _gap_direction(pair, (apart, normal))
         return
     known = [d for d in (face, edge) if d is not None]
     if not known:
-        yield Direction.of(pair, _aside(pair))
+        yield Direction.of(pair, _any_direction(pair))
         return
     if face is not None and edge is not None:
         bias = EDGE_BIAS * pair.scale + 0.1 * abs(face.separation)
@@ -219,7 +221,7 @@ def _out(pair: Pair, face: Direction | None, edge: Direction | None) -> Iterator
         yield direction
 
 
-def _apart(
+def _gap_direction(
     pair: Pair, known: tuple[float, tuple[float, float, float]] | None = None
 ) -> Iterator[Direction]:
     """Yield the direction of the closest points of two separate cores."""
@@ -267,12 +269,12 @@ def _one_side(pair: Pair) -> Array | None:
     A flat polygon is a part of a mesh: a body beside it touches the neighbouring polygon, not its
     edge.
     """
-    for flat, own, solid, at in (
+    for flat, flat_at, solid, at in (
         (pair.a, pair.at_a, pair.b, pair.at_b),
         (pair.b, pair.at_b, pair.a, pair.at_a),
     ):
         if flat.flat and len(solid.faces) and not solid.flat:
-            heights = (at - own[0]) @ flat.normals[0]
+            heights = (at - flat_at[0]) @ flat.normals[0]
             low, high = float(heights.min()), float(heights.max())
             if max(low, -high) > -PLANE_SHARE * (high - low) - 1e-9 * pair.scale:
                 normal: Array = flat.normals[0]
@@ -346,7 +348,7 @@ def _best_arc(pair: Pair) -> Direction | None:
     return _edge_direction(pair, axes[best], float(apart[best]))
 
 
-def _aside(pair: Pair) -> Array:
+def _any_direction(pair: Pair) -> Array:
     """Return an arbitrary but constant direction for points and segments that coincide."""
     spans = [shape.edges[0] for shape in (pair.a, pair.b) if len(shape.edges)]
     if not spans:
@@ -354,7 +356,7 @@ def _aside(pair: Pair) -> Array:
     return perpendiculars(spans[0])[0]
 
 
-def lateral(a: Shape, b: Shape) -> Array | None:
+def side_direction(a: Shape, b: Shape) -> Array | None:
     """Return the direction from b to a where a cylinder's round side touches.
 
     It is computed as for the capsule around the cylinder's axis. Return None at a cylinder's ends
@@ -378,7 +380,7 @@ def lateral(a: Shape, b: Shape) -> Array | None:
     return np.array(toward)
 
 
-def beaten(pair: Pair, direction: Direction) -> bool:
+def has_better_face(pair: Pair, direction: Direction) -> bool:
     """Return whether a face separates clearly better than this direction."""
     face = _best_face(pair)
     return face is not None and face.separation > direction.separation + 0.003 * pair.scale

@@ -130,9 +130,10 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
         left = contacts @ force.ravel() + ties @ tied + soft * moved - problem.target
         mean = float((force * gap).sum()) / count
         energy = float(((widths * force) ** 2).sum())
-        met = (np.abs(left) <= near_enough).all() and np.abs(stretch).max() <= EVEN * energy**0.5
+        is_even = np.abs(stretch).max() <= EVEN * energy**0.5
+        is_balanced = is_even and (np.abs(left) <= near_enough).all()
         share = count * mean / energy
-        if met and share < best:
+        if is_balanced and share < best:
             best = share
             given = np.concatenate([(widths * force).ravel(), tied])
             found = Inside(moved, given, steps, share <= ENOUGH)

@@ -86,7 +86,9 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
             wide = reach.get(key, 0.0) + reach.get(other, 0.0)
             contacts = world.contacts(*pair, tolerance + wide, when)
             if wide > 0.0:
-                contacts = [contact for contact in contacts if _helps(contact, pair, world)]
+                contacts = [
+                    contact for contact in contacts if _pushes_as_required(contact, pair, world)
+                ]
             island.contacts += [(*pair, contact) for contact in contacts]
             fast = neighbour.weighs and world.required_load(other).reach > TOLERANCE
             if contacts or (fast and not neighbour.animated):
@@ -94,7 +96,7 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
     return island
 
 
-def _helps(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
+def _pushes_as_required(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
     """Return whether a contact pushes one of its bodies the way its required force points."""
     for key, sign in zip(pair, (1.0, -1.0), strict=True):
         if world.node(key).weighs:
@@ -186,14 +188,14 @@ def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
 
 def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) -> list[Contact]:
     """Return the contacts, without the contacts of a pad's owner that the pad covers."""
-    own, whole = numbers[part.key], numbers.get(part.owner or (), -1)
+    part_number, whole = numbers[part.key], numbers.get(part.owner or (), -1)
     found = []
     for contact in contacts:
         other = {contact.a, contact.b} - {whole}
         in_front = [
             c.patch
             for c in contacts
-            if own in (c.a, c.b) and other == {c.a, c.b} - {own} and len(other) == 1
+            if part_number in (c.a, c.b) and other == {c.a, c.b} - {part_number} and len(other) == 1
         ]
         if whole not in (contact.a, contact.b) or not in_front:
             found.append(contact)

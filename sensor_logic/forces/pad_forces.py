@@ -150,17 +150,17 @@ class _Attempt:
 
 def pad_forces(pad: Key, world: World) -> PadForces:
     """Return the forces on the pad `pad`."""
-    problem = _unheld(pad, world)
+    problem = _unsupported_weight(pad, world)
     if problem:
         return PadForces(problem=problem, usable=False)
     attempt = _attempt(pad, world, {}, 0)
     if attempt.worst > RESIDUAL:
-        attempt = _wider(pad, world, attempt)
+        attempt = _search_wider(pad, world, attempt)
     return _result(pad, world, attempt)
 
 
-def _unheld(pad: Key, world: World) -> str:
-    """Return a text about a weight near the pad that nothing supports; else empty.
+def _unsupported_weight(pad: Key, world: World) -> str:
+    """Return a problem text that names a weight near the pad without support; "" without one.
 
     Such a weight may belong on the pad.
     """
@@ -172,7 +172,7 @@ def _unheld(pad: Key, world: World) -> str:
     return ""
 
 
-def _wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
+def _search_wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
     """Return the best attempt with a wider reach.
 
     A body whose load the contacts do not explain may have touched another body between two frames.
@@ -209,9 +209,9 @@ def _attempt(pad: Key, world: World, reach: dict[Key, float], when: int) -> _Att
         key: _residual(world, key, found.missing[index], least) for key, index in order.items()
     }
     attempt = _Attempt(island, groups, found, residuals, found.settled and lying.converged)
-    attempt.unresolved = _unresolved(pad, world, attempt, lying)
+    attempt.unresolved = _height_uncertainty(pad, world, attempt, lying)
     if island.constraints:
-        attempt.undecided = _undecided(pad, attempt, loads, points, order)
+        attempt.undecided = _joint_uncertainty(pad, attempt, loads, points, order)
     return attempt
 
 
@@ -242,7 +242,7 @@ def _joint(link: Constraint, order: dict[Key, int], stiffness: float) -> Joint:
     return Joint(ends[0], ends[1], link.place, link.forces, link.moments, stiffness)
 
 
-def _undecided(
+def _joint_uncertainty(
     pad: Key, attempt: _Attempt, loads: Sequence[Load], points: Points, order: dict[Key, int]
 ) -> str:
     """Return a text if the pad's force depends on the stiffness of constraints; else empty."""
@@ -259,7 +259,7 @@ def _undecided(
     return f"statics cannot tell how much {names} carries"
 
 
-def _unresolved(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
+def _height_uncertainty(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
     """Return a text if it is uncertain how the pad shares a weight; else empty.
 
     This is so if something fixed beside the pad shares the weight and one of them is higher, by
@@ -360,21 +360,21 @@ def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Arr
     seen = points @ axes.T
     feet = _feet(seen, max(APART, 2.0 * float(np.sqrt(areas.mean()))))
     for foot in range(int(feet.max()) + 1 if feet.any() else 0):
-        own = feet == foot
-        pad = own & on_pad
+        on_foot = feet == foot
+        pad = on_foot & on_pad
         if not pad.any():
             continue
-        lower = own & ~on_pad & (gaps > gaps[pad].min() + TOUCHING)
-        middle = areas[own] @ seen[own] / areas[own].sum()
+        lower = on_foot & ~on_pad & (gaps > gaps[pad].min() + TOUCHING)
+        middle = areas[on_foot] @ seen[on_foot] / areas[on_foot].sum()
         # Each point represents the area around it.
-        around = 0.75 * float(np.sqrt(areas[own].mean()))
-        if lower.any() and _among(seen[pad], middle, around):
+        around = 0.75 * float(np.sqrt(areas[on_foot].mean()))
+        if lower.any() and _is_among(seen[pad], middle, around):
             held[pad] *= 1.0 + areas[lower].sum() / areas[pad].sum()
             held[lower] = 0.0
     return held
 
 
-def _among(places: Array, place: Array, around: float) -> bool:
+def _is_among(places: Array, place: Array, around: float) -> bool:
     """Return whether a place (2,) is at most `around` outside the hull of `places` (n, 2)."""
     angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
     ways = np.stack([np.cos(angles), np.sin(angles)])

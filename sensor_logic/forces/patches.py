@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from .directions import FLAT, Direction, Pair, beaten, candidates, lateral
+from .directions import FLAT, Direction, Pair, candidates, has_better_face, side_direction
 from .shapes import Shape
 
 # Convex polygons in a plane, as lists of (x, y). For few points, plain Python is faster than numpy.
@@ -124,7 +124,7 @@ def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float
     )
 
 
-def tidied(polygon: Sequence[Point], near: float) -> list[Point]:
+def without_duplicates(polygon: Sequence[Point], near: float) -> list[Point]:
     """Return the polygon without points within `near` of the previous point."""
     out: list[Point] = []
     for point in polygon:
@@ -135,7 +135,7 @@ def tidied(polygon: Sequence[Point], near: float) -> list[Point]:
     return out
 
 
-def longest(polygon: Sequence[Point]) -> tuple[Point, Point]:
+def farthest_pair(polygon: Sequence[Point]) -> tuple[Point, Point]:
     """Return the two points that are furthest apart."""
     best, ends = -1.0, (polygon[0], polygon[0])
     for i, p in enumerate(polygon):
@@ -146,7 +146,7 @@ def longest(polygon: Sequence[Point]) -> tuple[Point, Point]:
     return ends
 
 
-def fewer(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
+def fewer_corners(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
     """Return at most `most` corners, dropping the corners that cut off the least area."""
     out = list(polygon)
     if len(out) <= most:
@@ -215,10 +215,10 @@ def hull(points: Sequence[Point], near: float) -> list[Point]:
             out.append(p)
         return out[:-1]
 
-    loop = tidied(chain(ordered) + chain(ordered[::-1]), near) or ordered[:1]
+    loop = without_duplicates(chain(ordered) + chain(ordered[::-1]), near) or ordered[:1]
     if len(loop) < 3:
         return loop
-    p, q = longest(loop)
+    p, q = farthest_pair(loop)
     length = math.hypot(q[0] - p[0], q[1] - p[1])
     return loop if abs(moments(loop)[0]) > near * length else [p, q]
 
@@ -258,18 +258,18 @@ def _rank(shape: Shape) -> tuple[float, ...]:
 
 def _contact(a: Shape, b: Shape, tolerance: float) -> Patch | None:
     if a.axis is None and b.axis is None:
-        return _searched(Pair(a, b, tolerance))
-    side = lateral(a, b)
+        return _find_contact(Pair(a, b, tolerance))
+    side = side_direction(a, b)
     if side is not None:
         pair = Pair(a.turned(-side), b.turned(side), tolerance)
         direction = Direction.of(pair, side)
         direction.last = False
-        if not beaten(pair, direction):
-            patch = _along(pair, direction)
+        if not has_better_face(pair, direction):
+            patch = _contact_along(pair, direction)
             if patch is not None:
                 return patch
     # Before they are turned, the sides are less than 0.3 % of the radius inside the circle.
-    rough = _searched(Pair(a, b, tolerance + 0.003 * max(a.size, b.size)))
+    rough = _find_contact(Pair(a, b, tolerance + 0.003 * max(a.size, b.size)))
     if rough is None:
         return None
     for _ in range(TURNS):
@@ -277,7 +277,7 @@ def _contact(a: Shape, b: Shape, tolerance: float) -> Patch | None:
         if turned == (a, b):
             break
         a, b = turned
-        patch = _searched(Pair(a, b, tolerance))
+        patch = _find_contact(Pair(a, b, tolerance))
         if patch is None:
             break
         moved = float(np.abs(patch.normal - rough.normal).max())
@@ -290,9 +290,9 @@ def _contact(a: Shape, b: Shape, tolerance: float) -> Patch | None:
     return Patch(rough.points[near], rough.normal, rough.gaps[near], rough.areas[near])
 
 
-def _searched(pair: Pair) -> Patch | None:
+def _find_contact(pair: Pair) -> Patch | None:
     for direction in candidates(pair):
-        patch = _along(pair, direction)
+        patch = _contact_along(pair, direction)
         if patch is not None and patch.gaps.min() <= direction.accept:
             return patch
     return None
@@ -318,21 +318,21 @@ class _Surface:
         return self.z + self.slope_x * (x - self.x) + self.slope_y * (y - self.y)
 
 
-def _along(pair: Pair, direction: Direction) -> Patch | None:
+def _contact_along(pair: Pair, direction: Direction) -> Patch | None:
     """Return the contact along one direction: of flat features, or of all overlapping points."""
     frame = pair.frame(direction.normal)
     deep = -direction.separation
     if deep > DEEP * pair.scale and pair.penetrating(direction):
-        flat = _flat(pair, direction, frame)
+        flat = _feature_contact(pair, direction, frame)
         if flat is not None and flat[1] != 1:
             return flat[0]
         lowest = [] if flat is None else ((flat[0].points - pair.origin) @ frame[:2].T).tolist()
-        return _below(pair, frame, deep, lowest) or (None if flat is None else flat[0])
-    flat = _flat(pair, direction, frame)
+        return _overlap_contact(pair, frame, deep, lowest) or (None if flat is None else flat[0])
+    flat = _feature_contact(pair, direction, frame)
     return None if flat is None else flat[0]
 
 
-def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
+def _feature_contact(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
     """Return the contact of the shapes' faces, edges or corners, and the number of faces."""
     normal = direction.normal
     upper = _feature(pair.a, pair.at_a, -normal, frame, direction.face_a)
@@ -342,7 +342,7 @@ def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] |
     outline = clipped(upper.outline, lower.outline, 0.0)
     outline = outline or clipped(upper.outline, lower.outline, near)
     if not outline:
-        return (_point(pair, direction, frame, upper, lower), 1) if direction.last else None
+        return (_point_contact(pair, direction, frame, upper, lower), 1) if direction.last else None
     swept = pair.a.radius + pair.b.radius
     gaps = [upper.height(x, y) - lower.height(x, y) - swept for x, y in outline]
     if min(gaps) > pair.tolerance:
@@ -352,14 +352,14 @@ def _flat(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] |
         x, y = outline[0]
         limit = pair.tolerance - gaps[0] + sx * x + sy * y
         outline = clipped_by(outline, sx, sy, limit) or [outline[gaps.index(min(gaps))]]
-    points, areas = _shared(outline, pair.scale)
+    points, areas = _sample_outline(outline, pair.scale)
     top = [upper.height(x, y) - pair.a.radius for x, y in points]
     bottom = [lower.height(x, y) + pair.b.radius for x, y in points]
     faces = (len(upper.outline) > 2) + (len(lower.outline) > 2)
     return _patch(pair, frame, points, areas, np.array(top), np.array(bottom)), faces
 
 
-def _point(
+def _point_contact(
     pair: Pair, direction: Direction, frame: Array, upper: _Surface, lower: _Surface
 ) -> Patch:
     """Return the contact along a proven direction if the outlines of oblique features are apart."""
@@ -373,19 +373,21 @@ def _point(
     return _patch(pair, frame, [(x, y)], [wide * wide], np.array([top]), np.array([bottom]))
 
 
-def _below(pair: Pair, frame: Array, deep: float, lowest: list[list[float]]) -> Patch | None:
+def _overlap_contact(
+    pair: Pair, frame: Array, deep: float, lowest: list[list[float]]
+) -> Patch | None:
     """Return the contact of the parts of both shapes within `deep` of their furthest points.
 
     The furthest points include `lowest`.
     """
-    upper = hull(_cut(pair.at_a, pair.a, frame, -1.0, deep), 1e-9 * pair.scale)
-    lower = hull(_cut(pair.at_b, pair.b, frame, 1.0, deep), 1e-9 * pair.scale)
+    upper = hull(_cut_slab(pair.at_a, pair.a, frame, -1.0, deep), 1e-9 * pair.scale)
+    lower = hull(_cut_slab(pair.at_b, pair.b, frame, 1.0, deep), 1e-9 * pair.scale)
     outline = clipped(upper, lower, 0.0) or clipped(upper, lower, 1e-6 * pair.scale)
     if not outline:
         return None
     weld = 1e-7 * pair.scale
     extra = [(x, y) for x, y in lowest if clipped([(x, y)], outline, weld)]
-    points, areas = _shared(outline, pair.scale, extra)
+    points, areas = _sample_outline(outline, pair.scale, extra)
     top = surface(pair.at_a, pair.a, frame, -1.0, points) - pair.a.radius
     bottom = surface(pair.at_b, pair.b, frame, 1.0, points) + pair.b.radius
     near = top - bottom <= pair.tolerance
@@ -434,7 +436,7 @@ def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | 
     return _Surface((at[chosen] @ frame.T).tolist(), None)
 
 
-def _cut(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> list[Point]:
+def _cut_slab(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> list[Point]:
     """Return the corners within `deep` of the furthest corner, and the ends of edges there."""
     heights = sign * (at @ frame[2])
     level = heights.max() - deep
@@ -469,7 +471,7 @@ def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Poi
     return best
 
 
-def _shared(
+def _sample_outline(
     outline: list[Point], scale: float, extra: Sequence[Point] = ()
 ) -> tuple[list[Point], list[float]]:
     """Return sample points and areas of a polygon, of a line (Simpson's rule) or of a point."""
@@ -481,9 +483,9 @@ def _shared(
     if length < 1e-4 * scale:
         return [((min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2)], [wide * wide]
     if len(outline) > 2:
-        outline = tidied(outline, 1e-6 * length)
+        outline = without_duplicates(outline, 1e-6 * length)
         if len(outline) > 2 and moments(outline)[0] > 1e-3 * length * length:
-            return samples(outline, [*fewer(outline), *extra])
-    (px, py), (qx, qy) = ends = longest(outline)
+            return samples(outline, [*fewer_corners(outline), *extra])
+    (px, py), (qx, qy) = ends = farthest_pair(outline)
     area = ((qx - px) ** 2 + (qy - py) ** 2) ** 0.5 * wide / 6
     return [ends[0], ((px + qx) / 2, (py + qy) / 2), ends[1]], [area, 4 * area, area]

@@ -173,8 +173,8 @@ def _intersections(
         side = _value(sides[:, None], middle[:, :, None])
         share = _value(height[:, None], middle) / _value(slope[:, None], middle)
         same = (side >= 0.0).all(axis=2) | (side <= 0.0).all(axis=2)
-        met = same & (share >= 0.0) & (share <= 1.0) & (np.diff(moments, axis=1) > NO_TIME)
-        pair, gap = np.nonzero(met)
+        is_hit = same & (share >= 0.0) & (share <= 1.0) & (np.diff(moments, axis=1) > NO_TIME)
+        pair, gap = np.nonzero(is_hit)
         between = share[pair, gap]
         begin, end = moments[pair, gap], moments[pair, gap + 1]
         ends = [

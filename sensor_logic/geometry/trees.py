@@ -172,9 +172,9 @@ class TriangleTree:
             at_once = max(1, PAIRS_AT_ONCE // size)
             for part in (slice(i, i + at_once) for i in range(0, len(row), at_once)):
                 some = bundle[part, None] * size + np.arange(size)
-                there = some < rays
-                single = (piece[part, None] * rays + some)[there]
-                triangle = np.broadcast_to(which[part, None], some.shape)[there]
+                exists = some < rays
+                single = (piece[part, None] * rays + some)[exists]
+                triangle = np.broadcast_to(which[part, None], some.shape)[exists]
                 near = self._rays_near(before, after, room, single, triangle)
                 yield *np.divmod(single[near], rays), self._numbers[triangle[near]]
 
@@ -204,9 +204,9 @@ class TriangleTree:
                 yield left, found
                 continue
             below = found[:, None] * WITHIN + np.arange(WITHIN)
-            there = below < len(self._levels[level - 1].centre)
+            exists = below < len(self._levels[level - 1].centre)
             left = np.broadcast_to(left[:, None], below.shape)
-            yield from self._descend(swept, room, level - 1, left[there], below[there])
+            yield from self._descend(swept, room, level - 1, left[exists], below[exists])
 
 
 def _all_three(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -317,11 +317,11 @@ class RayTree:
         limits
             The longest distances (k,).
         """
-        far, met = np.full(len(origins), np.inf), np.full(len(origins), -1, np.intp)
+        far, hit_triangle = np.full(len(origins), np.inf), np.full(len(origins), -1, np.intp)
         for part in _parts(len(origins), RAYS_AT_ONCE):
             rays = _rays(*(np.asarray(a[part], float) for a in (origins, directions, limits)))
-            far[part], met[part] = self._meet(rays)
-        return far, met
+            far[part], hit_triangle[part] = self._meet(rays)
+        return far, hit_triangle
 
     def ray_cast(
         self, origin: Array, direction: Array, distance: float = np.inf
@@ -331,17 +331,17 @@ class RayTree:
         The result has the form of Blender's `BVHTree.ray_cast`.
         """
         start, way = np.asarray(origin, float), np.asarray(direction, float)
-        far, met = self.meet(start[None], way[None], np.array([distance]))
-        if met[0] < 0:
+        far, hit_triangle = self.meet(start[None], way[None], np.array([distance]))
+        if hit_triangle[0] < 0:
             return None, None, None, None
-        corners = self._points[self._triangles[met[0]]].astype(float)
+        corners = self._points[self._triangles[hit_triangle[0]]].astype(float)
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
         size = float(np.linalg.norm(normal))
         point = start + way / np.linalg.norm(way) * far[0]
-        return point, normal / size if size else normal, int(met[0]), float(far[0])
+        return point, normal / size if size else normal, int(hit_triangle[0]), float(far[0])
 
     def _meet(self, rays: _Rays) -> tuple[Array, Index]:
-        best, met = rays.limits.copy(), np.full(len(rays.limits), -1, np.intp)
+        best, hit_triangle = rays.limits.copy(), np.full(len(rays.limits), -1, np.intp)
         middle = min(MIDDLE, len(self._levels) - 1)
         ray, box, enter = self._descend(rays, len(self._levels), middle, *_all_pairs(0, 0))
         nearest = np.lexsort((enter, ray))
@@ -352,16 +352,16 @@ class RayTree:
         while True:
             # The next boxes of each ray, except boxes behind a triangle that the ray already hit.
             next_ones = following[:, None] + np.arange(open_now)
-            there = next_ones < ends[:, None]
-            pairs = next_ones[there]
+            exists = next_ones < ends[:, None]
+            pairs = next_ones[exists]
             pairs = pairs[enter[pairs] <= best[ray[pairs]]]
             if not len(pairs):
-                return np.where(met >= 0, best, np.inf), met
+                return np.where(hit_triangle >= 0, best, np.inf), hit_triangle
             following += open_now
             limited = replace(rays, limits=best)
             leaf_ray, leaf, _ = self._descend(limited, middle, 0, ray[pairs], box[pairs])
             for part in _parts(len(leaf), TRIANGLES_AT_ONCE // WITHIN):
-                self._hit_triangles(rays, leaf_ray[part], leaf[part], best, met)
+                self._hit_triangles(rays, leaf_ray[part], leaf[part], best, hit_triangle)
             open_now = min(2 * open_now, MOST_OPENED)
 
     def _descend(
@@ -381,9 +381,9 @@ class RayTree:
         while level > last:
             level -= 1
             below = box[:, None] * WITHIN + np.arange(WITHIN)
-            there = below < len(self._levels[level][0])
-            each = np.broadcast_to(ray[:, None], below.shape)[there]
-            ray, box, enter = self._entered(rays, level, each, below[there])
+            exists = below < len(self._levels[level][0])
+            each = np.broadcast_to(ray[:, None], below.shape)[exists]
+            ray, box, enter = self._entered(rays, level, each, below[exists])
         return ray, box, enter
 
     def _entered(
@@ -404,16 +404,18 @@ class RayTree:
         crossed = np.flatnonzero(enter <= leave)
         return ray[crossed], box[crossed], enter[crossed]
 
-    def _hit_triangles(self, rays: _Rays, ray: Index, leaf: Index, best: Array, met: Index) -> None:
+    def _hit_triangles(
+        self, rays: _Rays, ray: Index, leaf: Index, best: Array, hit_triangle: Index
+    ) -> None:
         """Lower `best` in place to the distance of the nearest triangle in pairs of ray and leaf.
 
         Two triangles compute the side of a point at their common edge from the same numbers, so no
         ray slips through between them.
         """
         places = leaf[:, None] * WITHIN + np.arange(WITHIN)
-        there = places < len(self._order)
-        ray = np.broadcast_to(ray[:, None], places.shape)[there]
-        triangle = self._order[places[there]]
+        exists = places < len(self._order)
+        ray = np.broadcast_to(ray[:, None], places.shape)[exists]
+        triangle = self._order[places[exists]]
         some = rays.of(ray)
         x, y, z = [], [], []
         for corner in range(3):
@@ -433,8 +435,10 @@ class RayTree:
         _, first = np.unique(ray[hits], return_index=True)
         hits = hits[first]
         row = ray[hits]
-        nearer = (far[hits] < best[row]) | (met[row] < 0) | (triangle[hits] < met[row])
-        best[row[nearer]], met[row[nearer]] = far[hits[nearer]], triangle[hits[nearer]]
+        nearer = (
+            (far[hits] < best[row]) | (hit_triangle[row] < 0) | (triangle[hits] < hit_triangle[row])
+        )
+        best[row[nearer]], hit_triangle[row[nearer]] = far[hits[nearer]], triangle[hits[nearer]]
 
 
 def _rays(origins: Array, directions: Array, limits: Array) -> _Rays:

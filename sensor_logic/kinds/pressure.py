@@ -446,13 +446,13 @@ def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact)
             holding += held
             share += held
         names[partner.name] = names.get(partner.name, 0.0) + share
-    own = float(contact.weight @ inward)
+    own_weight = float(contact.weight @ inward)
     force = pressing
     if pressing == 0.0 and holding > 0.0:
         # A partner that holds the pad up also carries the pad's own weight.
-        force = holding - own if parameters.subtract_own_weight else holding
+        force = holding - own_weight if parameters.subtract_own_weight else holding
     elif not parameters.subtract_own_weight:
-        force = pressing + own
+        force = pressing + own_weight
     least = LEAST_SHARE * max(pressing, holding)
     partners = joined(name for name, share in names.items() if share > least)
     centre = (math.nan, math.nan)

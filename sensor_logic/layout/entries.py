@@ -230,11 +230,13 @@ def read_layout(path: Path) -> Layout:
     if not isinstance(found, list):
         raise InputError(f"{path.name}, line {lines[top]}: sensors must be a list in [ ]")
     depth = len(top)
-    own: list[dict[KeyPath, int]] = [{} for _ in found]
+    entry_lines: list[dict[KeyPath, int]] = [{} for _ in found]
     for key, line in lines.items():
         if key[:depth] == top and len(key) > depth:
-            own[int(key[depth])][key[depth + 1 :]] = line
-    entries = [_checked(LayoutEntry(path.name, *pair)) for pair in zip(found, own, strict=True)]
+            entry_lines[int(key[depth])][key[depth + 1 :]] = line
+    entries = [
+        _checked(LayoutEntry(path.name, *pair)) for pair in zip(found, entry_lines, strict=True)
+    ]
     _check_names(entries)
     return Layout(entries, others)
 

@@ -66,11 +66,11 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
         if values < 0:
             raise AngenError(TOO_MANY)
         track = _read_track(facts, clock, reader)
-        recording.tracks[_of(str, track.sensor)] = track
+        recording.tracks[_typed(str, track.sensor)] = track
         room -= track.nbytes
         if room < 0:
             raise AngenError(TOO_MANY)
-    return recording, _of(dict, header["facts"])
+    return recording, _typed(dict, header["facts"])
 
 
 def size_of(recording: Recording) -> int:
@@ -113,7 +113,7 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _of(kind: type, value: Any) -> Any:
+def _typed(kind: type, value: Any) -> Any:
     if type(value) is not kind:
         raise TypeError
     return value
@@ -130,7 +130,7 @@ def _read_clock(fields: Any) -> Clock:
 def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) -> Track:
     count, columns = header["count"], list(header["columns"])
     track = Track(header["sensor"], header["kind"], clock=clock)
-    track.steps = {_of(str, name): _number(step) for name, step in header["steps"].items()}
+    track.steps = {_typed(str, name): _number(step) for name, step in header["steps"].items()}
     if columns[0]["as"] == "steps":
         if clock is None:
             raise AngenError("it is damaged (no clock)")
@@ -161,7 +161,7 @@ def _read_track(header: dict[str, Any], clock: Clock | None, reader: _Reader) ->
 def _read_texts(facts: dict[str, Any], count: int, reader: _Reader) -> list[str]:
     if facts["as"] != "texts":
         raise TypeError
-    texts = [_of(str, text) for text in facts["texts"]]
+    texts = [_typed(str, text) for text in facts["texts"]]
     return [texts[i] for i in np.frombuffer(reader.take(facts["size"], 4 * count), np.uint32)]
 
 

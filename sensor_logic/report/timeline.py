@@ -107,9 +107,9 @@ def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[A
     def at(moments: Array, side: str) -> Array:
         """Return the value that holds at each time, or just before it (side "left")."""
         index = np.searchsorted(times, moments, "right" if side == "right" else "left") - 1
-        there = index >= 0
+        exists = index >= 0
         reaches = held[index] > moments if side == "right" else held[index] >= moments
-        return np.where(there & reaches, values[index], np.nan)
+        return np.where(exists & reaches, values[index], np.nan)
 
     carried, last = at(edges[:-1], "right"), at(edges[1:], "left")
     low, high = np.fmin(carried, last), np.fmax(carried, last)

@@ -13,8 +13,8 @@ from angen_sensors.sensor_logic.kinds.pir.lenses import (
     LENSES,
     Zone,
     dual,
+    lenslet_zones,
     read_table,
-    seen_through,
     write_table,
     zone_rays,
 )
@@ -95,8 +95,8 @@ def test_rays_fill_the_zone_and_weigh_its_solid_angle(place, size):
 
 
 def test_a_lenslet_shows_the_elements_the_other_way_round():
-    """Through a lens straight ahead the element on the right senses to the left."""
-    left, right = seen_through(0.0, 0.0, dual(25.0))
+    """Through a lens straight ahead the element on the right sees to the left."""
+    left, right = lenslet_zones(0.0, 0.0, dual(25.0))
     assert (left.polarity, right.polarity) == (1, -1)
     assert math.tan(left.azimuth) == pytest.approx(1 / 25)
     assert math.tan(right.azimuth) == pytest.approx(-1 / 25)

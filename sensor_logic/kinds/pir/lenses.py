@@ -105,8 +105,8 @@ def zone_rays(zones: Zones, count: int) -> ZoneRays:
         x = across * math.tan(zone.width / 2)
         y = along * math.tan(zone.height / 2)
         up = np.cross(zone.right, zone.axis)
-        there = zone.axis + np.outer(x, zone.right) + np.outer(y, up)
-        directions[row] = there / np.linalg.norm(there, axis=1)[:, None]
+        ahead = zone.axis + np.outer(x, zone.right) + np.outer(y, up)
+        directions[row] = ahead / np.linalg.norm(ahead, axis=1)[:, None]
         weights[row] = zone.polarity * zone.gain * zone.solid_angle / count
     flat = directions.reshape(-1, 3)
     made = ZoneRays(flat, weights.reshape(-1), np.repeat(np.arange(len(zones)), count))
@@ -236,19 +236,19 @@ def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
     )
 
 
-def seen_through(
+def lenslet_zones(
     azimuth: float, elevation: float, elements: tuple[Element, ...], gain: float = 1.0
 ) -> Zones:
     """Return the zones of one lenslet whose centre is at these angles (radians)."""
     lenslet = Zone(azimuth, elevation, 0.0, 0.0, 1)
     zones = []
     for element in elements:
-        there = lenslet.axis - np.array([element.x, element.y, 0.0])
-        there /= np.linalg.norm(there)
+        ahead = lenslet.axis - np.array([element.x, element.y, 0.0])
+        ahead /= np.linalg.norm(ahead)
         # Flat elements appear foreshortened from the side.
         zone = Zone(
-            math.atan2(-there[0], -there[2]),
-            math.asin(there[1]),
+            math.atan2(-ahead[0], -ahead[2]),
+            math.asin(ahead[1]),
             2.0 * math.atan(element.width / 2 * math.cos(azimuth)),
             2.0 * math.atan(element.height / 2 * math.cos(elevation)),
             element.polarity,
@@ -268,7 +268,7 @@ def tier(
     """Return the zones of `count` lenslets in a row at `elevation`, `spacing` apart (degrees)."""
     azimuths = [(i - (count - 1) / 2) * spacing for i in range(count)]
     parts = [
-        seen_through(math.radians(azimuth), math.radians(elevation), elements, gain)
+        lenslet_zones(math.radians(azimuth), math.radians(elevation), elements, gain)
         for azimuth in azimuths
     ]
     return sum(parts, ())
@@ -286,7 +286,7 @@ def ring(off_axis: float, count: int, elements: tuple[Element, ...], stretch: fl
         away = math.radians(off_axis) * math.hypot(side, up)
         roll = math.atan2(up, side)
         x, y = math.sin(away) * math.cos(roll), math.sin(away) * math.sin(roll)
-        zones += seen_through(math.atan2(-x, math.cos(away)), math.asin(y), elements)
+        zones += lenslet_zones(math.atan2(-x, math.cos(away)), math.asin(y), elements)
     return zones
 
 

@@ -37,9 +37,9 @@ def radiosity(seen: Emission) -> Array:
 
     It is their emission, plus the reflection of surroundings at the ambient temperature.
     """
-    own = seen.emissivity * seen.temperature**4
+    emitted = seen.emissivity * seen.temperature**4
     reflected = (1.0 - seen.emissivity) * seen.ambient**4
-    result: Array = STEFAN_BOLTZMANN * (own + reflected)
+    result: Array = STEFAN_BOLTZMANN * (emitted + reflected)
     return result
 
 

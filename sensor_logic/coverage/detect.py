@@ -33,7 +33,10 @@ class DetectorView(Protocol):
         ...
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return (m,) false only for motions that are not detected; a much faster test."""
+        """Return (m,) whether the detector could detect each motion.
+
+        The test is much faster than `strengths`, and false only for motions that are not detected.
+        """
         ...
 
 

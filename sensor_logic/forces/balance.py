@@ -167,7 +167,7 @@ def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ())
     return _balance(_Arguments(loads, points, joints))
 
 
-# The cache of 64 islands saves at least 0.6 ms (four legs) for each body at rest at each frame.
+# Keeps 64 islands: without the cache, a body at rest takes 0.6 ms (four legs) or more each frame.
 @lru_cache(maxsize=64)
 def _balance(arguments: _Arguments) -> Balance:
     loads, points, joints = arguments.loads, arguments.points, arguments.joints

@@ -148,7 +148,7 @@ def _volume(places: Array) -> float:
     return float(_dot(about[0], _cross(about[1], about[2])).sum())
 
 
-# Cached by the number of parts: computing it costs 10 µs (3 parts) to 90 µs (16).
+# Keyed by the number of parts: without the cache, a call takes 10 µs (3 parts) to 90 µs (16) more.
 @lru_cache(maxsize=256)
 def _centroids(count: int) -> Array:
     """Return the barycentric centroids (count², 3) of the equal parts of a triangle."""

@@ -116,7 +116,7 @@ class Log:
         found = {change.channel.sensor for change in self.changes}
         return sorted(found, key=lambda sensor: sensor.name)
 
-    # Cached, because the writer of CASAS needs it for each line with an activity.
+    # Cached: without the cache, each line that names an activity takes a pass over all activities.
     @functools.cached_property
     def people(self) -> frozenset[str]:
         """The names of the people of all activities."""

@@ -286,7 +286,7 @@ class PirParameters(Parameters):
         return []
 
 
-# Cached by the parameters: computing the directions costs 2.5 ms, and every update needs them.
+# Keyed by the parameters: without the cache, each update takes 2.5 ms more.
 @lru_cache(maxsize=256)
 def _local_directions(rays: int, fov: float, step: float, tilts: int) -> Array:
     """Return unit vectors (tilts, rays, 3) in the sensor's frame; see `fan_directions`."""

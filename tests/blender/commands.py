@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def module(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[Any]:
-    """`python -m angen_addon ARGUMENTS` in a process of its own."""
+    """Run `python -m angen_addon ARGUMENTS` in a separate process."""
     command = [sys.executable, "-m", "angen_addon", *map(str, arguments)]
     given = {"capture_output": True, "timeout": 60, **options}
     return subprocess.run(command, cwd=ROOT, check=False, **given)
@@ -45,7 +45,7 @@ def save(folder, name="home.blend", compress=False):
 
 
 def door_home(world, tmp_path):
-    """Add a door that opens at frame 13 and closes at 37, its switch, and a PIR on a still wall."""
+    """Add a door, open from frame 13 to 37, its switch, and a PIR that sees nothing."""
     world.door(13, 37)
     world.switch("Dörr")["room"] = "Hall"
     world.pir("Hall, PIR").location.x = 100

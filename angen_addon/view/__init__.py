@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shows sensors in the viewport and the timeline."""
+"""Show sensors in the viewport and in the timeline."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which sensor the user works on: the active object, or one of those that it instances."""
+"""Find the sensor that panels and handles show: the active one, or one in an active instance."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from ..scene.sensors import Sensor, sensor_of
 
 
 def active_sensor(context: Any) -> Sensor | None:
-    """The active object, or the one that it houses, as a sensor; of a collection instance the
-    sensor in it that was shown last, else its first."""
+    """Return the active sensor, or None.
+
+    An active housing stands for its sensor. For a collection instance it is the sensor inside that
+    was last shown, or else the first one.
+    """
     obj = stands_for(context.view_layer.objects.active)
     if obj is None:
         return None

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles of the active sensor in 3D views, as cameras and lamps have: gizmos to drag.
+"""Draw the handles of the active sensor in 3D views: gizmos to drag, as for cameras and lamps.
 
-A handle follows its own path, along which its value changes: it goes to where that is nearest to
-the mouse. Ctrl snaps, Shift is for small steps, Esc and the right button bring the value back.
+Each handle moves along a path, on which each place stands for a value. Dragging sets the value
+whose place is nearest to the mouse. Ctrl snaps, Shift makes small steps, Esc and the right button
+restore the value.
 """
 
 from __future__ import annotations
@@ -27,18 +28,17 @@ from ..scene.sensors import Sensor, unit_scale
 from .active import active_sensor
 from .handles import Handle, SizeHandle
 
-# The most handles that a kind has.
+# The greatest number of handles of a kind.
 MOST = 6
-# A ring, and an arrowhead on each of its sides along the path; its size on the screen against
-# Blender's gizmos.
+# Size of a handle relative to Blender's gizmos.
 SIZE = 0.11
 COLOUR, HIGHLIGHT = (1.0, 1.0, 1.0), (1.0, 0.85, 0.3)
 ROUND = 20
-# Pixels at a scale of 1.
+# Font, and sizes in pixels at an interface scale of 1.
 TEXT_FONT, TEXT_SIZE, TEXT_OFF = 0, 12.0, 12.0
-# Of Newton's method along a path; the share of a value that is small; the value (m, rad) from which
-# on a step is a share of it; the least pixels along the path that double the value, below which the
-# mouse tells nothing.
+# Newton's method along a path: the most steps; a small change as a share of the value; the least
+# value (m, rad) that changes are shares of; and the least pixels along the path that double the
+# value. With fewer pixels the mouse cannot set it.
 STEPS, SMALL, LARGE, LEAST_PIXELS = 12, 1e-3, 0.1, 2.0
 PRECISE = 0.1
 
@@ -46,7 +46,7 @@ Pixel = Sequence[float]
 
 
 def _shape() -> list[tuple[float, float, float]]:
-    """Corners of triangles, about the origin: a disc between two arrowheads along X."""
+    """Return the corners of triangles about the origin: a disc between two arrowheads along X."""
     turns = np.linspace(0.0, 2.0 * np.pi, ROUND + 1)
     rim = np.stack([np.cos(turns), np.sin(turns)], axis=1) * 0.55
     corners = []
@@ -57,8 +57,8 @@ def _shape() -> list[tuple[float, float, float]]:
     return [(x, y, 0.0) for x, y in corners]
 
 
-def handled(context: Any) -> Sensor | None:
-    """The active sensor if it is selected and can be changed."""
+def sensor_with_handles(context: Any) -> Sensor | None:
+    """Return the active sensor if it is selected and editable, else None."""
     settings, obj = context.scene.angen_overlay, context.view_layer.objects.active
     if not (settings.show and settings.handles) or context.mode != "OBJECT" or obj is None:
         return None
@@ -70,11 +70,11 @@ def handled(context: Any) -> Sensor | None:
 
 
 def handles_of(sensor: Sensor) -> list[Handle | SizeHandle]:
-    """The handles that a sensor has with its present model."""
+    """Return the handles that a sensor's present settings use."""
     return [handle for handle in appearance_of(sensor.kind).handles if handle.is_used(sensor)]
 
 
-# The last few poses; without it 0.2 ms more for each handle at each redraw.
+# Cached, since each redraw needs it for each handle, and it takes 0.2 ms.
 @lru_cache(maxsize=4)
 def _pose(matrix: Matrix, metres: float) -> Pose:
     return pose_from_matrix(matrix.copy(), metres)
@@ -83,8 +83,10 @@ def _pose(matrix: Matrix, metres: float) -> Pose:
 def in_world(
     sensor: Sensor, handle: Handle | SizeHandle, metres: float
 ) -> Callable[[float], Array]:
-    """From a handle's value to its place in the world, in Blender units: by the sensor's own axes,
-    without its scale. Raises AngenError."""
+    """Return a function from a handle's value to its place (3,) in the world, in Blender units.
+
+    The sensor's scale has no effect. Raise `AngenError` if the sensor has no valid pose.
+    """
     with explained(f"'{sensor.name}'", ValueError, raised=AngenError):
         pose = _pose(sensor.object.matrix_world.copy().freeze(), metres)
 
@@ -96,8 +98,8 @@ def in_world(
 
 
 def pixels_of_handles(context: Any) -> list[Pixel]:
-    """Where a 3D view shows handles."""
-    sensor = handled(context) if context.space_data.show_gizmo else None
+    """Return the pixels at which a 3D view shows handles."""
+    sensor = sensor_with_handles(context) if context.space_data.show_gizmo else None
     if sensor is None:
         return []
     region, view, found = context.region, context.region_data, []
@@ -110,11 +112,24 @@ def pixels_of_handles(context: Any) -> list[Pixel]:
     return [at for at in found if at is not None]
 
 
-def dragged(
+def drag_value(
     project: Callable[[float], Pixel | None], value: float, target: Pixel, low: float, high: float
 ) -> float:
-    """The value whose pixel is nearest to a target, from one near it, within its limits: by
-    Newton's method. Where the path hardly moves on the screen the value stays."""
+    """Return the value whose pixel is nearest to a target pixel, within limits.
+
+    Newton's method starts at `value`. Where the path hardly moves on the screen the value stays.
+
+    Parameters
+    ----------
+    project
+        Function from a value to its pixel, None behind the eye.
+    value
+        The value to start from.
+    target
+        The pixel (2,) to reach.
+    low, high
+        The limits of the value.
+    """
     for _ in range(STEPS):
         step = max(abs(value), low, SMALL) * SMALL
         step = step if value + step <= high else -step
@@ -135,6 +150,8 @@ def dragged(
 
 
 class ANGEN_GT_handle(Gizmo):
+    """A handle of the active sensor: a ring with an arrowhead on either side along its path."""
+
     bl_idname = "ANGEN_GT_handle"
 
     __slots__ = ("begin", "handle", "mouse", "shape", "target", "value")
@@ -145,7 +162,7 @@ class ANGEN_GT_handle(Gizmo):
 
     def draw(self, context: Context) -> None:
         self.draw_custom_shape(self.shape)
-        sensor = handled(context) if self.is_highlight or self.is_modal else None
+        sensor = sensor_with_handles(context) if self.is_highlight or self.is_modal else None
         if sensor is not None:
             text = self.handle.text(sensor, lengths_of(context.scene))
             _write(context, self.matrix_basis, f"{self.handle.label(sensor)}: {text}")
@@ -159,17 +176,17 @@ class ANGEN_GT_handle(Gizmo):
         return lambda value: location_3d_to_region_2d(region, view, Vector(place(value)))
 
     def invoke(self, context: Context, event: Event) -> set[str]:
-        sensor = handled(context)
+        sensor = sensor_with_handles(context)
         if sensor is None:
             return {"CANCELLED"}
         self.begin = self.value = self.handle.value(sensor)
         self.mouse = event.mouse_region_x, event.mouse_region_y
-        # Where the handle would be without limits and snapping.
+        # The pixel where the handle would be without limits and snapping.
         self.target: Any = self._project(context, sensor)(self.value)
         return {"RUNNING_MODAL"} if self.target is not None else {"CANCELLED"}
 
     def modal(self, context: Context, event: Event, tweak: set[str]) -> set[str]:
-        sensor = handled(context)
+        sensor = sensor_with_handles(context)
         if sensor is None:
             return {"CANCELLED"}
         mouse = event.mouse_region_x, event.mouse_region_y
@@ -181,12 +198,12 @@ class ANGEN_GT_handle(Gizmo):
         self.mouse = mouse
         limits = self.handle.limits(sensor)
         project = self._project(context, sensor)
-        self.value = dragged(project, self.value, self.target, *limits)
+        self.value = drag_value(project, self.value, self.target, *limits)
         self.handle.set(sensor, self.value, snap="SNAP" in tweak)
         return {"RUNNING_MODAL"}
 
     def exit(self, context: Context, cancel: bool) -> None:
-        sensor = handled(context)
+        sensor = sensor_with_handles(context)
         if sensor is None or self.handle.value(sensor) == self.begin:
             return
         if cancel:
@@ -196,7 +213,7 @@ class ANGEN_GT_handle(Gizmo):
 
 
 def _write(context: Any, matrix: Matrix, text: str) -> None:
-    """Writes a text in pixels, beside the handle with this matrix."""
+    """Write a text beside the handle that has this matrix."""
     import blf
     import gpu
 
@@ -218,6 +235,8 @@ def _write(context: Any, matrix: Matrix, text: str) -> None:
 
 
 class ANGEN_GGT_handles(GizmoGroup):
+    """The handles of the active sensor."""
+
     bl_idname = "ANGEN_GGT_handles"
     bl_label = "Handles of the Active Sensor"
     bl_space_type = "VIEW_3D"
@@ -226,7 +245,7 @@ class ANGEN_GGT_handles(GizmoGroup):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        sensor = handled(context)
+        sensor = sensor_with_handles(context)
         return sensor is not None and bool(appearance_of(sensor.kind).handles)
 
     def setup(self, context: Context) -> None:
@@ -239,7 +258,7 @@ class ANGEN_GGT_handles(GizmoGroup):
             gizmo.hide = True
 
     def draw_prepare(self, context: Context) -> None:
-        sensor = handled(context)
+        sensor = sensor_with_handles(context)
         used = handles_of(sensor) if sensor is not None else []
         for number, gizmo in enumerate(self.gizmos):
             gizmo.hide = number >= len(used)
@@ -253,8 +272,10 @@ class ANGEN_GGT_handles(GizmoGroup):
 
 
 def matrix_of(context: Any, sensor: Sensor, handle: Handle | SizeHandle) -> Matrix:
-    """The matrix of a handle: at its place, facing the eye, its X axis along its path as seen.
-    Raises AngenError."""
+    """Return the matrix of a handle at its place, facing the eye, with X along its path.
+
+    Raise `AngenError` if the sensor has no valid pose.
+    """
     place, value = in_world(sensor, handle, unit_scale(context.scene)), handle.value(sensor)
     at = Vector(place(value))
     eye = context.region_data.view_matrix.to_3x3()

@@ -28,7 +28,7 @@ def active(world, gizmos):
         obj.select_set(True)
         bpy.context.view_layer.objects.active = obj
         world.update()
-        sensor = gizmos.handled(bpy.context)
+        sensor = gizmos.sensor_with_handles(bpy.context)
         found = gizmos.handles_of(sensor) if sensor is not None else []
         return sensor, {handle.label(sensor): handle for handle in found}
 
@@ -82,11 +82,11 @@ def test_each_model_has_its_own_handles(world, gizmos, active):
     assert labels(world.sensor("CONTACT", "contact")) == []
     ranger.select_set(False)
     bpy.context.view_layer.objects.active = ranger
-    assert gizmos.handled(bpy.context) is None, "what is not selected has none"
+    assert gizmos.sensor_with_handles(bpy.context) is None, "what is not selected has none"
     ranger.select_set(True)
-    assert gizmos.handled(bpy.context) is not None
+    assert gizmos.sensor_with_handles(bpy.context) is not None
     world.scene.angen_overlay.handles = False
-    assert gizmos.handled(bpy.context) is None
+    assert gizmos.sensor_with_handles(bpy.context) is None
 
 
 def test_a_value_stays_within_the_limits_of_its_property_and_has_few_digits(world, active):
@@ -129,24 +129,26 @@ def test_a_handle_goes_to_where_its_path_is_nearest_to_the_mouse(gizmos):
     def straight(value):
         return 100.0 + 30.0 * value, 50.0 + 40.0 * value
 
-    at = gizmos.dragged(straight, 2.0, (100.0 + 300.0 - 40.0, 50.0 + 400.0 + 30.0), 0.0, math.inf)
+    at = gizmos.drag_value(
+        straight, 2.0, (100.0 + 300.0 - 40.0, 50.0 + 400.0 + 30.0), 0.0, math.inf
+    )
     assert at == pytest.approx(10.0), "beside the path: the foot on it"
-    assert gizmos.dragged(straight, 2.0, (-500.0, -500.0), 0.001, 9.0) == 0.001
-    assert gizmos.dragged(straight, 2.0, (5000.0, 5000.0), 0.001, 9.0) == 9.0
+    assert gizmos.drag_value(straight, 2.0, (-500.0, -500.0), 0.001, 9.0) == 0.001
+    assert gizmos.drag_value(straight, 2.0, (5000.0, 5000.0), 0.001, 9.0) == 9.0
 
     def round_(angle):
         return 300 + 200 * math.sin(angle / 2), 300 - 200 * math.cos(angle / 2)
 
     for angle in (0.2, 1.5, 3.0, 5.0):
         target = 300 + 250 * math.sin(angle / 2), 300 - 250 * math.cos(angle / 2)
-        assert gizmos.dragged(round_, 2.0, target, 0.0, 6.28) == pytest.approx(angle, rel=1e-3)
+        assert gizmos.drag_value(round_, 2.0, target, 0.0, 6.28) == pytest.approx(angle, rel=1e-3)
 
     def away(value):
         return 400 + 1000 / (value + 2), 300.0
 
-    assert gizmos.dragged(away, 1.0, away(30.0), 0.0, math.inf) == pytest.approx(30.0, rel=1e-2)
-    assert gizmos.dragged(lambda value: (400.0, 300.0), 2.0, (9.0, 9.0), 0.0, 9.0) == 2.0
-    assert gizmos.dragged(lambda value: None, 2.0, (9.0, 9.0), 0.0, 9.0) == 2.0, "behind the eye"
+    assert gizmos.drag_value(away, 1.0, away(30.0), 0.0, math.inf) == pytest.approx(30.0, rel=1e-2)
+    assert gizmos.drag_value(lambda value: (400.0, 300.0), 2.0, (9.0, 9.0), 0.0, 9.0) == 2.0
+    assert gizmos.drag_value(lambda value: None, 2.0, (9.0, 9.0), 0.0, 9.0) == 2.0, "behind the eye"
 
 
 @pytest.fixture

@@ -177,8 +177,8 @@ def test_every_meaning_is_coloured(world, field):
     pad = {"force_n": 10.0, "cop_x_m": 0.0, "cop_y_m": 0.0}
     for icon in looks:
         one = readings.ReadingText("", icon, "", pad)
-        passing = [picture.passing(seen, one, 1.0) for seen in found.seen]
-        # The detector's fan has a scanned tilt and lit rays, the pad has its force.
+        passing = [picture.changing_figures(seen, one, 1.0) for seen in found.seen]
+        # The detector's fan has a tilt that is scanned and rays that are lit, the pad its force.
         assert sorted(map(len, passing)) == [0, 0, 0, 0, 1, 2 if icon == readings.ACTIVE else 1]
         for seen, more in zip(found.seen, passing, strict=True):
             assert seen.figures
@@ -204,7 +204,7 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
     for name, x in (("a", 0.0), ("b", 5.0), ("c", 5.0)):
         world.switch(name, update_rate=24.0).location.x = x
     world.box((1, 1, 0.01), (5, 0, -0.2), name="still")
-    joined = draw.Joined()
+    joined = draw.JoinedBatches()
 
     def sent(frame, icon="RADIOBUT_OFF"):
         """Return how many points go to the GPU again, of how many drawn, in how many parts."""
@@ -513,7 +513,7 @@ def labels_of(world, addon_part):
     """The numbers of the sensors that have labels in a small view with two that are in these
     states."""
     labels, part = addon_part("angen_addon.view.overlay.labels"), types.SimpleNamespace
-    board = labels.Board()
+    board = labels.RegionLabels()
     region = part(type="WINDOW", x=0, y=0, width=200, height=30)
     system, view = part(ui_scale=1.0), part()
     overlay = part(show_overlays=False, show_text=False)
@@ -529,7 +529,7 @@ def labels_of(world, addon_part):
     def run(*icons):
         active = frozenset(n for n, icon in enumerate(icons) if icon == readings.ACTIVE)
         markers, near, widths = [(20.0, 15.0), (180.0, 15.0)], [100.0, 50.0], [100.0] * 2
-        labels._find_places(context, board, markers, near, widths, frozenset(), active)
+        labels._place_labels(context, board, markers, near, widths, frozenset(), active)
         return set(board.rooms)
 
     return run
@@ -548,7 +548,7 @@ def test_what_lies_over_a_view_of_a_small_window(addon_part):
     space = part(show_gizmo=True, show_gizmo_navigate=True, overlay=overlay)
     view = part(mini_axis_type="GIZMO", gizmo_size_navigate_v3d=80, show_navigate_ui=True)
     preferences = part(system=part(ui_scale=1.0), view=view)
-    covered = addon_part("angen_addon.view.overlay.labels").covered
+    covered = addon_part("angen_addon.view.overlay.labels").covered_rects
     found = covered(area, area.regions[-1], space, preferences)
 
     def free(x, y):
@@ -616,8 +616,8 @@ def click(view, addon_part):
 
 @pytest.fixture
 def signs(field, addon_part):
-    """Draw the sensors' signs, and a label to the right of each, without a GPU."""
-    board = addon_part("angen_addon.view.overlay.labels").Board()
+    """Draws the sensors' signs, and a label to the right of each, without a GPU."""
+    board = addon_part("angen_addon.view.overlay.labels").RegionLabels()
 
     def draw():
         for seen in field().seen:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the viewport draws of the sensors: their fields of view as they are, and their states.
+"""Draw sensors in 3D views: fields of view, signs, names and readings.
 
-`picture` keeps lines and surfaces of what each sensor's own rays met (runtime/trace.py), which the
-kinds make with the help of `figures`, and colours them by the sensors' readings; `draw` puts them
-on the screen, and `labels` names and readings, where there is room. `hover` knows what the mouse is
-over. Only `draw` and `labels` know the GPU.
+`picture` makes coloured lines and surfaces from the hits of each sensor's rays
+(`runtime/trace.py`), with the figures that the kinds draw by `figures`. `draw` puts them on the
+screen, and `labels` adds names and readings where there is room. `hover` finds the sensor below the
+mouse. `refresh` decides when all this is brought up to date. Only `draw` and `labels` use the GPU.
 """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws the fields and states of sensors in 3D views, on the GPU.
+"""Draw the fields of view and the states of sensors in 3D views, on the GPU.
 
-Nothing is worked out here that could take long or write: where something is missing, the drawing
-asks for it (refresh.soon) and leaves it out until it is there.
+Drawing never does long work and writes nothing. If something is missing, it is left out, and
+`refresh.soon` is called for it.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from ...runtime import state
 from ...scene.instances import housed_by
 from . import labels, refresh
 from .figures import Figure
-from .picture import DrawnSensors, Primitives, SensorRow, joined, passing, picture
+from .picture import DrawnSensors, Primitives, SensorRow, changing_figures, joined, picture
 
 THIN, BOLD = 1.2, 2.2
-# So many draws a figure has stayed as it is before it is joined with others that have.
+# Draws after which an unchanged figure is joined with other unchanged ones.
 SETTLED = 12
 ORDER = ("fills", "thin", "bold", "top_fills", "top")
 
 
 def _sensors_to_draw(context: Any) -> DrawnSensors | None:
-    """The sensors to draw in this view; asks for them if they are not there yet."""
+    """Return the sensors to draw in this view; call for them if they are missing."""
     scene, space = context.scene, context.space_data
     if not refresh.wanted(scene) or not space.overlay.show_overlays:
         return None
@@ -39,15 +39,15 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
     return drawn
 
 
-def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
-    """The reading of each sensor that this view shows, and whether it is selected."""
+def rows_to_draw(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
+    """Return each sensor that this view shows, with its reading and whether it is selected."""
     readings, found = ReadingTexts(scene), []
     active = bpy.context.view_layer.objects.active
     housed = housed_by(active) if active is not None and active.select_get() else None
     for seen in drawn.seen:
         if seen.sensor.handle.visible_in_viewport_get(space):
             selected = seen.selected or (housed is not None and seen.sensor.object == housed)
-            # Their full text tells the age from the start.
+            # The full text has the age of the reading, which changes at each draw.
             full = selected or seen.uid == drawn.hovered
             source = None if full else readings.source(seen.sensor)
             if seen.texts is None or source is None or seen.texts[0] != source:
@@ -57,27 +57,27 @@ def rows_of(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
 
 
 def draw_fields() -> None:
-    """Draws fields of view in the world, before what Blender draws over them."""
+    """Draw fields of view in the world, before Blender draws over them."""
     context = bpy.context
     try:
         drawn = _sensors_to_draw(context)
         if drawn is None or not context.scene.angen_overlay.fields:
             return
-        rows = rows_of(drawn, context.scene, context.space_data)
+        rows = rows_to_draw(drawn, context.scene, context.space_data)
     except ReferenceError:
         _drop()
         return
-    # The labels of this view are what Blender asks for next.
+    # Keep the rows: Blender next draws the labels of this view.
     region = context.region.as_pointer()
     drawn.rows = region, rows
     if context.scene.angen_overlay.which == "SELECTED":
         rows = [row for row in rows if row.selected]
-    view = drawn.joined.setdefault(region, Joined())
+    view = drawn.joined.setdefault(region, JoinedBatches())
     _draw_batches(view.batches(rows, drawn.metres))
 
 
 def draw_labels() -> None:
-    """Draws signs, names and readings on the screen."""
+    """Draw signs, names and readings on the screen."""
     context = bpy.context
     try:
         drawn = _sensors_to_draw(context)
@@ -85,31 +85,34 @@ def draw_labels() -> None:
             region, rows = drawn.rows
             drawn.rows = 0, []
             if region != context.region.as_pointer():
-                rows = rows_of(drawn, context.scene, context.space_data)
+                rows = rows_to_draw(drawn, context.scene, context.space_data)
             labels.draw(context, drawn, rows)
     except ReferenceError:
         _drop()
 
 
 def _drop() -> None:
-    """Undo took away what was drawn."""
+    """Drop the overlay after undo has freed its objects."""
     state.CACHE.overlay = None
     refresh.soon()
 
 
-class Joined:
-    """What one view draws, in few batches of the GPU: those of the sensors whose figures have
-    stayed as they are for a while, kept until one of them changes; and those of all the rest, kept
-    until anything of it changes. Without them each figure is drawn alone, 1 ms a frame."""
+class JoinedBatches:
+    """What one view draws, in few GPU batches.
+
+    The figures of sensors that have not changed for a while are joined in a batch, which is kept
+    until one of them changes. All other figures are joined in a batch that is kept until any of
+    them changes. Drawing each figure alone would take 1 ms longer per frame.
+    """
 
     def __init__(self) -> None:
         self._draws = 0
-        # By the sensor's uid, how it was drawn last and since which draw.
+        # By uid of a sensor: its last look, and the draw since which it has had that.
         self._since: dict[Any, tuple[Any, int]] = {}
         self._kept: dict[str, tuple[Any, dict[str, Any]]] = {}
 
     def batches(self, rows: list[SensorRow], metres: float) -> list[dict[str, Any]]:
-        """The batches of these sensors, each by how it is drawn."""
+        """Return the batches of these sensors, by the way they are drawn."""
         self._draws += 1
         still: list[tuple[Figure, str, bool]] = []
         rest: list[tuple[Figure, str, bool]] = []
@@ -121,7 +124,7 @@ class Joined:
                 known = self._since[seen.uid] = now, self._draws
             settled = self._draws - known[1] >= SETTLED
             (still if settled else rest).extend((figure, *look) for figure in seen.figures)
-            rest += [(figure, *look) for figure in passing(seen, shown, metres)]
+            rest += [(figure, *look) for figure in changing_figures(seen, shown, metres)]
         return [self._made("still", still), self._made("rest", rest)]
 
     def _made(self, name: str, figures: list[tuple[Figure, str, bool]]) -> dict[str, Any]:

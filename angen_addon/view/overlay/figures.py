@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines and surfaces in the world, in Blender units, of what a sensor sees: what all kinds share.
+"""Lines and surfaces of what a sensor sees, in the world, in Blender units.
 
-What each part means is named by kinds; how it looks is decided in picture.py.
+A kind names the meaning of each part of a figure. `picture.py` decides the look of each meaning.
 """
 
 from __future__ import annotations
@@ -17,38 +17,38 @@ from ....sensor_logic.model import Array
 from ...runtime.trace import CAST, RaysMet
 
 Lines = NDArray[np.float32]
-# m: lines on a surface stand this far before it, so that it does not hide them.
+# m. Lines on a surface are drawn this far in front of it, so that the surface does not hide them.
 OFF_SURFACE = 0.01
-# m: half of the cross that stands for a sensor without rays.
+# m. Half of the size of the cross that stands for a sensor without rays.
 CROSS = 0.05
-# Points this near to the way between their neighbours are left out, as on a flat wall: as a share
-# of that way; and as far as ranges are exact, m.
+# A point is left out if it is this near to the line between its neighbours, as on a flat wall: as a
+# share of the length of the line, and in m.
 STRAIGHT, EXACT = 2e-4, 2e-5
-# Of a zone: rays that miss their plane by more than this share of their range met no plane; so
-# many rays are beside an edge.
+# The hits of a zone form no plane if one is off the plane by more than this share of its range. An
+# edge then ends by this many rays beside it.
 FLAT, BESIDE = 0.03, 3
 DASHES = 9
 DASHES_AT = np.linspace(0.0, 1.0, 2 * DASHES)[:, None]
 ROUND = 24
-# Of a picture, in turn.
+# Corners of a rectangle, in turn.
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
 @dataclass(eq=False)
 class Figure:
-    """`lines`: by their meaning, (n, 2, 3); `fills`: triangles by theirs, (n, 3, 3)."""
+    """A figure: lines (n, 2, 3) and triangles `fills` (n, 3, 3), by their meaning."""
 
     lines: dict[str, Lines] = field(default_factory=dict)
     fills: dict[str, Lines] = field(default_factory=dict)
-    # By how it looked last, the parts that picture.py made of it.
+    # The last look of the figure, and the primitives that picture.py made for it.
     pictured: Any = None
 
     def add(self, meaning: str, *parts: Any) -> None:
-        """More lines, each part (…, 2, 3)."""
+        """Add lines with this meaning, each part of shape (…, 2, 3)."""
         _append(self.lines, meaning, [np.asarray(part).reshape(-1, 2, 3) for part in parts])
 
     def fill(self, meaning: str, *parts: Any) -> None:
-        """More triangles, each part (…, 3, 3)."""
+        """Add triangles with this meaning, each part of shape (…, 3, 3)."""
         _append(self.fills, meaning, [np.asarray(part).reshape(-1, 3, 3) for part in parts])
 
 
@@ -58,8 +58,23 @@ def _append(into: dict[str, Lines], meaning: str, parts: list[Any]) -> None:
 
 
 def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """The starts and ends of rays in so many equal rows, (rows, n, 3) in Blender units, and which
-    of them met something, (rows, n)."""
+    """Return the starts and ends of rays, and whether each ray hit something.
+
+    Parameters
+    ----------
+    met
+        The rays and their hits.
+    metres
+        Metres in a Blender unit.
+    rows
+        The number of equal rows to divide the rays into.
+
+    Returns
+    -------
+    starts, ends : (rows, n, 3) array
+        In Blender units.
+    hit : (rows, n) array of bool
+    """
     hit = met.ranges < met.reach
     off = np.minimum(OFF_SURFACE, met.ranges / 2) * hit
     ends = met.origins + met.directions * (met.ranges - off)[:, None]
@@ -70,17 +85,37 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
 def corners_of(
     met: RaysMet, apex: Array, edges: Array, metres: float, farthest: float = math.inf
 ) -> Array:
-    """Where pyramids from an apex (3,) in m end, (z, c, 3) in Blender units, at most `farthest` m
-    away: unit vectors `edges` (z, c, 3), as far as the plane that the rays within met, as many in
-    each, pyramid after pyramid. Where they met no plane, each edge ends with the nearest hit of the
-    rays beside it, so that none goes through a wall."""
+    """Return the points where pyramids with a common apex end.
+
+    The edges of a pyramid end on the plane that the rays within it hit. If their hits form no
+    plane, each edge ends with the nearest hit of the rays beside it, so that no edge goes through a
+    wall.
+
+    Parameters
+    ----------
+    met
+        The hits of the rays, equally many within each pyramid, pyramid by pyramid.
+    apex
+        The apex (3,) in m.
+    edges
+        Unit vectors (z, c, 3) along the c edges of z pyramids.
+    metres
+        Metres in a Blender unit.
+    farthest
+        The greatest length of an edge, in m.
+
+    Returns
+    -------
+    (z, c, 3) array
+        In Blender units.
+    """
     count = len(edges)
     ends = (met.origins + met.directions * met.ranges[:, None] - apex).reshape(count, -1, 3)
     ranges = np.maximum(np.linalg.norm(ends, axis=-1), 1e-9)
     ways = ends / ranges[..., None]
     hit = ((met.ranges < met.reach).reshape(count, -1) & (ranges < farthest)).any(axis=1)
     ranges = np.minimum(ranges, farthest)
-    # Along any way within the plane n·p = 1 one goes 1 / (n·way).
+    # A ray along a unit vector u meets the plane n·p = 1 at the range 1 / (n·u).
     near = 1.0 / ranges
     plane = np.linalg.pinv(ways, rcond=1e-6) @ near[..., None]
     least, most = ranges.min(axis=1, keepdims=True), ranges.max(axis=1, keepdims=True)
@@ -99,8 +134,22 @@ def corners_of(
 def straight(
     points: Array, drawn: NDArray[np.bool_], metres: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which of the steps (rows, n − 1) between points (rows, n, 3) begin a straight line, and which
-    end one; the drawn steps alone count."""
+    """Merge steps between points into straight lines.
+
+    Parameters
+    ----------
+    points
+        Points (rows, n, 3), with n − 1 steps between them in each row.
+    drawn
+        The steps (rows, n − 1) to draw.
+    metres
+        Metres in a Blender unit.
+
+    Returns
+    -------
+    first, last : (rows, n − 1) array of bool
+        The drawn steps that begin and that end a straight line.
+    """
     way, middle = points[:, 2:] - points[:, :-2], points[:, 1:-1] - points[:, :-2]
     square = np.maximum((way * way).sum(axis=2), 1e-24)
     along = (middle * way).sum(axis=2)
@@ -114,7 +163,7 @@ def straight(
 
 
 def plain_figure(seen: Any, metres: float) -> Figure:
-    """A cross where a sensor stands that casts no rays."""
+    """Draw a cross for a sensor that casts no rays."""
     figure = Figure()
     if not CAST & seen.sensor.kind.needs.keys():
         axes = seen.pose.axes.T * CROSS
@@ -123,7 +172,7 @@ def plain_figure(seen: Any, metres: float) -> Figure:
 
 
 def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Each ray to where it ends."""
+    """Draw each ray up to its end."""
     figure = Figure()
     starts, ends, _ = ends_of(met, metres)
     figure.add("beam", pairs(starts, ends))
@@ -131,7 +180,7 @@ def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def surface_outline(evaluated: Any, place: Any) -> Array:
-    """Corners (4, 3) in the world of the upper side of an object's bounds, at a place."""
+    """Return the corners (4, 3) in the world of the upper side of an object's bounds."""
     corners = np.array(evaluated.bound_box, np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     upper = [(lo[0], lo[1]), (hi[0], lo[1]), (hi[0], hi[1]), (lo[0], hi[1])]
@@ -141,18 +190,21 @@ def surface_outline(evaluated: Any, place: Any) -> Array:
 
 
 def pairs(one: Any, two: Any) -> Array:
+    """Return lines (…, 2, 3) from points to points."""
     return np.stack([one, two], axis=-2)
 
 
 def triangles(one: Any, two: Any, three: Any) -> Array:
+    """Return triangles (…, 3, 3) from their three corners."""
     return np.stack([one, two, three], axis=-2)
 
 
 def dashes(one: Array, two: Array) -> Array:
-    """(DASHES, 2, 3): the way from one point to another in dashes."""
+    """Return dashes (DASHES, 2, 3) from one point to another."""
     return (one + (two - one) * DASHES_AT).reshape(DASHES, 2, 3)
 
 
 def circle(middle: Array, x: Array, y: Array, radius: float) -> Array:
+    """Return the points (ROUND, 3) of a circle in the plane of the unit vectors `x` and `y`."""
     angles = np.arange(ROUND) * 2 * math.pi / ROUND
     return middle + radius * (np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which marker the mouse is over: Blender tells nobody but gizmos where the mouse is.
+"""Find the sensor whose sign is below the mouse.
 
-The gizmo here draws nothing and is never hit, so that clicks go where they always do, and to
-operators/sign_select.py.
+Only gizmos learn where the mouse is. The gizmo here draws nothing and is never hit, so that clicks
+go to Blender and to `operators/sign_select.py`.
 """
 
 from __future__ import annotations
@@ -21,17 +21,21 @@ REACH = 11.0
 
 
 class ANGEN_GT_hover(Gizmo):
+    """An invisible gizmo that learns the position of the mouse."""
+
     bl_idname = "ANGEN_GT_hover"
 
     def draw(self, context: Context) -> None:
         pass
 
     def test_select(self, context: Context, location: Any) -> int:
-        look(context, location)
+        note_hovered(context, location)
         return -1
 
 
 class ANGEN_GGT_hover(GizmoGroup):
+    """The group of the invisible gizmo."""
+
     bl_idname = "ANGEN_GGT_hover"
     bl_label = "Sensor under the Mouse"
     bl_space_type = "VIEW_3D"
@@ -47,12 +51,12 @@ class ANGEN_GGT_hover(GizmoGroup):
 
 
 def is_drawn(context: Context) -> bool:
-    """Whether the 3D view shows sensors."""
+    """Return whether the 3D view shows sensors."""
     return bool(context.scene.angen_overlay.show and context.space_data.overlay.show_overlays)
 
 
 def sensor_at(context: Context, place: Any) -> Sensor | None:
-    """The sensor whose sign or label the region has at a place (pixels)."""
+    """Return the sensor whose sign or label is at a place (pixels) of the region, or None."""
     drawn = state.CACHE.overlay
     if drawn is None or context.region is None or not is_drawn(context):
         return None
@@ -62,8 +66,8 @@ def sensor_at(context: Context, place: Any) -> Sensor | None:
     return next((seen.sensor for seen in drawn.seen if seen.uid == uid), None)
 
 
-def look(context: Context, location: Any) -> None:
-    """Notes which marker of a region is at a place (pixels), for the labels."""
+def note_hovered(context: Context, location: Any) -> None:
+    """Note the sensor whose sign is at a place (pixels), so that its label is shown in full."""
     drawn = state.CACHE.overlay
     if drawn is None or context.region is None:
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signs, names and readings beside the sensors, on the screen, where there is room for them."""
+"""Draw the signs of sensors on the screen, and names and readings where there is room."""
 
 from __future__ import annotations
 
@@ -15,15 +15,14 @@ from ....sensor_logic.wording import NOTHING
 from ..gizmos import pixels_of_handles
 from .picture import LOOKS, DrawnSensors, SensorRow, disc
 
-# Which labels find a place beside their markers, where it is plain whose they are. Pixels.
-
+# A point in pixels.
 Point = tuple[float, float]
-# Left, low, right, high.
+# Left, low, right and high, in pixels.
 Rect = tuple[float, float, float, float]
 
-# A label stays this many times as far from other markers as from its own.
+# A label is at least this many times as far from other markers as from its own.
 APART = 2.0
-# Where labels may stand, from the marker: sideways, upwards, in the order they are tried.
+# Directions (sideways, upwards) from a marker to its label, in the order in which they are tried.
 SIDES = ((1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1))
 DIAGONAL = 0.7
 
@@ -38,33 +37,57 @@ def arrange(
     off: float,
     first: frozenset[int] = frozenset(),
 ) -> dict[int, Rect]:
-    """Plates of `sizes` beside `markers`, `off` from them, by their number; of those in `order`
-    the ones that fit. They lie in `free`, on nothing that is `covered`, on no other plate, and
-    near no marker but their own. Those `wanted` come first and are shown wherever there is room.
-    Those `first` come next, and may lie near other markers.
+    """Find places for labels beside their markers, where it is plain which marker each belongs to.
+
+    Labels lie in `free`, on nothing that is `covered`, on no other label, and near no other marker.
+
+    Parameters
+    ----------
+    markers
+        The markers (2,) in pixels.
+    sizes
+        Width and height (2,) of the label of each marker.
+    order
+        The numbers of the markers that may have a label, in the order in which places are found.
+    wanted
+        The numbers of labels that come first. They may overlap other labels.
+    free
+        The part of the region for labels.
+    covered
+        The parts of the region that something else covers.
+    off
+        The distance between a marker and its label.
+    first
+        The numbers of labels that come next. They may be near other markers.
+
+    Returns
+    -------
+    dict of int to Rect
+        The places of the labels that fit, by their number.
     """
     placed: dict[int, Rect] = {}
     turns = list(order)
     for number in sorted(turns, key=lambda n: 0 if n in wanted else 1 if n in first else 2):
         taken = [*covered, *placed.values()]
-        plates = _beside(markers[number], sizes[number], off)
-        inside = [plate for plate in plates if _holds(free, plate)]
-        found = [p for p in inside if not any(_meet(p, other) for other in taken)]
+        plates = _plates_beside(markers[number], sizes[number], off)
+        inside = [plate for plate in plates if _contains(free, plate)]
+        found = [p for p in inside if not any(_overlaps(p, other) for other in taken)]
         if number in wanted:
-            found = found or [p for p in inside if not any(_meet(p, one) for one in covered)]
+            found = found or [p for p in inside if not any(_overlaps(p, one) for one in covered)]
         elif number not in first:
-            found = [p for p in found if not _crowd(p, markers, number, off)]
+            found = [p for p in found if not _count_other_markers(p, markers, number, off)]
         if found:
-            placed[number] = min(found, key=lambda p: _crowd(p, markers, number, off))
+            placed[number] = min(found, key=lambda p: _count_other_markers(p, markers, number, off))
     return placed
 
 
-def _crowd(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
-    """The number of other markers near a plate."""
+def _count_other_markers(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
+    """Return the number of other markers near a label."""
     return sum(n != own and _near(plate, m, APART * off) for n, m in enumerate(markers))
 
 
-def _beside(marker: Point, size: Point, off: float) -> list[Rect]:
+def _plates_beside(marker: Point, size: Point, off: float) -> list[Rect]:
+    """Return the places for a label around its marker."""
     (x, y), (width, height) = marker, size
     found = []
     for aside, up in SIDES:
@@ -75,35 +98,33 @@ def _beside(marker: Point, size: Point, off: float) -> list[Rect]:
     return found
 
 
-def _holds(free: Rect, plate: Rect) -> bool:
+def _contains(free: Rect, plate: Rect) -> bool:
     return (
         free[0] <= plate[0] and free[1] <= plate[1] and plate[2] <= free[2] and plate[3] <= free[3]
     )
 
 
-def _meet(one: Rect, two: Rect) -> bool:
+def _overlaps(one: Rect, two: Rect) -> bool:
     return one[0] < two[2] and two[0] < one[2] and one[1] < two[3] and two[1] < one[3]
 
 
 def _near(plate: Rect, point: Point, distance: float) -> bool:
-    """Whether a point is less than a distance from a plate."""
+    """Return whether a point is less than a distance away from a label."""
     x = max(plate[0] - point[0], 0.0, point[0] - plate[2])
     y = max(plate[1] - point[1], 0.0, point[1] - plate[3])
     return x * x + y * y < distance * distance
 
 
-# What lies over a 3D view: sidebar, toolbar and headers, Blender's gizmos and texts. Pixels.
-
-# At an interface scale of 1: around the axes that turn the view, the buttons below them, and
-# Blender's texts at the upper left.
+# Pixels at an interface scale of 1: the margin around the axes that turn the view, the buttons
+# below them, and Blender's texts at the upper left.
 ROUND_AXES, AXES_ONLY, BUTTON, BUTTONS = 26.0, 60.0, 34.0, 4
 TEXT_WIDTH, TEXT_HEIGHT, STATISTICS = 230.0, 46.0, 150.0
 
 
-def covered(area: Any, region: Any, space: Any, preferences: Any) -> list[Rect]:
-    """The parts of a region (WINDOW) of a 3D view that something else lies over."""
+def covered_rects(area: Any, region: Any, space: Any, preferences: Any) -> list[Rect]:
+    """Return the parts of the region (WINDOW) of a 3D view that something else covers."""
     scale = preferences.system.ui_scale
-    found = [rect for other in area.regions if (rect := _over(other, region)) is not None]
+    found = [rect for other in area.regions if (rect := _overlap_with(other, region)) is not None]
     left, right, top = 0.0, float(region.width), float(region.height)
     for rect in found:
         if rect[2] - rect[0] > 0.6 * region.width:
@@ -113,15 +134,15 @@ def covered(area: Any, region: Any, space: Any, preferences: Any) -> list[Rect]:
         elif rect[2] >= region.width:
             right = min(right, rect[0])
     if space.show_gizmo and space.show_gizmo_navigate:
-        found += _navigation(right, top, preferences.view, scale)
+        found += _navigation_rects(right, top, preferences.view, scale)
     if space.overlay.show_overlays and space.overlay.show_text:
         height = TEXT_HEIGHT + (STATISTICS if space.overlay.show_stats else 0.0)
         found.append((left, top - height * scale, left + TEXT_WIDTH * scale, top))
     return found
 
 
-def _over(other: Any, region: Any) -> Rect | None:
-    """Where another region of the area lies over this one."""
+def _overlap_with(other: Any, region: Any) -> Rect | None:
+    """Return the place where another region of the area overlaps this one, or None."""
     if other.type == "WINDOW" or other.width <= 1 or other.height <= 1:
         return None
     left, low = float(other.x - region.x), float(other.y - region.y)
@@ -131,8 +152,8 @@ def _over(other: Any, region: Any) -> Rect | None:
     return left, low, right, high
 
 
-def _navigation(right: float, top: float, view: Any, scale: float) -> list[Rect]:
-    """The axes, and the buttons below them."""
+def _navigation_rects(right: float, top: float, view: Any, scale: float) -> list[Rect]:
+    """Return the places of the axes, and of the buttons below them."""
     size = AXES_ONLY
     if view.mini_axis_type == "GIZMO":
         size = view.gizmo_size_navigate_v3d + ROUND_AXES
@@ -144,16 +165,16 @@ def _navigation(right: float, top: float, view: Any, scale: float) -> list[Rect]
     return found
 
 
-# Pixels at a scale of 1; half of the room for a handle.
+# Pixels at an interface scale of 1. HANDLE is half of the room for a handle.
 HANDLE = 12.0
 SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0
-# Farther away than this many pixels a metre, a sensor has a sign only.
+# A sensor has no label if a metre at its place takes fewer pixels than this.
 LEAST_PIXELS_A_METRE = 22.0
-# Of the dark disc behind a sign, in radii of the sign.
+# Radius of the dark disc behind a sign, in radii of the sign.
 BACK = 1.7
-# Of the ring around what is selected or hovered, in the same.
+# Radius of the ring around a selected or hovered sign, in radii of the sign.
 RING = 2.1
-# Of those nearest to the eye, at most this many have labels.
+# At most this many sensors have labels, the nearest to the eye first.
 MOST_LABELS = 100
 PLATE = (0.06, 0.07, 0.08, 0.72)
 NAME = (0.95, 0.95, 0.95, 1.0)
@@ -163,7 +184,7 @@ TEXT_SIZE_FONT = 0
 
 
 class Word(NamedTuple):
-    """A text to write, where, in which colour."""
+    """A text with its place in pixels and its colour."""
 
     x: float
     y: float
@@ -171,15 +192,27 @@ class Word(NamedTuple):
     colour: tuple[float, ...]
 
 
-class Board:
-    """What one region shows, kept from frame to frame: `markers` and `plates`, where each sensor's
-    sign and label are, by its uid; `rooms`, where there is room for labels, by row; `words`;
-    `batches`, the GPU's copy of signs and plates. `looked` is what was projected last and where it
-    was found; `places` with `widths` and the active ones that came `first`, and `picture` are what
-    rooms and batches were made for."""
+class RegionLabels:
+    """What one region shows, kept from frame to frame.
+
+    Attributes
+    ----------
+    markers, plates
+        The places of signs and labels, by uid of the sensor.
+    rooms
+        The places that were found for labels, by row.
+    words, batches
+        The texts, and the GPU's copy of signs and labels.
+    projected
+        The view and the matrices that were last projected, and the pixels.
+    places, widths, first
+        What the rooms were found for: markers and sizes, widths, and the active sensors.
+    picture
+        What the batches were made for.
+    """
 
     def __init__(self) -> None:
-        self.looked: tuple[Any, Any] = None, None
+        self.projected: tuple[Any, Any] = None, None
         self.places: Any = None
         self.picture: Any = None
         self.markers: dict[int, Point] = {}
@@ -191,9 +224,11 @@ class Board:
         self.batches: list[tuple[str, Any]] = []
 
 
-def sign_at(board: Board, place: Point, reach: float) -> int | None:
-    """The uid of the sensor whose sign is nearest to a place and within reach, else whose label is
-    there; None where none is."""
+def sign_at(board: RegionLabels, place: Point, reach: float) -> int | None:
+    """Return the uid of the sensor whose sign is nearest to a place and within reach, or None.
+
+    Without such a sign it is the sensor whose label is at the place.
+    """
     found = nearest(board.markers, place, reach)
     if found is not None:
         return found
@@ -201,7 +236,7 @@ def sign_at(board: Board, place: Point, reach: float) -> int | None:
 
 
 def nearest(markers: dict[int, Point], place: Any, reach: float) -> int | None:
-    """The key of the marker nearest to a place, and within reach."""
+    """Return the key of the marker that is nearest to a place and within reach, or None."""
     apart = {uid: (x - place[0]) ** 2 + (y - place[1]) ** 2 for uid, (x, y) in markers.items()}
     uid = min(apart, key=lambda u: apart[u], default=None)
     return uid if uid is not None and apart[uid] < reach * reach else None
@@ -210,16 +245,31 @@ def nearest(markers: dict[int, Point], place: Any, reach: float) -> int | None:
 def to_screen(
     points: NDArray[np.float64], matrix: NDArray[np.float64], width: int, height: int
 ) -> NDArray[np.float64]:
-    """Pixels (n, 2) of points (n, 3) seen through a 4 × 4 matrix; NaN behind the eye."""
+    """Project points to pixels.
+
+    Parameters
+    ----------
+    points
+        Points (n, 3) in the world, in Blender units.
+    matrix
+        The perspective matrix (4, 4) of the view.
+    width, height
+        Size of the region in pixels.
+
+    Returns
+    -------
+    (n, 2) array
+        Pixels; NaN behind the eye.
+    """
     clip = np.c_[points, np.ones(len(points))] @ matrix.T
     depth = np.where(clip[:, 3] > 1e-6, clip[:, 3], np.nan)
     return (clip[:, :2] / depth[:, None] + 1.0) / 2.0 * (width, height)
 
 
 def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
-    """Draws the labels of all sensors that the view shows."""
-    board = drawn.boards.setdefault(context.region.as_pointer(), Board())
-    rows, markers, sizes = _in_sight(context, board, drawn, shown)
+    """Draw the signs and labels of all sensors that the view shows."""
+    board = drawn.boards.setdefault(context.region.as_pointer(), RegionLabels())
+    rows, markers, sizes = _visible_rows(context, board, drawn, shown)
     board.markers = {row.seen.uid: m for row, m in zip(rows, markers, strict=True)}
     wanted = frozenset(
         n for n, row in enumerate(rows) if row.selected or row.seen.uid == drawn.hovered
@@ -227,9 +277,9 @@ def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
     texts = [
         _texts(context, row.seen.sensor.name, row.shown, n in wanted) for n, row in enumerate(rows)
     ]
-    widths = [_wide(context, words) for words in texts]
+    widths = [_plate_width(context, words) for words in texts]
     active = frozenset(n for n, row in enumerate(rows) if row.shown.icon == ACTIVE)
-    _find_places(context, board, markers, sizes, widths, wanted, active)
+    _place_labels(context, board, markers, sizes, widths, wanted, active)
     picture = board.places, board.widths, texts, [row.shown.icon for row in rows]
     if picture != board.picture:
         board.picture = picture
@@ -246,16 +296,18 @@ def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
     _draw(context, board)
 
 
-def _in_sight(
-    context: Any, board: Board, drawn: DrawnSensors, shown: list[SensorRow]
+def _visible_rows(
+    context: Any, board: RegionLabels, drawn: DrawnSensors, shown: list[SensorRow]
 ) -> tuple[list[SensorRow], list[Point], list[float]]:
-    """The sensors that are in the picture, where they are there, and how many pixels a metre takes
-    at each; looked for anew where view or sensors moved."""
+    """Return the rows in the view, their places, and the pixels of a metre at each.
+
+    They are projected again only if the view or a sensor moved.
+    """
     region, view = context.region, context.region_data
     rows = [row for row in shown if row.seen.matrix is not None]
     window = region.width, region.height
     key = view.perspective_matrix.copy(), window, drawn.metres, [row.seen.matrix for row in rows]
-    if board.looked[0] != key:
+    if board.projected[0] != key:
         where = np.array([row.seen.matrix.translation for row in rows], np.float64).reshape(-1, 3)
         matrix = np.array(view.perspective_matrix, np.float64)
         up = np.array(view.view_matrix, np.float64)[1, :3] / drawn.metres
@@ -264,24 +316,27 @@ def _in_sight(
         size = np.linalg.norm(above - at, axis=1)
         inside = np.flatnonzero(((at > 0.0) & (at < window)).all(axis=1))
         markers: list[Point] = [(x, y) for x, y in at[inside].tolist()]
-        board.looked = key, (inside.tolist(), markers, size[inside].tolist())
-    inside, markers, sizes = board.looked[1]
+        board.projected = key, (inside.tolist(), markers, size[inside].tolist())
+    inside, markers, sizes = board.projected[1]
     return [rows[n] for n in inside], markers, sizes
 
 
-def _find_places(
+def _place_labels(
     context: Any,
-    board: Board,
+    board: RegionLabels,
     markers: list[Point],
     near: list[float],
     widths: list[float],
     wanted: frozenset[int],
     active: frozenset[int],
 ) -> None:
-    """Room for labels; anew only where something moved, a text is longer than all that its sensor
-    had since, or an active sensor has none: labels stay where they are while numbers change."""
+    """Find the rooms for labels, unless the present ones still serve.
+
+    Labels stay in place while numbers change. New rooms are found if something moved, if a text is
+    longer than its room, or if an active sensor has no room.
+    """
     region, scale = context.region, context.preferences.system.ui_scale
-    hidden = covered(context.area, region, context.space_data, context.preferences)
+    hidden = covered_rects(context.area, region, context.space_data, context.preferences)
     size = HANDLE * scale
     for x, y in pixels_of_handles(context):
         hidden.append((x - size, y - size, x + size, y + size))
@@ -294,7 +349,7 @@ def _find_places(
         widths = [max(pair) for pair in zip(widths, board.widths, strict=True)]
     board.places, board.widths, board.first = places, widths, active
     height = (FONT + 2 * PADDING) * scale
-    # The nearest to the eye first; one after the other in the list where that is the same.
+    # The nearest to the eye first, and equally near ones in the order of the list.
     order = [
         n
         for n in sorted(range(len(near)), key=lambda n: -round(near[n], 3))
@@ -311,7 +366,7 @@ def _find_places(
 
 
 def _plate(room: Rect, marker: Point, wide: float) -> Rect:
-    """So wide a part of the room for a label, on the side of its marker."""
+    """Return the part of a room for a label of this width, next to its marker."""
     left, low, right, high = room
     if right <= marker[0]:
         left = right - wide
@@ -321,20 +376,22 @@ def _plate(room: Rect, marker: Point, wide: float) -> Rect:
 
 
 def _texts(context: Any, name: str, one: ReadingText, full: bool) -> tuple[str, str]:
-    """Name and reading; in full for what is selected or hovered. Of a sensor without a reading,
-    unless it waits for the playhead to rest, the sign tells enough."""
+    """Return the name and the reading; the full reading for a selected or hovered sensor.
+
+    A sensor without a reading shows only its sign, unless it waits for the playhead to rest.
+    """
     settings = context.scene.angen_overlay
     is_nothing = one.icon == UNKNOWN and one.brief in ("", NOTHING)
     value = "" if is_nothing else one.text if full else one.short
     return name if settings.names else "", value if settings.values else ""
 
 
-def _wide(context: Any, texts: tuple[str, str]) -> float:
-    """Pixels of the plate of a label; none where it has no text."""
+def _plate_width(context: Any, texts: tuple[str, str]) -> float:
+    """Return the pixels of the plate of a label; 0 if it has no text."""
     if not any(texts):
         return 0.0
     scale = context.preferences.system.ui_scale
-    name, value = (_width(text, FONT * scale) for text in texts)
+    name, value = (_text_width(text, FONT * scale) for text in texts)
     return name + value + (GAP * scale if all(texts) else 0.0) + 2 * PADDING * scale
 
 
@@ -344,21 +401,21 @@ def _words(context: Any, plate: Rect, texts: tuple[str, str], one: ReadingText) 
     found = []
     if texts[0]:
         found.append(Word(x, y, texts[0], NAME))
-        x += _width(texts[0], FONT * scale) + GAP * scale
+        x += _text_width(texts[0], FONT * scale) + GAP * scale
     if texts[1]:
         found.append(Word(x, y, texts[1], (*LOOKS[one.icon].colour, 1.0)))
     return found
 
 
-def _width(text: str, size: float) -> float:
-    """Pixels of a text in the font of this size."""
+def _text_width(text: str, size: float) -> float:
+    """Return the pixels of a text in this size of the font."""
     import blf
 
     blf.size(TEXT_SIZE_FONT, size)
     return float(blf.dimensions(TEXT_SIZE_FONT, text)[0]) if text else 0.0
 
 
-def _draw(context: Any, board: Board) -> None:
+def _draw(context: Any, board: RegionLabels) -> None:
     import blf
     import gpu
 
@@ -388,8 +445,10 @@ def _batches(
     marked: list[Point],
     sign: float,
 ) -> list[tuple[str, Any]]:
-    """Signs, each by its icon on a dark disc, so that it stands out from what is behind it; rings
-    around those that are `marked`; and the plates of labels."""
+    """Return the batches of signs, of rings around `marked` signs, and of the plates of labels.
+
+    Each sign is drawn on a dark disc, so that it stands out from its background.
+    """
     shapes = [_shape(row.shown.icon) for row in rows]
     ring = LOOKS[IDLE].lines.reshape(-1, 2) * np.float32(RING)
     shapes += [(NO_CORNERS, NO_COLOURS, ring, np.tile(NAME_COLOUR, (len(ring), 1)))] * len(marked)
@@ -413,10 +472,10 @@ def _quads(plates: list[Rect]) -> Any:
     return np.stack([x0, y0, x1, y0, x1, y1, x0, y0, x1, y1, x0, y1], axis=1).reshape(-1, 2)
 
 
-# One a sign, until Blender ends; without it 30 µs a label at each redraw.
+# Cached, since each redraw needs it for each label, and it takes 30 µs.
 @lru_cache
 def _shape(icon: str) -> tuple[Any, Any, Any, Any]:
-    """Corners (n, 2) of a sign's triangles with their colours (n, 4), and those of its lines."""
+    """Return corners (n, 2) and colours (n, 4) of a sign's triangles, then of its lines."""
     look = LOOKS[icon]
     colour = np.array([*look.colour, 1.0], np.float32)
     back, front = disc().reshape(-1, 2) * np.float32(BACK), look.faces.reshape(-1, 2)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is drawn of a sensor, as arrays of coloured lines and triangles for the GPU: the figures
-that kinds make of their rays, in the looks of the sensors' states."""
+"""Make coloured lines and triangles for the GPU from the figures of sensors.
+
+The colours show the states of the sensors.
+"""
 
 from __future__ import annotations
 
@@ -24,15 +26,15 @@ from ...runtime.trace import RaysMet, Trace
 from ...scene.sensors import Sensor, all_sensors, unit_scale
 from .figures import Figure, surface_outline
 
-# How each state of a sensor looks: a colour that colour-blind people can tell from the others
-# (after Okabe and Ito), a sign of its own shape, and whether its lines are whole or broken.
+# The look of each state of a sensor: a colour that colour-blind people can tell from the others
+# (after Okabe and Ito), a sign of a different shape, and whole or broken lines.
 
 Colour = tuple[float, float, float]
 Points = NDArray[np.float32]
 
 
 def _ring(radius: float, parts: int = 16, gaps: int = 1) -> list[list[tuple[float, float]]]:
-    """A circle as lines; `gaps` 2: every other one is missing."""
+    """Return a circle as lines; with `gaps` 2, every other line is missing."""
     at = [2 * math.pi * n / parts for n in range(parts + 1)]
     points = [(radius * math.cos(a), radius * math.sin(a)) for a in at]
     return [[points[n], points[n + 1]] for n in range(0, parts, gaps)]
@@ -43,7 +45,7 @@ def _disc(radius: float, parts: int = 16) -> list[list[tuple[float, float]]]:
 
 
 def disc() -> Points:
-    """(n, 3, 2): a filled circle of radius 1."""
+    """Return a filled circle of radius 1 as triangles (n, 3, 2)."""
     return _array(_disc(1.0), 3)
 
 
@@ -53,8 +55,11 @@ def _array(shape: list[list[tuple[float, float]]], corners: int) -> Points:
 
 @dataclass(frozen=True)
 class Look:
-    """`lines` (n, 2, 2) and `faces` (m, 3, 2) are those of its sign, about the origin, of a radius
-    of about 1. `strength` multiplies how opaque the field is."""
+    """The look of a state.
+
+    `lines` (n, 2, 2) and `faces` (m, 3, 2) are those of its sign, about the origin, with a radius
+    of about 1. `strength` multiplies the opacity of the field of view.
+    """
 
     colour: Colour
     strength: float
@@ -70,7 +75,7 @@ _DOTS = [[(x - 0.12, 0.0), (x + 0.12, 0.0)] for x in (-0.5, 0.0, 0.5)]
 _DIAMOND = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)]
 _EXCLAMATION = [[(0.0, 0.45), (0.0, -0.2)], [(0.0, -0.45), (0.0, -0.6)]]
 
-# By the icons that panels show, so that both always agree.
+# The looks by the icons of panels, so that views and panels agree.
 LOOKS = {
     readings.ACTIVE: Look((1.0, 0.62, 0.05), 1.0, _array(_ring(1.0), 2), _array(_disc(1.0), 3)),
     readings.IDLE: Look((0.34, 0.71, 0.96), 0.75, _array(_ring(1.0), 2)),
@@ -84,7 +89,7 @@ LOOKS = {
         (0.80, 0.80, 0.76), 0.5, _array([[_DIAMOND[n], _DIAMOND[n - 1]] for n in range(4)], 2)
     ),
 }
-# States whose fields are drawn in broken lines: what they show is not what is sensed.
+# States whose fields of view have broken lines, since they show no present reading.
 BROKEN = {
     readings.NOT_SURE,
     readings.DOUBTFUL,
@@ -96,8 +101,8 @@ BROKEN = {
 
 
 Array32 = NDArray[np.float32]
-# How opaque the lines of a meaning are; those in BOLD are thick, those ON_TOP show through walls
-# and people.
+# The opacity of lines and fills by their meaning. Meanings in BOLD have thick lines, and those in
+# ON_TOP show through walls and people.
 LINES = {
     "edge": 0.14,
     "ray": 0.3,
@@ -117,13 +122,13 @@ LINES = {
 FILLS = {"sheet": 0.03, "now": 0.04, "lit": 0.30, "picture": 0.3, "pad": 0.12, "force": 1.0}
 BOLD = {"now", "lit", "break", "force", "beam"}
 ON_TOP = {"force"}
-# What is selected stands out; what is not steps back.
+# Factors of the opacity of selected sensors and of all others.
 SELECTED, OTHER = 1.0, 0.8
 
 
 @dataclass(frozen=True)
 class Primitives:
-    """`points` (n, 3) in the world, `colours` (n, 4); `corners`: 2, lines, or 3, triangles."""
+    """Points (n, 3) in the world with `colours` (n, 4); `corners`: 2 for lines, 3 for triangles."""
 
     points: Array32
     colours: Array32
@@ -131,8 +136,11 @@ class Primitives:
 
 
 def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]:
-    """The parts of a figure, by how they are drawn: `fills`, `thin`, `bold` and `top_fills`, `top`;
-    `icon`: that of its sensor's state. The figure keeps those of the look that it had last."""
+    """Return the primitives of a figure, by the way they are drawn.
+
+    The ways are `fills`, `thin`, `bold`, `top_fills` and `top`. `icon` is that of the sensor's
+    state. The figure keeps the primitives of its last look.
+    """
     look = icon, selected
     if figure.pictured is None or figure.pictured[0] != look:
         figure.pictured = look, _picture(figure, icon, selected)
@@ -168,7 +176,7 @@ def _join(parts: list[tuple[Array32, Array32]], corners: int) -> Primitives:
 
 
 def joined(pictures: Iterable[dict[str, Primitives]]) -> dict[str, Primitives]:
-    """All parts that are drawn alike as one."""
+    """Join the primitives of several figures that are drawn in the same way."""
     found: dict[str, list[Primitives]] = {}
     for one in pictures:
         for name, part in one.items():
@@ -183,20 +191,24 @@ def _one(parts: list[Primitives]) -> Primitives:
     return Primitives(points, np.concatenate([part.colours for part in parts]), parts[0].corners)
 
 
-def passing(seen: Any, shown: ReadingText, metres: float) -> list[Figure]:
-    """What is drawn of a sensor (DrawnSensor) that reads so beside its `figures`, and changes from
-    update to update."""
+def changing_figures(seen: Any, shown: ReadingText, metres: float) -> list[Figure]:
+    """Return the figures of a sensor that change from update to update.
+
+    `seen` is a `DrawnSensor`, and `shown` its reading.
+    """
     found = [*seen.now]
-    # Whether movement was seen is told by the reading.
+    # Only an active reading says that movement was seen.
     if shown.icon == ACTIVE:
         found += seen.lit
-    of_reading = _of_reading(seen, shown, metres)
+    of_reading = _reading_figure(seen, shown, metres)
     return found if of_reading is None else [*found, of_reading]
 
 
-def _of_reading(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
-    """The figure that a valid reading adds to its sensor's; the same object while the reading is
-    equal."""
+def _reading_figure(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
+    """Return the figure that a valid reading adds, or None.
+
+    It is the same object while the reading is equal.
+    """
     look, fields = seen.appearance, shown.fields
     if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:
         return None
@@ -209,19 +221,31 @@ def _of_reading(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
     return found
 
 
-# Makes lines and surfaces of what all sensors of a scene see: from the hits of their own rays when
-# they sensed last, and only anew where those changed.
-
+# A frame that no scene has.
 NEVER = -(2**31)
 
 
 class DrawnSensor:
-    """One sensor with what is drawn of it.
+    """A sensor, and what is drawn of it.
 
-    `matrix`: its place in the world; `parameters` and `pose`: what it senses with, None where it
-    does not; `rays`: what its rays met; `outline` (n, 3): of a pad; `figures`: what it sees; `now`:
-    what it scanned at its last update, and `lit`: where it saw movement then; `of_reading`: what a
-    reading adds, with that; `revision` grows where `figures` change.
+    Attributes
+    ----------
+    matrix
+        World matrix.
+    parameters, pose
+        What it senses with; None while it senses nothing.
+    rays
+        The trace with the hits of its rays.
+    outline
+        Corners (n, 3) of the upper side of a pad.
+    figures
+        What it sees.
+    now, lit
+        What it scanned at its last update, and where it saw movement then.
+    of_reading
+        The drawn fields of a reading, with the figure that they add.
+    revision
+        Grows whenever `figures` change.
     """
 
     def __init__(self, sensor: Sensor) -> None:
@@ -237,22 +261,24 @@ class DrawnSensor:
         self.now: list[Figure] = []
         self.lit: list[Figure] = []
         self.of_reading: tuple[Any, Figure | None] | None = None
-        # The texts of its reading, kept while all that they depend on is equal: 20 µs a frame.
+        # The source of the texts of its reading, and the texts: making them takes 20 µs per frame.
         self.texts: tuple[Any, ReadingText] | None = None
         self.revision = 0
-        # What the figures were made of: of the sensor itself, of its rays, of its last update.
+        # The sources of the figures of the sensor itself, of its rays and of its last update.
         self._read_at: tuple[Any, ...] = ()
-        self._own: list[Figure] = []
+        self._sensor_figures: list[Figure] = []
         self._rays: tuple[Any, ...] = ()
         self._scan: tuple[Any, ...] = ()
-        # By what draws them and the bundle's number, what was drawn of which rays.
+        # By name of the drawing function and number of the bundle: the hits and their figure.
         self._drawn: dict[tuple[str, int], tuple[RaysMet, Figure | None]] = {}
 
     @property
     def selected(self) -> bool:
+        """Whether the sensor is selected."""
         return self.sensor.selected
 
     def place(self, depsgraph: Any) -> None:
+        """Read the world matrix."""
         matrix = self.sensor.world_matrix(depsgraph)
         if matrix != self.matrix:
             self.matrix = matrix.copy()
@@ -260,30 +286,33 @@ class DrawnSensor:
     def follow(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> None:
-        """Makes those figures anew whose sensor, rays or readings have changed."""
-        if not self._follow_sensor(runner, depsgraph, edits, metres) or runner is None:
+        """Make the figures again whose sensor, rays or readings have changed."""
+        if not self._update_sensor(runner, depsgraph, edits, metres) or runner is None:
             self.rays = None
             return
         rays = self.rays = runner.trace
         if self._rays != (rays, rays.revision):
             self._rays = rays, rays.revision
-            self.figures = [*self._own, *self._of_bundles("rays_figure", rays.bundles, metres)]
+            self.figures = [
+                *self._sensor_figures,
+                *self._bundle_figures("rays_figure", rays.bundles, metres),
+            ]
             self.revision += 1
         scan = rays, rays.step, rays.revision
         if self._scan != scan:
             self._scan = scan
             now = {n: rays.bundles[n] for n in rays.scan if n in rays.bundles}
-            self.now = [*self._of_bundles("scan_figure", now, metres)]
+            self.now = [*self._bundle_figures("scan_figure", now, metres)]
             self.lit = []
             for number, before in rays.scan.items():
                 if before is not None and number in now:
                     found = self.appearance.lit_figure(self, number, now[number], before, metres)
                     self.lit += [found] if found is not None else []
 
-    def _follow_sensor(
+    def _update_sensor(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> bool:
-        """Draws what stands apart from rays; whether it senses."""
+        """Make the figures that need no rays. Return whether the sensor senses."""
         if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
             return self.pose is not None
         self._read_at = runner, edits, metres
@@ -292,24 +321,32 @@ class DrawnSensor:
             with suppress(AngenError):
                 read = runner.read(depsgraph, edits)
         if read is None:
-            self._begin(None, None)
+            self._reset(None, None)
         elif self.parameters is not read.parameters or self.pose is not read.pose:
-            self._begin(read.parameters, read.pose)
+            self._reset(read.parameters, read.pose)
             evaluated = self.sensor.object.evaluated_get(depsgraph)
             outlined = self.appearance.outlined
             self.outline = surface_outline(evaluated, self.matrix) if outlined else None
-            self._own = self.figures = [self.appearance.figure(self, metres)]
+            self._sensor_figures = self.figures = [self.appearance.figure(self, metres)]
         return read is not None
 
-    def _begin(self, parameters: Any, pose: Pose | None) -> None:
-        """Forgets the figures of a sensor that has changed."""
+    def _reset(self, parameters: Any, pose: Pose | None) -> None:
+        """Remove the figures of a sensor that has changed."""
         self.parameters, self.pose = parameters, pose
         self._rays, self._scan, self._drawn = (), (), {}
-        self.of_reading, self._own, self.figures, self.now, self.lit = None, [], [], [], []
+        self.of_reading, self._sensor_figures, self.figures, self.now, self.lit = (
+            None,
+            [],
+            [],
+            [],
+            [],
+        )
         self.revision += 1
 
-    def _of_bundles(self, draws: str, bundles: dict[int, RaysMet], metres: float) -> list[Figure]:
-        """The figures of some bundles, each made anew only where its rays met something else."""
+    def _bundle_figures(
+        self, draws: str, bundles: dict[int, RaysMet], metres: float
+    ) -> list[Figure]:
+        """Return the figures of bundles; make those again whose hits have changed."""
         found = []
         for number, met in bundles.items():
             known = self._drawn.get((draws, number))
@@ -322,7 +359,7 @@ class DrawnSensor:
 
 
 class SensorRow(NamedTuple):
-    """A sensor that a view shows, what it reads, and whether it is selected."""
+    """A sensor that a view shows, its reading, and whether it is selected."""
 
     seen: DrawnSensor
     shown: ReadingText
@@ -330,44 +367,47 @@ class SensorRow(NamedTuple):
 
 
 class DrawnSensors:
-    """The sensors of one scene. `frame` is that at which they were looked at; `outdated` after an
-    edit since then; `unseen`: not all of their rays were cast at it."""
+    """The drawn sensors of a scene.
+
+    They were read at `frame`. `outdated` is set by an edit since then. `unseen` is set while some
+    rays were not cast at that frame.
+    """
 
     def __init__(self, scene: Any) -> None:
         self.scene_uid = scene.session_uid
         self.unseen = True
-        # By the clock of time.monotonic.
+        # The time of the last frame change, by time.monotonic.
         self.followed_at = 0.0
         self.frame = NEVER
         self.outdated = True
         self.metres = 1.0
         self.seen: list[DrawnSensor] = []
-        # What was drawn last of them, and in which region.
+        # The region that was drawn last, and its rows.
         self.rows: tuple[int, list[SensorRow]] = (0, [])
-        # What labels.py and draw.py show in each region, by the region's address; and the uid of
-        # the sensor whose sign the mouse is over.
+        # What labels.py and draw.py keep for each region, by the region's address.
         self.boards: dict[int, Any] = {}
         self.joined: dict[int, Any] = {}
+        # The uid of the sensor whose sign is below the mouse.
         self.hovered: int | None = None
-        # Whether what the sensors see was looked for, not their places alone.
+        # Whether the figures were made, and not only the places of the signs.
         self.has_fields = False
 
     def fail(self, scene: Any) -> None:
-        """Keeps still until the next edit."""
+        """Draw nothing until the next edit."""
         self.seen, self.boards, self.joined = [], {}, {}
         self.frame, self.outdated, self.unseen = scene.frame_current, False, False
         self.has_fields = True
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Brings all figures up to date with the evaluated scene, after its sensors have sensed."""
+        """Bring all figures up to date with the evaluated scene, after its sensors have sensed."""
         live = live_of(scene)
         edited = self.outdated
         self.frame, self.outdated = scene.frame_current, False
         self.metres = unit_scale(scene)
         if edited:
-            self._list(view_layer)
+            self._list_sensors(view_layer)
         fields = self.has_fields = bool(scene.angen_overlay.fields)
-        # The live sensors know of what was changed before the playhead moved.
+        # The live sensors know whether an edit moved them before the playhead moved.
         kept = live.places_are_kept(scene) and not edited
         for seen in self.seen:
             runner = live.runner(seen.uid)
@@ -376,8 +416,8 @@ class DrawnSensors:
             if fields:
                 seen.follow(runner, depsgraph, live.edits, self.metres)
 
-    def _list(self, view_layer: Any) -> None:
-        """Lists the sensors again; those that were listed before keep their figures."""
+    def _list_sensors(self, view_layer: Any) -> None:
+        """List the sensors again; known sensors keep their figures."""
         known = {seen.uid: seen for seen in self.seen}
         self.seen = []
         for sensor in all_sensors(view_layer):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When what is drawn is worked out: in the frame handler, or a moment after an edit.
+"""Decide when the overlay is brought up to date: at a frame change, or shortly after an edit.
 
-What sensors do not cast at each update is asked of them then, and never while Blender draws.
+Rays that a sensor does not cast at each update are cast then, and never while Blender draws.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from ...runtime.live import live_of
 from .picture import DrawnSensors
 from .settings import redraw_views
 
-# s: after an edit; while something is dragged, the drawing follows in steps of this.
+# s. The delay after an edit, and the interval while something is dragged.
 SOON = 0.05
-# s: once the playhead has stood still for this long, all is drawn as it is at its frame.
+# s. All rays are cast once the playhead has rested for this long.
 REST = 0.25
 
 
 def wanted(scene: Any) -> bool:
-    """Whether anything is drawn at all; there is no viewport in the background."""
+    """Return whether anything is drawn at all. In the background there is no viewport."""
     return not bpy.app.background and scene.angen_overlay.show
 
 
 def wants_rays(scene: Any) -> bool:
-    """Whether what the sensors' rays meet is drawn."""
+    """Return whether the hits of the sensors' rays are drawn."""
     return wanted(scene) and scene.angen_overlay.fields
 
 
 def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
-    """Follows a frame change; to be called after the sensors have sensed."""
+    """Bring the overlay up to date after a frame change, once the sensors have sensed."""
     if not wanted(scene):
         state.CACHE.overlay = None
         return
-    # An overlay must never keep the handler that it is called in from doing its work.
+    # An error in the overlay must not end the frame handler that calls this.
     try:
         _drawn_sensors(scene).follow(scene, view_layer, depsgraph)
         state.CACHE.overlay.unseen = wants_rays(scene)
@@ -47,12 +47,12 @@ def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
         _give_up(scene)
     if state.CACHE.overlay is not None and state.CACHE.overlay.unseen:
         state.CACHE.overlay.followed_at = time.monotonic()
-        if not bpy.app.timers.is_registered(_at_rest):
-            bpy.app.timers.register(_at_rest, first_interval=REST)
+        if not bpy.app.timers.is_registered(_update_at_rest):
+            bpy.app.timers.register(_update_at_rest, first_interval=REST)
 
 
 def note_edit(scene: Any) -> None:
-    """Notes an edit of the scene; to be called after each."""
+    """Note that the scene was edited."""
     if wanted(scene):
         if state.CACHE.overlay is not None:
             state.CACHE.overlay.outdated = True
@@ -60,30 +60,31 @@ def note_edit(scene: Any) -> None:
 
 
 def soon() -> None:
-    """Brings the drawing up to date once Blender has nothing else to do."""
-    if not bpy.app.background and not bpy.app.timers.is_registered(_later):
-        bpy.app.timers.register(_later, first_interval=SOON)
+    """Bring the overlay up to date once Blender has nothing else to do."""
+    if not bpy.app.background and not bpy.app.timers.is_registered(_update):
+        bpy.app.timers.register(_update, first_interval=SOON)
 
 
-def _at_rest() -> float | None:
-    """Seconds until the next look at whether the playhead rests; None where nothing is left."""
+def _update_at_rest() -> float | None:
+    """Update if the playhead rests. Return the seconds until the next check, or None."""
     drawn = state.CACHE.overlay
     if drawn is None or not drawn.unseen:
         return None
     stood = time.monotonic() - drawn.followed_at
     if stood < REST:
         return REST - stood
-    _later()
+    _update()
     return None
 
 
-def _later() -> None:
+def _update() -> None:
+    """Bring the overlay up to date, with all rays."""
     context = bpy.context
     scene = context.scene
     if scene is None or state.CACHE.running or not wanted(scene):
         return
     try:
-        # What was removed since Blender evaluated last is still listed, and freed.
+        # Until the next evaluation the depsgraph lists objects that were removed and freed.
         view_layer = context.view_layer
         view_layer.update()
         if wants_rays(scene):
@@ -104,14 +105,15 @@ def _drawn_sensors(scene: Any) -> DrawnSensors:
 
 
 def _give_up(scene: Any) -> None:
-    """Says what went wrong and keeps still until the next edit."""
+    """Print the error, and draw nothing until the next edit."""
     traceback.print_exc(file=sys.stderr)
     if state.CACHE.overlay is not None:
         state.CACHE.overlay.fail(scene)
 
 
 def cancel() -> None:
-    for timer in (_later, _at_rest):
+    """End the timers and drop the overlay."""
+    for timer in (_update, _update_at_rest):
         if bpy.app.timers.is_registered(timer):
             bpy.app.timers.unregister(timer)
     state.CACHE.overlay = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of the sensors the viewport draws: settings of the scene."""
+"""The scene settings of what 3D views draw of sensors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...scene.lengths import property_group
 
 
 def redraw_views() -> None:
-    """Asks Blender to draw every 3D view again."""
+    """Make Blender draw every 3D view again."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
@@ -27,34 +27,33 @@ SETTINGS = property_group(
     {
         "show": BoolProperty(
             name="Show Sensors",
-            description="Draw sensors in the viewport: what they see and what they read. "
-            "Off: costs nothing",
+            description="Draw what sensors see and read in 3D views. If off, this takes no time",
             default=True,
         ),
         "which": EnumProperty(
             name="Fields Of",
-            description="Whose fields of view are drawn",
+            description="Sensors whose fields of view are drawn",
             items=[
-                ("ALL", "All", "Those of all sensors that the viewport shows", 0),
-                ("SELECTED", "Selected", "Those of the selected sensors", 1),
+                ("ALL", "All", "All sensors that the viewport shows", 0),
+                ("SELECTED", "Selected", "The selected sensors", 1),
             ],
         ),
         "fields": BoolProperty(
             name="Fields of View",
-            description="Draw what each sensor sees: its own rays, to where they end",
+            description="Draw what each sensor sees: its rays, up to their hits",
             default=True,
         ),
         "handles": BoolProperty(
             name="Handles",
-            description="Show handles of the active sensor to drag: its range, its field of view, "
-            "the size of a pad. They are gizmos, and hidden with all others",
+            description="Show handles to drag on the active sensor: its range, its field of view, "
+            "the size of a pad. Show Gizmo hides them too",
             default=True,
         ),
         "names": BoolProperty(
             name="Names", description="Write each sensor's name beside it", default=True
         ),
         "values": BoolProperty(
-            name="Readings", description="Write what each sensor reads beside it", default=True
+            name="Readings", description="Write each sensor's reading beside it", default=True
         ),
     },
     options=set(),

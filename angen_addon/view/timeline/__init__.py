@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sensors' history in the timeline: strips, events, and the settings of both."""
+"""Draw the sensors' history in the timeline: strips and events, with the settings of both."""

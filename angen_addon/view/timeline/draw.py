@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws the sensors' history over the Timeline and the Dope Sheet. Nothing without a window."""
+"""Draw the sensors' history over the Timeline and the Dope Sheet."""
 
 from __future__ import annotations
 
@@ -25,14 +25,13 @@ from .layout import (
 )
 
 MODES = {"TIMELINE", "DOPESHEET"}
-# Pixels at an interface scale of 1: the scrubbing area, the scroll bar, the row of markers.
+# Heights in pixels at an interface scale of 1: scrubbing area, scroll bar, row of markers.
 SCRUB, SCROLL_BAR, MARKERS = 24.0, 16.0, 22.0
 MOST_PAINTERS = 24
 
 
 class Painter:
-    """Keeps what was drawn last in one region as batches: while only the playhead moves nothing is
-    made anew."""
+    """The picture of one region, kept as GPU batches while only the playhead moves."""
 
     def __init__(self) -> None:
         self._key: Any = None
@@ -40,7 +39,7 @@ class Painter:
         self._words: list[TimelineText] = []
 
     def paint(self, key: Any, make: Callable[[], TimelinePicture]) -> None:
-        """Draws what was made for the same key, or makes it."""
+        """Draw the picture of this key; make it first if the key is new."""
         import gpu
 
         if key != self._key:
@@ -56,13 +55,13 @@ class Painter:
         gpu.state.blend_set("NONE")
 
 
-# By the region that it draws in, and what.
+# By address of the region, and name of the picture.
 _painters: dict[tuple[int, str], Painter] = {}
 _handles: list[tuple[Any, str]] = []
 
 
-def rows_shown(settings: Any, sensors: list[Sensor], context: Any) -> list[Sensor]:
-    """The sensors that have a row."""
+def sensors_with_rows(settings: Any, sensors: list[Sensor], context: Any) -> list[Sensor]:
+    """Return the sensors that have a row."""
     active = stands_for(context.view_layer.objects.active)
     if settings.rows == "SELECTED":
         return [s for s in sensors if s.handle == active or s.selected]
@@ -73,8 +72,8 @@ def rows_shown(settings: Any, sensors: list[Sensor], context: Any) -> list[Senso
 
 
 def draw_window() -> None:
-    """The handler of the region with the frames."""
-    found = _shown()
+    """Draw the strips: the handler of the region with the frames."""
+    found = _rows_here()
     if found is None:
         return
     history, chosen, settings = found
@@ -84,29 +83,29 @@ def draw_window() -> None:
         return
     key = (history, view, chosen)
     _painter("strips").paint(key, lambda: strips(history, view, chosen))
-    # Beside the strips there may be no list of channels to write the names in.
+    # Write the names on the strips if there is no list of channels beside them.
     aside = any(r.type == "CHANNELS" and r.width > 1 for r in area.regions)
     if settings.names and not aside:
         _painter("names").paint(key, lambda: labels(history, view, chosen, ground=False))
 
 
 def draw_channels() -> None:
-    """The handler of the list beside it."""
-    found = _shown()
+    """Draw the names: the handler of the list beside the frames."""
+    found = _rows_here()
     if found is None or bpy.context.region.width <= 1:
         return
     history, chosen, settings = found
     region = bpy.context.region
     if not settings.names:
         return
-    bottom, top, scale = _between(bpy.context.scene, region)
+    bottom, top, scale = _row_limits(bpy.context.scene, region)
     view = TimelineRegion(region.width, bottom, top, scale, 0.0, 1.0)
     key = (history, view, chosen)
     _painter("list").paint(key, lambda: labels(history, view, chosen, ground=True))
 
 
-def _shown() -> tuple[History, frozenset[Uid], Any] | None:
-    """The rows to draw in the present region, which of them stand out, and the settings."""
+def _rows_here() -> tuple[History, frozenset[Uid], Any] | None:
+    """Return the rows of the present region, the uids of highlighted ones, and the settings."""
     context = bpy.context
     scene, space = context.scene, context.space_data
     if scene is None or not scene.angen_timeline.show or space.mode not in MODES:
@@ -118,7 +117,7 @@ def _shown() -> tuple[History, frozenset[Uid], Any] | None:
     sensors = state.CACHE.sensors(context.view_layer)
     history = HISTORIES.get(recording, sensors)
     if settings.rows != "ALL":
-        uids = frozenset(s.uid for s in rows_shown(settings, sensors, context))
+        uids = frozenset(s.uid for s in sensors_with_rows(settings, sensors, context))
         history = history.only(uids)
     active = stands_for(context.view_layer.objects.active)
     chosen = frozenset(s.uid for s in sensors if s.handle == active or s.selected)
@@ -127,22 +126,22 @@ def _shown() -> tuple[History, frozenset[Uid], Any] | None:
 
 def _painter(what: str) -> Painter:
     if len(_painters) > MOST_PAINTERS:
-        # Regions that are no more.
+        # Most of them belong to regions that were closed.
         _painters.clear()
     return _painters.setdefault((bpy.context.region.as_pointer(), what), Painter())
 
 
 def view_of(scene: Any, region: Any) -> TimelineRegion | None:
-    """The part of a region where rows go; None if it is too small."""
-    bottom, top, scale = _between(scene, region)
+    """Return the part of a region where rows go; None if it is too small."""
+    bottom, top, scale = _row_limits(scene, region)
     left, right = (region.view2d.region_to_view(x, 0)[0] for x in (0, region.width))
     if top <= bottom or right <= left:
         return None
     return TimelineRegion(region.width, bottom, top, scale, left, right)
 
 
-def _between(scene: Any, region: Any) -> tuple[float, float, float]:
-    """The bottom and top of the rows, and the interface's scale."""
+def _row_limits(scene: Any, region: Any) -> tuple[float, float, float]:
+    """Return the bottom and the top of the rows, and the interface's scale."""
     scale = bpy.context.preferences.system.ui_scale
     bottom = SCROLL_BAR * scale
     if len(scene.timeline_markers):
@@ -165,7 +164,7 @@ def _batches(picture: TimelinePicture) -> list[Any]:
         made.append(batch_for_shader(shader, "TRIS", {"pos": places, "color": colours}))
     places, colours = [], []
     for x0, y0, x1, y1, colour in picture.lines:
-        # Through the middle of the pixels, so that each is one pixel wide.
+        # A line through the middle of pixels is one pixel wide.
         places += [(x0, y0 + 0.5), (x1, y1 + 0.5)]
         colours += [colour] * 2
     if places:

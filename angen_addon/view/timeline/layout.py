@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a recording to the sensors' history, and from that to rectangles, lines and words in a
-region's pixels. Draws nothing.
+"""Turn a recording into the history of its sensors, and the history into shapes in pixels.
 
-States differ by shape: active is solid, invalid hatched, not simulated dotted, idle a thin line.
+It draws nothing. The states differ by shape: active is solid, not valid hatched, off dotted, and
+idle a thin line.
 """
 
 from __future__ import annotations
@@ -22,16 +22,14 @@ from ....sensor_logic.model import Array
 from ....sensor_logic.recording.tracks import Recording, Track
 from ...scene.instances import Uid
 
-# What a recording says of each sensor over time: spans of states, a curve, and events.
-
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
-# A sensor was off where its next update comes later than this many of its usual times between two.
+# A sensor was off if its next update comes later than this many of its usual intervals.
 GAP = 1.5
 
 
 @dataclass(frozen=True)
 class Spans:
-    """States (n,) that hold from frame `starts` (n,) to `ends` (n,), in order without holes."""
+    """States (n,) from frame `starts` (n,) to frame `ends` (n,), in order and without gaps."""
 
     starts: Array
     ends: Array
@@ -40,10 +38,22 @@ class Spans:
 
 @dataclass(frozen=True, eq=False)
 class HistoryRow:
-    """One sensor: what it is called and its room; `uid`: session uid of its object. `frames`,
-    `values`: its curve, for kinds that measure, and `full`: what is drawn as full height; `log`:
-    the updates in the event log; `events`: that of each event, and `states`: of those that are
-    shown without measured values (sensor_logic/log.py)."""
+    """The history of one sensor.
+
+    Attributes
+    ----------
+    uid
+        Session uid of the sensor's object.
+    frames, values
+        The curve of a sensor that measures.
+    full
+        The value that is drawn as full height.
+    log
+        The updates in the event log.
+    events, states
+        The update of each event, and of each event that is shown without measured values
+        (`sensor_logic/log.py`).
+    """
 
     name: str
     room: str
@@ -60,25 +70,29 @@ class HistoryRow:
 
 @dataclass(frozen=True)
 class History:
-    """The rows by room and then by kind and name; frames `start` to `end`, where the last ends."""
+    """The rows by room, kind and name, from frame `start` to frame `end`.
+
+    The last recorded frame ends at `end`.
+    """
 
     rows: tuple[HistoryRow, ...]
     start: float
     end: float
 
     def only(self, uids: frozenset[Uid]) -> History:
-        """Some of the rows."""
+        """Return the history of some of the sensors."""
         return replace(self, rows=tuple(row for row in self.rows if row.uid in uids))
 
     def row_of(self, uid: Uid) -> HistoryRow | None:
+        """Return the row of a sensor, or None."""
         return next((row for row in self.rows if row.uid == uid), None)
 
 
 def history_of(recording: Recording, sensors: Iterable[Any]) -> History:
-    """The history of sensors; those without a track have none, and are shown as off."""
+    """Return the history of sensors. A sensor without a track is shown as off."""
     start, end = float(recording.frame_start), float(recording.frame_end + 1)
     rows = [_row(recording.track_of(sensor.uid), sensor, start, end) for sensor in sensors]
-    # What has no room comes last.
+    # Sensors without a room come last.
     rows.sort(key=lambda row: (not row.room, row.room, KINDS[row.kind].number, row.name))
     return History(tuple(rows), start, end)
 
@@ -99,15 +113,18 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> HistoryR
         spans_of(track, start, end),
         frames if curve else nothing,
         np.nan_to_num(np.array(track.value, np.float64)) if curve else nothing,
-        _full(track, sensor) if curve else 1.0,
+        _full_scale(track, sensor) if curve else 1.0,
         log_indices(track),
         event_rows(track),
         shown_rows(track, values=False),
     )
 
 
-def _full(track: Track, sensor: Any) -> float:
-    """100 for what is in percent; else the peak, or the threshold where nothing reaches it."""
+def _full_scale(track: Track, sensor: Any) -> float:
+    """Return the value that is drawn as full height.
+
+    It is 100 for percent, otherwise the peak, or the threshold if no value reaches it.
+    """
     if track.reading_at(0).unit == "%":
         return 100.0
     threshold = float(getattr(sensor.parameters, "threshold", 0.0))
@@ -115,7 +132,10 @@ def _full(track: Track, sensor: Any) -> float:
 
 
 def spans_of(track: Track, start: float, end: float) -> Spans:
-    """Each state of a track with at least one update, from its first update to the next state's."""
+    """Return the states of a track that has at least one update.
+
+    A state lasts from its first update to the first update of the next state.
+    """
     frames = np.array(track.frames, np.float64)
     states = np.array(track.active, np.int8)
     if "valid" in track.columns:
@@ -124,45 +144,48 @@ def spans_of(track: Track, start: float, end: float) -> Spans:
     usual = float(np.median(np.diff(frames))) if len(frames) > 1 else end - start
     late = following - frames > usual * GAP + 1.0
     until = np.where(late, frames + np.ceil(usual), following)
-    # What is between the end of one update and the next one is a hole: the sensor was off.
+    # The sensor was off in the gap between the end of one update and the next one.
     starts = np.concatenate([[start], np.stack([frames, until], axis=1).ravel()])
     ends = np.concatenate([starts[1:], [end]])
-    told = np.concatenate([[OFF], np.stack([states, np.full_like(states, OFF)], axis=1).ravel()])
+    found = np.concatenate([[OFF], np.stack([states, np.full_like(states, OFF)], axis=1).ravel()])
     some = ends > starts
-    starts, ends, told = starts[some], ends[some], told[some]
-    first = np.flatnonzero(np.append(True, told[1:] != told[:-1]))
+    starts, ends, found = starts[some], ends[some], found[some]
+    first = np.flatnonzero(np.append(True, found[1:] != found[:-1]))
     return Spans(
-        starts[first], np.append(starts[first][1:], ends[-1:]), told[first].astype(np.int8)
+        starts[first], np.append(starts[first][1:], ends[-1:]), found[first].astype(np.int8)
     )
 
 
 class Histories:
-    """The history of the recording that was asked for last, until it is cleared; without it each
-    redraw of the sample home's timeline takes 5 ms more."""
+    """The history of the last recording, kept until `clear`.
+
+    Making it takes 5 ms for the sample home, which each redraw would need.
+    """
 
     def __init__(self) -> None:
-        self._of: weakref.ref[Recording] | None = None
-        self._made: History | None = None
+        self._recording: weakref.ref[Recording] | None = None
+        self._history: History | None = None
         self._names: tuple[Any, ...] = ()
 
     def get(self, recording: Recording, sensors: list[Any]) -> History:
-        """Made anew where sensors were added, renamed or given another room since."""
+        """Return the history; make it again if the sensors, their names or their rooms changed."""
         names = tuple((s.uid, s.name, s.room) for s in sensors)
-        known = self._of() if self._of is not None else None
-        if self._made is None or known is not recording or names != self._names:
-            self._of, self._names = weakref.ref(recording), names
-            self._made = history_of(recording, sensors)
-        return self._made
+        known = self._recording() if self._recording is not None else None
+        if self._history is None or known is not recording or names != self._names:
+            self._recording, self._names = weakref.ref(recording), names
+            self._history = history_of(recording, sensors)
+        return self._history
 
     def clear(self) -> None:
-        self._of, self._made, self._names = None, None, ()
+        """Forget the history."""
+        self._recording, self._history, self._names = None, None, ()
 
 
 HISTORIES = Histories()
 
 
 Colour = tuple[float, float, float, float]
-# Okabe and Ito's colours, which colour-blind people tell apart, by the kinds' numbers in turn.
+# Colours by number of the kind, which colour-blind people can tell apart (Okabe and Ito).
 COLOURS: tuple[Colour, ...] = (
     (0.902, 0.624, 0.0, 1.0),
     (0.337, 0.706, 0.914, 1.0),
@@ -185,13 +208,15 @@ BETWEEN_ROOMS = 3.0
 HATCH = 5
 DOT, DOTS = 2, 7
 LETTER = 11.0
-# A lit or pressed sensor's area is at least so much of its row's height.
+# The area of a lit or pressed sensor is at least this share of the height of its row.
 LEAST_AREA = 0.2
 
 
 class TimelineRegion(NamedTuple):
-    """The region in pixels: its width, where rows may be (bottom to top), the interface's scale,
-    and the frames at its left and right edge."""
+    """A region in pixels: its width, the bottom and top of its rows, and the interface's scale.
+
+    `left` and `right` are the frames at its edges.
+    """
 
     width: int
     bottom: float
@@ -201,12 +226,15 @@ class TimelineRegion(NamedTuple):
     right: float
 
     def x(self, frame: Array) -> Array:
-        """Pixels, not rounded, of frames (n,)."""
+        """Return the pixels, not rounded, of frames (n,)."""
         return (frame - self.left) / (self.right - self.left) * self.width
 
 
 class TimelineText(NamedTuple):
-    """A text with its lower left corner, or its lower right one, and the height of its letters."""
+    """A text with the height of its letters.
+
+    `x` and `y` are its lower left corner, or its lower right one with `to_the_left`.
+    """
 
     x: float
     y: float
@@ -218,8 +246,11 @@ class TimelineText(NamedTuple):
 
 @dataclass
 class TimelinePicture:
-    """`quads`: (x0, y0, x1, y1, colour); `lines`: the same from end to end; `words`, each on a
-    ground of its own."""
+    """Shapes in pixels, with their colours.
+
+    `quads` are rectangles (x0, y0, x1, y1, colour), `lines` the same from end to end, and each of
+    the `words` is drawn on a dark ground.
+    """
 
     quads: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
     lines: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
@@ -227,8 +258,17 @@ class TimelinePicture:
 
 
 def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pixel columns [from, to) that spans (n,) in pixels touch, merged: none is lost, however
-    short, and there are never more than the region has columns."""
+    """Return the columns of pixels that spans touch, as merged runs [from, to).
+
+    No span is lost, however short, and there are at most as many runs as columns.
+
+    Parameters
+    ----------
+    starts, ends
+        Spans (n,) in pixels.
+    width
+        Number of columns.
+    """
     seen = (ends > 0.0) & (starts < width)
     first = np.clip(np.floor(starts[seen] + 0.5), 0, width - 1).astype(np.int64)
     last = np.clip(np.floor(ends[seen] + 0.5), first + 1, width).astype(np.int64)
@@ -240,7 +280,7 @@ def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDA
     return np.flatnonzero(turns == 1), np.flatnonzero(turns == -1)
 
 
-class Placed(NamedTuple):
+class PlacedRow(NamedTuple):
     """A row with its lower edge and its height."""
 
     row: HistoryRow
@@ -248,8 +288,8 @@ class Placed(NamedTuple):
     high: float
 
 
-def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[Placed]:
-    """The rows that fit, from the top down, upwards from the bottom of the view."""
+def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[PlacedRow]:
+    """Return the rows that fit, placed from the top down, with the last one at the bottom."""
     if not rows:
         return []
     gap = BETWEEN_ROOMS * view.scale
@@ -261,31 +301,34 @@ def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[Placed]:
     if not shown:
         return []
     y = view.bottom + len(shown) * high + (len({row.room for row in shown}) - 1) * gap
-    placed: list[Placed] = []
+    placed: list[PlacedRow] = []
     for row in shown:
         if placed and row.room != placed[-1].row.room:
             y -= gap
         y -= high
-        placed.append(Placed(row, y, high))
+        placed.append(PlacedRow(row, y, high))
     return placed
 
 
 def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> TimelinePicture:
-    """The rows of a history and their rooms; `chosen`: session uids of sensors that stand out."""
+    """Return the picture of the rows of a history and their rooms.
+
+    `chosen` are the session uids of highlighted sensors.
+    """
     picture = TimelinePicture()
     placed = place(history.rows, view)
     if not placed or view.right <= view.left:
         return picture
-    _ground(picture, placed, view, chosen)
+    _draw_ground(picture, placed, view, chosen)
     for row, y, high in placed:
-        _strip(picture, view, row, y + 1, high - 2)
+        _draw_strip(picture, view, row, y + 1, high - 2)
     for room in dict.fromkeys(p.row.room for p in placed):
         inside = [p for p in placed if p.row.room == room]
-        _room(picture, view, room, inside[-1].y, inside[0].y + inside[0].high, inside[0].high)
+        _draw_room(picture, view, room, inside[-1].y, inside[0].y + inside[0].high, inside[0].high)
     left_out = len(history.rows) - len(placed)
     if left_out:
         text = f"{left_out} more: make this editor higher"
-        # On the lowest row: above the highest one are the numbers of the frames.
+        # On the lowest row, since the numbers of the frames are above the highest one.
         size = LETTER * view.scale
         picture.words.append(TimelineText(6 * view.scale, placed[-1].y + size / 2, text, size, DIM))
     return picture
@@ -294,11 +337,11 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
 def labels(
     history: History, view: TimelineRegion, chosen: frozenset[Uid], ground: bool
 ) -> TimelinePicture:
-    """The names of the rows, where these are high enough; `ground`: on one of their own."""
+    """Return the names of the rows if these are high enough; with `ground`, on a dark ground."""
     picture = TimelinePicture()
     placed = place(history.rows, view)
     if ground:
-        _ground(picture, placed, view, chosen)
+        _draw_ground(picture, placed, view, chosen)
     for row, y, high in placed:
         if high >= LEAST_NAMED * view.scale:
             size = min(LETTER * view.scale, high - 3)
@@ -307,8 +350,8 @@ def labels(
     return picture
 
 
-def _ground(
-    picture: TimelinePicture, placed: list[Placed], view: TimelineRegion, chosen: frozenset[Uid]
+def _draw_ground(
+    picture: TimelinePicture, placed: list[PlacedRow], view: TimelineRegion, chosen: frozenset[Uid]
 ) -> None:
     if not placed:
         return
@@ -325,7 +368,7 @@ def _ground(
             picture.quads.append((0.0, y, width, y + high, CHOSEN))
 
 
-def _room(
+def _draw_room(
     picture: TimelinePicture,
     view: TimelineRegion,
     room: str,
@@ -340,7 +383,7 @@ def _room(
         picture.words.append(word)
 
 
-def _strip(
+def _draw_strip(
     picture: TimelinePicture, view: TimelineRegion, row: HistoryRow, y: float, high: float
 ) -> None:
     colour = COLOURS[(KINDS[row.kind].number - 1) % len(COLOURS)]
@@ -358,15 +401,15 @@ def _strip(
         base = y if len(row.frames) else middle
         picture.lines.append((float(a), base, float(b), base, (*colour[:3], 0.45)))
     if len(row.frames):
-        _curve(picture, view, row, y, high, colour, columns[ACTIVE])
+        _draw_curve(picture, view, row, y, high, colour, columns[ACTIVE])
     else:
         for a, b in zip(*columns[ACTIVE], strict=True):
             picture.quads.append((float(a), y, float(b), y + high, colour))
     for a, b in zip(*columns[INVALID], strict=True):
-        _hatch(picture, float(a), y, float(b), y + high, colour)
+        _draw_hatch(picture, float(a), y, float(b), y + high, colour)
 
 
-def _curve(
+def _draw_curve(
     picture: TimelinePicture,
     view: TimelineRegion,
     row: HistoryRow,
@@ -375,10 +418,10 @@ def _curve(
     colour: Colour,
     active: tuple[NDArray[np.int64], NDArray[np.int64]],
 ) -> None:
-    """The greatest value in each column of pixels, filled where the sensor is active."""
+    """Draw the greatest value in each column of pixels, filled where the sensor is active."""
     columns = np.arange(view.width + 1, dtype=np.float64)
     frames = view.left + columns / view.width * (view.right - view.left)
-    # A value holds until the next: the one at a column's left edge, and all that come within it.
+    # A value holds until the next one. A column has the value at its left edge and all within it.
     at = np.searchsorted(row.frames, frames, side="right") - 1
     lo, hi = np.maximum(at[:-1], 0), np.maximum(at[1:], 0)
     padded = np.append(row.values, 0.0)
@@ -411,10 +454,10 @@ def _curve(
         last = level
 
 
-def _hatch(
+def _draw_hatch(
     picture: TimelinePicture, x0: float, y0: float, x1: float, y1: float, colour: Colour
 ) -> None:
-    """Diagonal lines, cut at the rectangle, that run on from one rectangle to the next."""
+    """Draw diagonal lines within a rectangle, which continue in the next rectangle."""
     high = y1 - y0
     begin = math.floor((x0 - high) / HATCH) * HATCH
     for c in range(int(begin), math.ceil(x1), HATCH):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the timeline shows of the sensors: settings of the scene."""
+"""The scene settings of the sensors' history in the timeline."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from bpy.types import PropertyGroup, Scene
 
 
 class AngenTimeline(PropertyGroup):
+    """What the timeline shows of sensors."""
+
     show: BoolProperty(
         name="Sensor History",
-        description="Show what the sensors recorded in the Timeline and the Dope Sheet",
+        description="Show the recording of the sensors in the Timeline and the Dope Sheet",
         default=True,
     )
     rows: EnumProperty(
         name="Rows",
-        description="Which sensors have a row",
+        description="Sensors that have a row",
         items=[
             ("ALL", "All", "Every sensor, by room", 0),
             ("ROOM", "Room", "The sensors of the active sensor's room", 1),
@@ -25,16 +27,16 @@ class AngenTimeline(PropertyGroup):
     )
     names: BoolProperty(
         name="Names",
-        description="Write each sensor's name on its row, where it is high enough",
+        description="Write each sensor's name on its row, if the row is high enough",
         default=True,
     )
     values: BoolProperty(
         name="Also Values",
-        description="Jump to changes of measured values too, and mark them: not only to those of "
+        description="Jump to changes of measured values and mark them, and not only to changes of "
         "states",
     )
-    # Names of the markers that were made for events, a line each: markers keep no data of others
-    # (Blender 5.2), and those that the user renames are the user's.
+    # Names of the markers that were made for events, one on each line. Markers keep no custom data
+    # (Blender 5.2). A marker that the user renames then belongs to the user.
     marked: StringProperty(options={"HIDDEN"})
 
 

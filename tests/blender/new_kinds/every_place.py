@@ -78,10 +78,10 @@ def test_it_is_added_placed_and_assigned(world, kind):
 def test_its_reach_can_be_dragged(world, sensor, kind, addon_part):
     gizmos = addon_part("angen_addon.view.gizmos")
     sensor.select_set(True)
-    found = gizmos.handles_of(gizmos.handled(bpy.context))
+    found = gizmos.handles_of(gizmos.sensor_with_handles(bpy.context))
     assert len(found) == (kind == "RANGER")
     for handle in found:
-        handle.set(gizmos.handled(bpy.context), 2.0)
+        handle.set(gizmos.sensor_with_handles(bpy.context), 2.0)
         assert parameters_of(sensor, kind).reach == 2.0
 
 
@@ -116,7 +116,7 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
     length = np.ptp(lines, axis=0).max()
     assert length == pytest.approx(0.49 if kind == "RANGER" else 0.1, abs=0.04)
     picture = addon_part("angen_addon.view.overlay.picture")
-    assert picture.passing(one, shown, 1.0) == []
+    assert picture.changing_figures(one, shown, 1.0) == []
     assert all(picture.picture(drawn, shown.icon, False) for drawn in figures)
 
 

@@ -23,7 +23,7 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.coverage.floor import cells_of
-from angen_sensors.angen_addon.coverage.maps import at_once, detectors, view_of
+from angen_sensors.angen_addon.coverage.maps import detectors, view_of, whole_map
 from angen_sensors.angen_addon.progress import finished
 from angen_sensors.angen_addon.scene.home import EvaluatedHome
 from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
@@ -84,14 +84,14 @@ def _row(name: str, rounds: int) -> dict[str, Any]:
         floor = time.perf_counter()
         views = _views(home)
         cast = time.perf_counter()
-        found = at_once(views, cells, motion)
+        found = whole_map(views, cells, motion)
         done = time.perf_counter()
         taken.append((floor - begin, cast - floor, done - cast, done - begin))
     stages = ("floor_s", "cast_s", "meet_s", "total_s")
     spans = {n: spread(times) for n, times in zip(stages, zip(*taken, strict=True), strict=True)}
     covered = found.count > 0
     others = [
-        at_once({n: _later(view, phase / PHASES) for n, view in views.items()}, cells, motion)
+        whole_map({n: _later(view, phase / PHASES) for n, view in views.items()}, cells, motion)
         for phase in range(1, PHASES)
     ]
     shares = [float((other.count > 0).mean()) for other in (found, *others)]
@@ -129,7 +129,7 @@ def _sizes(quick: bool) -> list[dict[str, Any]]:
         home, cells = _floor("ARM", size)
         inside, views = cells.of(["living room"]), _views(home)
         begin = time.perf_counter()
-        maps[size] = (at_once(views, inside, MOTIONS["ARM"]), time.perf_counter() - begin)
+        maps[size] = (whole_map(views, inside, MOTIONS["ARM"]), time.perf_counter() - begin)
     dense = maps[reference][0]
     return [
         {

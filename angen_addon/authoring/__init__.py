@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes new sensors: parameters of known parts, housings, and placing on surfaces."""
+"""Make new sensors: presets of parts, housings, and placing on surfaces."""

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Housings of new sensors: the part in its real size, lines that show where it looks, and how it
-stands on a surface.
+"""Housings of new sensors, and the ways in which sensors stand on a surface.
 
-All lengths are metres in the sensor's own axes. It looks from the origin along −Z with +Y up, and
-its housing is behind the origin. A switch's beam starts at the origin along −Z; its fork is open
-towards −Y and stands on its +Y side. A pad lies on z = 0, its upper side towards +Z. The lines are
+A housing has the real size of its part, and lines that show where the sensor looks. The lines are
 edges without faces, so that no ray hits them and no render shows them.
+
+All lengths are in m, in the sensor's axes. A sensor looks from the origin along −Z with +Y up, and
+its housing is behind the origin. The beam of a switch starts at the origin along −Z, and its fork
+is open towards −Y and stands on its +Y side. A pad lies on z = 0, with its upper side towards +Z.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ import bpy
 from mathutils import Matrix, Vector
 
 Point = tuple[float, float, float]
-# Corners at −x and +x, −y and +y, −z and +z; faces that look outwards.
+# Corners in the order of `box`: −x before +x, then −y before +y, then −z before +z.
 BOX_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+# The number of corners of a round body.
 SEGMENTS = 16
 
 # A pyramid of length 1 that opens along −Z, with a triangle on its +Y side, as cameras have.
@@ -53,20 +55,24 @@ VIEW_EDGES = [
 
 @dataclass
 class Housing:
-    """Points in metres, closed bodies of outward faces, and edges without faces."""
+    """Points in m, closed bodies of outward faces, and edges without faces."""
 
     points: list[Point] = field(default_factory=list)
     faces: list[tuple[int, ...]] = field(default_factory=list)
     edges: list[tuple[int, int]] = field(default_factory=list)
 
     def box(self, low: Point, high: Point) -> Housing:
+        """Add a box between two corners."""
         corners = [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1])
                    for z in (low[2], high[2])]  # fmt: skip
         return self._add(corners, BOX_FACES)
 
     def lathe(self, profile: Sequence[tuple[float, float]]) -> Housing:
-        """Adds a body of revolution about Z; `profile`: (radius, z) of its rings, upwards. A radius
-        of 0 at an end gives a point."""
+        """Add a body of revolution about Z.
+
+        `profile` holds the radius and the z of each of its rings, upwards. A radius of 0 at an end
+        makes a point.
+        """
         points: list[Point] = []
         rings: list[list[int]] = []
         for radius, z in profile:
@@ -92,6 +98,7 @@ class Housing:
         return self._add(points, faces)
 
     def lines(self, points: Iterable[Point], edges: Iterable[tuple[int, int]]) -> Housing:
+        """Add edges without faces."""
         first = len(self.points)
         self.points += points
         self.edges += [(first + a, first + b) for a, b in edges]
@@ -104,60 +111,60 @@ class Housing:
         return self
 
     def outline(self) -> list[tuple[int, int]]:
-        """All edges, including those of the faces, each once."""
+        """Return all edges, also those of the faces, each once."""
         found = {tuple(sorted(e)) for e in self.edges}
         for face in self.faces:
             found |= {tuple(sorted(e)) for e in zip(face, face[1:] + face[:1], strict=True)}
         return sorted(found)  # type: ignore[arg-type]
 
     def reach(self, axes: Matrix, normal: Vector) -> float:
-        """How far in m the body, turned by `axes` (3 × 3), extends below its origin along
-        `normal`."""
+        """Return how far (m) the body extends below its origin along `normal`.
+
+        `axes` (3, 3) turn the body.
+        """
         solid = {i for face in self.faces for i in face}
         return max((-normal.dot(axes @ Vector(self.points[i])) for i in solid), default=0.0)
 
 
 def looking(housing: Housing) -> Housing:
-    """Adds the lines that show where the sensor looks."""
+    """Add the lines that show where the sensor looks."""
     return housing.lines([tuple(c * VIEW_LENGTH for c in p) for p in VIEW_POINTS], VIEW_EDGES)  # type: ignore[misc]
 
 
 def pad(side: float, thickness: float, length: float = 0.0) -> Housing:
-    """A flat box whose origin is the middle of its underside, square without a `length`."""
+    """Return a flat box, square without a `length`, whose origin is the middle of its underside."""
     x, y = side / 2, (length or side) / 2
     return Housing().box((-x, -y, 0.0), (x, y, thickness))
 
 
 def marker() -> Housing:
-    """The housing of parts of unknown size: a cube of 30 mm behind the origin."""
+    """Return the housing of parts of unknown size: a cube of 30 mm behind the origin."""
     return looking(Housing().box((-0.015, -0.015, 0.0), (0.015, 0.015, 0.03)))
 
 
 def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:
-    """A new mesh of a housing in its real size, for a scene of this unit scale."""
+    """Return a new mesh of a housing in its real size, for a scene of this unit scale."""
     mesh = bpy.data.meshes.new(name)
     points = [tuple(c / unit_scale for c in point) for point in housing.points]
     mesh.from_pydata(points, housing.edges, housing.faces)
     return mesh
 
 
-# How a sensor stands on a surface, and how it gets a parent.
-
-# Surfaces within this angle of the vertical are walls, from which motion detectors look level.
+# A surface is a wall if it is within this angle of the vertical.
 WALL = math.radians(30)
 
-# How a kind stands: from the surface's normal, and a function from a direction to the unit "up"
-# across it, to the sensor's Y and Z axes.
+# Returns the Y and Z axes of a sensor on a surface. The arguments are the surface's normal, and a
+# function that returns the unit vector across a direction that is as far up as possible.
 Stand = Callable[[Vector, Callable[[Vector], Vector]], tuple[Vector, Vector]]
 
 
 def looking_out(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """It looks away from the surface, with +Y as far up as possible."""
+    """Look away from the surface, with +Y as far up as possible."""
     return up(normal), -normal
 
 
 def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """It looks away from the surface, and from a wall level."""
+    """Look away from the surface, and level if it is a wall."""
     level = Vector((normal.x, normal.y, 0.0))
     if abs(normal.z) < math.sin(WALL) and level.length > 0:
         return looking_out(level.normalized(), up)
@@ -165,18 +172,20 @@ def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vecto
 
 
 def lying(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """It lies on the surface, +Z away from it."""
+    """Lie on the surface, with +Z away from it."""
     return up(normal), normal
 
 
 def beside_it(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """It stands on its +Y side and looks along the surface, on a wall horizontally."""
+    """Stand on the +Y side and look along the surface, horizontally if it is a wall."""
     return -normal, normal.cross(up(normal))
 
 
 def parent_keeping(obj: Any, parent: Any, world: Matrix) -> bool:
-    """Puts `obj` at `world` and parents it to `parent`, whatever that object's scale or shear.
-    Returns False where the parent's matrix has no inverse, and leaves `obj` without a parent."""
+    """Parent `obj` to `parent` and place it at `world`, whatever the parent's scale or shear.
+
+    Return False, without a parent, if the parent's matrix has no inverse.
+    """
     place = parent.matrix_world.copy()
     followed = abs(place.determinant()) > 1e-12
     if followed:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The housing of a kind of sensor, and its matrix from a point and normal of a surface.
+"""The housing of a kind of sensor, and its matrix at a point of a surface.
 
-It does not read the scene. Lengths are Blender units.
+Nothing here reads the scene. Lengths are in Blender units.
 """
 
 from __future__ import annotations
@@ -15,21 +15,35 @@ from ..kinds import appearance_of
 from .housing import Housing, marker
 
 UP = Vector((0.0, 0.0, 1.0))
-# A direction guides a sensor if at least this share of its length is along the surface.
+# A direction can orient a sensor if at least this share of its length is along the surface.
 FOLLOWED = 0.3
 
 
 def housing_of(kind: str, preset: str = "") -> Housing:
-    """The housing of a kind with a preset."""
+    """Return the housing of a kind with a preset."""
     housings = appearance_of(KINDS[kind]).housings
     return housings.get(preset, housings.get("", marker))()
 
 
 def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector] = ()) -> Matrix:
-    """The axes (3 × 3, orthonormal, right-handed) of a sensor on a surface with a unit normal.
+    """Return the axes of a sensor on a surface.
 
-    `turn` (rad) is about the normal. On a level surface, where up gives no direction, the first of
-    `along` that is not across it does, such as the axes of the surface's object.
+    Parameters
+    ----------
+    kind
+        Identifier of the kind.
+    normal
+        Unit normal of the surface.
+    turn
+        Angle about the normal, in radians.
+    along
+        Directions for a level surface, such as the axes of its object. The first that is not across
+        the surface orients the sensor.
+
+    Returns
+    -------
+    (3, 3) matrix
+        Orthonormal and right-handed.
     """
     guides = [UP, *along, Vector((0, 1, 0)), Vector((1, 0, 0))]
     y, z = appearance_of(KINDS[kind]).stand(normal, lambda forward: _guide(forward, guides))
@@ -38,7 +52,7 @@ def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector
 
 
 def _guide(forward: Vector, directions: Iterable[Vector]) -> Vector:
-    """The unit component across `forward` of the first direction that has enough of it."""
+    """Return the unit component across `forward` of the first direction that has enough of it."""
     for direction in directions:
         if direction.length == 0:
             continue
@@ -58,7 +72,21 @@ def place_on(
     along: Iterable[Vector] = (),
     unit_scale: float = 1.0,
 ) -> Matrix:
-    """The world matrix of a sensor whose housing touches the surface at `point` from outside."""
+    """Return the world matrix of a sensor whose housing touches a surface from outside.
+
+    Parameters
+    ----------
+    kind
+        Identifier of the kind.
+    housing
+        Its housing.
+    point, normal
+        A point of the surface, in Blender units, and its normal there.
+    turn, along
+        As in `axes_on`.
+    unit_scale
+        Metres in a Blender unit.
+    """
     normal = normal.normalized()
     axes = axes_on(kind, normal, turn, along)
     off = housing.reach(axes, normal) / unit_scale

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes new sensors, and applies presets of known parts."""
+"""Make new sensors, and apply presets of known parts."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from ..scene.sensors import unit_scale
 from .housing import mesh_of
 from .of_kind import housing_of
 
-# Blender stores single precision.
+# Relative tolerance of values, since Blender stores single precision.
 SAME = 1e-6
-# Types of values that a parameter of a type accepts.
+# The types of values that a parameter accepts, by its type.
 SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
     bool: (bool,), int: (int,), float: (int, float), str: (str,)
 }  # fmt: skip
 
 
 def find_preset(kind: Kind, identifier: str) -> Preset:
-    """The preset of a kind with this identifier. Raises AngenError."""
+    """Return the preset of a kind with this identifier. Raise `AngenError` if it is unknown."""
     known = {preset.identifier: preset for preset in kind.presets}
     if identifier not in known:
         hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
@@ -34,7 +34,7 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
 
 
 def apply(obj: Any, preset: Preset) -> None:
-    """Sets the parameters that the preset names, and no others."""
+    """Set the parameters that the preset names, and no others."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
@@ -42,14 +42,16 @@ def apply(obj: Any, preset: Preset) -> None:
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
-    """Whether the parameters have the preset's values."""
+    """Return whether the parameters have the preset's values."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
 
 
 def preset_of(obj: Any) -> tuple[Preset | None, bool]:
-    """The preset of a sensor, and whether values were edited since it was applied. Without a name
-    in the file it is the one of the most values that match."""
+    """Return the preset of a sensor, and whether its values were edited since it was applied.
+
+    Without a named preset it is the one with the most matching values.
+    """
     settings = obj.angen_sensor
     presets = KINDS[settings.kind].presets
     named = next((p for p in presets if p.identifier == settings.preset), None)
@@ -61,11 +63,11 @@ def preset_of(obj: Any) -> tuple[Preset | None, bool]:
 
 
 def preset_text(obj: Any) -> str:
-    """The name of a sensor's preset, and whether it was edited; empty without one."""
+    """Return the name of a sensor's preset, marked if it was edited; empty without one."""
     found, is_edited = preset_of(obj)
     if found is None:
         return ""
-    # Fields are narrow: what stands in brackets would leave no room for the other word.
+    # Fields are narrow, so the part in brackets is left out.
     return f"{found.label.partition(' (')[0]} (edited)" if is_edited else found.label
 
 
@@ -76,7 +78,7 @@ def _same(stored: Any, value: Any) -> bool:
 
 
 def select_only(context: Context, *objects: Any) -> None:
-    """Selects these objects and no others; the first becomes the active one."""
+    """Select these objects and no others; the first becomes the active one."""
     for other in context.selected_objects:
         other.select_set(False)
     for obj in objects:
@@ -85,7 +87,7 @@ def select_only(context: Context, *objects: Any) -> None:
 
 
 def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
-    """A new sensor at the origin, in the active collection, selected and active."""
+    """Return a new sensor at the origin, in the active collection, selected and active."""
     label = KINDS[kind].label.partition(" (")[0]
     housing = housing_of(kind, preset.identifier if preset else "")
     mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen coverage` and `angen place`: maps and proposals without a window."""
+"""The commands `angen coverage` and `angen place`: maps and proposals without a window."""
 
 from __future__ import annotations
 
@@ -37,31 +37,31 @@ from .maps import cover
 from .proposal import MOUNTINGS, Proposal, Wish, propose
 from .settings import motion_of
 
-# The options of `angen coverage` and `angen place`.
-
 
 def add_coverage(verbs: Any, every: argparse.ArgumentParser) -> None:
+    """Add the options of `angen coverage`."""
     verb = verbs.add_parser(
-        "coverage", parents=[_common(every)], help="where motion detectors notice what moves"
+        "coverage", parents=[_common(every)], help="map where motion detectors notice a movement"
     )
     add_names(verb, "motion detector")
 
 
 def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    """Return the options that both commands have."""
     common = argparse.ArgumentParser(add_help=False, parents=[every])
     common.add_argument(
         "--motion",
         choices=tuple(MOTIONS),
         default="STEP",
         metavar="|".join(MOTIONS),
-        help="what moves in each cell (default STEP)",
+        help="the motion that is tested in each cell (default STEP)",
     )
     common.add_argument(
         "--height",
         type=_positive,
         default=0.0,
         metavar="M",
-        help="above the floor: the top of what walks, the middle of a chest or an arm",
+        help="height above the floor: the top of a walker, the middle of a chest or an arm",
     )
     common.add_argument(
         "--cell", type=_positive, default=0.25, metavar="M", help="side of a cell (default 0.25)"
@@ -73,54 +73,66 @@ def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
         metavar="NAME",
         help="only this room; may be given again",
     )
-    common.add_argument("--csv", type=path, metavar="FILE.csv", help="a row for each cell or place")
     common.add_argument(
-        "--picture", type=path, metavar="FILE.svg", help="the map on the plan of the home"
+        "--csv", type=path, metavar="FILE.csv", help="write a row for each cell or place"
     )
-    common.add_argument("--save", type=path, metavar="FILE.blend", help="save the file, as a copy")
+    common.add_argument(
+        "--picture", type=path, metavar="FILE.svg", help="draw the map on the floor plan"
+    )
+    common.add_argument(
+        "--save",
+        type=path,
+        metavar="FILE.blend",
+        help="save the result in a copy of the blend file",
+    )
     common.add_argument("--quiet", action="store_true", help="no progress on standard error")
     return common
 
 
 def add_place(verbs: Any, every: argparse.ArgumentParser) -> None:
+    """Add the options of `angen place`."""
     place = verbs.add_parser(
         "place",
         parents=[_common(every)],
-        help="propose places of motion detectors; --save places them",
+        help="propose places for motion detectors; --save adds them",
     )
-    place.add_argument("--count", type=_whole, default=1, metavar="N", help="how many (default 1)")
+    place.add_argument(
+        "--count", type=_whole, default=1, metavar="N", help="number of detectors (default 1)"
+    )
     place.add_argument(
         "--mounting",
         choices=MOUNTINGS,
         default="WALL",
         metavar="|".join(MOUNTINGS),
-        help="where they may hang (default WALL)",
+        help="the surfaces to mount them on (default WALL)",
     )
     place.add_argument(
         "--mounting-height",
         type=_positive,
         default=2.3,
         metavar="M",
-        help="above the floor, on walls (default 2.3)",
+        help="height above the floor on walls (default 2.3)",
     )
     place.add_argument(
         "--spacing",
         type=_positive,
         default=0.5,
         metavar="M",
-        help="between places that are tried (default 0.5)",
+        help="distance between the places that are tried (default 0.5)",
     )
-    place.add_argument("--like", metavar="SENSOR", help="with the parameters of this detector")
-    place.add_argument("--preset", metavar="PRESET", help="with the parameters of this preset")
+    place.add_argument("--like", metavar="SENSOR", help="use the parameters of this detector")
+    place.add_argument("--preset", metavar="PRESET", help="use the parameters of this preset")
     place.add_argument(
-        "--beside", action="store_true", help="count only what the detectors there do not cover"
+        "--beside",
+        action="store_true",
+        help="count only the floor that the present detectors do not cover",
     )
     place.add_argument(
         "--seed",
         type=_seed,
         default=0,
         metavar="N",
-        help="which of equally good places is taken (default 0)",
+        help="chooses among equally good places (default 0)",
     )
 
 
@@ -146,9 +158,8 @@ def _seed(text: str) -> int:
     return int(text)
 
 
-# The plans that a coverage map is drawn on.
-
-# Where a plan is cut, above its floor (m), and how much is shown around the cells and detectors.
+# m. The height of the cut above the floor, the margin around cells and detectors, and the least
+# size of the plan.
 CUT_M, AROUND_M, LEAST_M = 1.1, 0.7, 2.0
 
 
@@ -159,7 +170,7 @@ def picture(
     title: str,
     proposed: Sequence[SensorInPlan] = (),
 ) -> str:
-    """The SVG of a map with its detectors, and those that are proposed."""
+    """Return the SVG of a map with its detectors and the proposed ones."""
     home = EvaluatedHome(depsgraph)
     chosen = [s for s in sensors if s.name in coverage.sensors]
     seen = [p for p in (sensor_in_plan(home, sensor) for sensor in chosen) if p is not None]
@@ -196,27 +207,27 @@ def _height(home: EvaluatedHome, sensors: Sequence[Sensor], name: str) -> float:
 
 
 def _check_files(options: argparse.Namespace) -> None:
-    """Raises AngenError where the results could not be written."""
+    """Raise `AngenError` if the results could not be written."""
     check_outputs({"--csv": options.csv, "--picture": options.picture, "--save": options.save})
     if options.picture is not None and options.picture.suffix.lower() != ".svg":
         raise InputError(f"--picture: {options.picture.name} must end in .svg")
 
 
 def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
-    """Maps what the options ask for; says the table of its rooms."""
-    asked = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
-    for sensor in asked:
+    """Make the map that the options describe, and print a table of its rooms."""
+    selected = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
+    for sensor in selected:
         if options.sensor and sensor.kind is not DETECTOR:
-            raise AngenError(f"'{sensor.name}' is no motion detector (PIR)")
+            raise AngenError(f"'{sensor.name}' is not a motion detector (PIR): choose one")
     scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
     motion = motion_of(options.motion, options.height)
-    run = cover(depsgraph, sensors, asked, motion, options.cell, options.room)
-    found: CoverageMap = _through(run, options)
+    run = cover(depsgraph, sensors, selected, motion, options.cell, options.room)
+    found: CoverageMap = _run_with_progress(run, options)
     if options.csv is not None:
         outputs.texts[options.csv] = map_csv(found)
     if options.picture is not None:
         title = f"Coverage of {Path(bpy.data.filepath).stem}"
-        outputs.texts[options.picture] = picture(depsgraph, asked, found, title)
+        outputs.texts[options.picture] = picture(depsgraph, selected, found, title)
     if options.save is not None:
         drawn.show_map(scene, found)
         drawn.keep(scene, found)
@@ -225,9 +236,9 @@ def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: O
 
 
 def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
-    """Proposes what the options ask for; says a table of the places."""
+    """Propose the places that the options describe, and print a table of them."""
     if options.like and options.preset:
-        raise AngenError("--like and --preset both tell the parameters: give one of them")
+        raise AngenError("--like and --preset both set the parameters: give only one of them")
     like = chosen(list(sensors), SensorChoice((options.like,)))[0] if options.like else None
     parameters, rate = drawn.pattern(like, options.preset or "")
     wish = Wish(
@@ -244,21 +255,21 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
     scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
     motion = motion_of(options.motion, options.height)
     run = propose(depsgraph, sensors, wish, motion, options.cell)
-    found: Proposal = _through(run, options)
+    found: Proposal = _run_with_progress(run, options)
     if options.csv is not None:
         outputs.texts[options.csv] = places_csv(found)
     if options.picture is not None:
         title = f"Proposal for {Path(bpy.data.filepath).stem}"
-        outputs.texts[options.picture] = picture(depsgraph, [], found.map, title, marks(found))
+        outputs.texts[options.picture] = picture(depsgraph, [], found.map, title, plan_marks(found))
     if options.save is not None:
         drawn.show_proposal(scene, found, options.like or "", options.preset or "")
         bpy.ops.angen.place_accept()
         outputs.save_blend(options.save)
-    outputs.said = _places(found)
+    outputs.said = _table_of_places(found)
 
 
-def marks(proposal: Proposal) -> list[SensorInPlan]:
-    """The proposed detectors as a plan shows them."""
+def plan_marks(proposal: Proposal) -> list[SensorInPlan]:
+    """Return the proposed detectors as the floor plan shows them."""
     floor = float(proposal.map.cells.at[0, 2])
     return [
         SensorInPlan(name, c.pose.origin[:2], -c.pose.axes[:2, 2], float(c.pose.origin[2]) - floor)
@@ -266,33 +277,36 @@ def marks(proposal: Proposal) -> list[SensorInPlan]:
     ]
 
 
-def _through(run: Iterator[Any], options: argparse.Namespace) -> Any:
-    """The last thing of a generator, with progress. Raises KeyboardInterrupt on Ctrl-C."""
+def _run_with_progress(run: Iterator[Any], options: argparse.Namespace) -> Any:
+    """Run a generator with progress on standard error, and return the last thing it yields.
+
+    Raise `KeyboardInterrupt` at Ctrl-C.
+    """
     terminal = sys.stderr.isatty()
     interval = TERMINAL_INTERVAL_S if terminal else LOG_INTERVAL_S
     begin = shown = time.perf_counter()
-    told = None
+    last = None
     with options.interrupt.watched():
-        for told in run:
+        for last in run:
             options.interrupt.check()
             now = time.perf_counter()
-            if isinstance(told, Doing) and not options.quiet and now - shown >= interval:
+            if isinstance(last, Doing) and not options.quiet and now - shown >= interval:
                 shown = now
-                text = f"{100 * told.share:.0f} %, {told.text}"
+                text = f"{100 * last.share:.0f} %, {last.text}"
                 start, end = ("\r", "") if terminal else ("", "\n")
                 tell(f"{start}{text:<60}{end}")
     if not options.quiet:
         if terminal:
             tell("\r" + " " * 60 + "\r")
         tell(f"done in {time.perf_counter() - begin:.1f} s\n")
-    return told
+    return last
 
 
 PLACE_COLUMNS = ("name", "room", "on", "x_m", "y_m", "z_m", "yaw_deg", "gain_m2")
 
 
-def _rows(proposal: Proposal) -> list[tuple[str, ...]]:
-    """Each place with the floor (m²) that it alone adds to those before it."""
+def _place_rows(proposal: Proposal) -> list[tuple[str, ...]]:
+    """Return a row for each place, with the floor (m²) that it adds to the places before it."""
     covered, area = proposal.map.covered, proposal.map.cells.size**2
     before = np.zeros(len(proposal.map.cells), bool)
     rows = []
@@ -307,19 +321,23 @@ def _rows(proposal: Proposal) -> list[tuple[str, ...]]:
 
 
 def places_csv(proposal: Proposal) -> str:
+    """Return the CSV file of the proposed places."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(PLACE_COLUMNS)
-    writer.writerows(_rows(proposal))
+    writer.writerows(_place_rows(proposal))
     return out.getvalue()
 
 
-def _places(proposal: Proposal) -> str:
+def _table_of_places(proposal: Proposal) -> str:
+    """Return the table of the proposed places and the summary, for a terminal."""
     heads = ("place", "room", "on", "x", "y", "z", "yaw °", "adds m²")
-    return "\n".join([*aligned([heads, *_rows(proposal)]), proposal.summary() + ".\n"])
+    return "\n".join([*aligned([heads, *_place_rows(proposal)]), proposal.summary() + ".\n"])
 
 
-def _with_files(work: Callable[..., None]) -> Callable[[argparse.Namespace, Outputs], int]:
+def _with_outputs(work: Callable[..., None]) -> Callable[[argparse.Namespace, Outputs], int]:
+    """Return a function that checks the output files and then does the work."""
+
     def run(options: argparse.Namespace, outputs: Outputs) -> int:
         _check_files(options)
         work(options, sensors_of(options), outputs)
@@ -329,6 +347,6 @@ def _with_files(work: Callable[..., None]) -> Callable[[argparse.Namespace, Outp
 
 
 VERBS = {
-    "coverage": Verb(add_coverage, _with_files(_coverage)),
-    "place": Verb(add_place, _with_files(_place)),
+    "coverage": Verb(add_coverage, _with_outputs(_coverage)),
+    "place": Verb(add_place, _with_outputs(_place)),
 }

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds where in a home somebody can move: the cells of its floors that have room, and which room
-each is in."""
+"""Find the free floor of a home: the cells where a body has room to move, and their rooms."""
 
 from __future__ import annotations
 
@@ -24,25 +23,24 @@ from ..scene.marks import COVERAGE_MARK
 from ..scene.rays.geometry import faces_along
 from ..scene.sensors import NotPlaced, Sensor, placed_matrix, room_of
 
-# Cells on a floor, and what rays among the solids tell of them, in steps that can be given up.
-
 Mask = NDArray[np.bool_]
-# m above the floor: under the heads of doors and over what one could look across.
+# m above the floor: below the heads of doors, and above furniture that is no partition.
 OVER_M = 1.9
-# What rises less is the floor itself, a rug or a threshold; what lies deeper is another floor.
+# m. A surface up to RUG_M above the floor is the floor, a rug or a threshold. A surface that is
+# PIT_M below it is another floor.
 RUG_M, PIT_M = 0.1, 0.3
 MOST_CELLS = 250_000
-# Rays that are cast between two moments at which the work can be given up.
+# The number of rays that are cast in one step of the work.
 CASTS_AT_ONCE = 2000
 
 T = TypeVar("T")
-# Work in steps, which returns its result.
+# Work in steps, between which it can be ended. It returns its result.
 Steps = Generator[None, None, T]
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The cells (nx × ny) of a storey, row by row; `low` (2,) its corner in m."""
+    """The cells (nx × ny) of a storey, row by row; `low` (2,) is its corner in m."""
 
     low: Array
     shape: tuple[int, int]
@@ -50,7 +48,7 @@ class Grid:
     floor: float
 
     def at(self, height: float) -> Array:
-        """(n, 3): the middles of all cells at a height above the floor."""
+        """Return the centres (n, 3) of all cells at a height above the floor."""
         x = self.low[0] + (np.arange(self.shape[0]) + 0.5) * self.size
         y = self.low[1] + (np.arange(self.shape[1]) + 0.5) * self.size
         xs, ys = np.meshgrid(x, y, indexing="ij")
@@ -58,11 +56,29 @@ class Grid:
         return np.column_stack([xs.ravel(), ys.ravel(), level])
 
 
-def met_along(
+def cast_along(
     home: EvaluatedHome, points: Array, direction: Array, length: float
 ) -> Steps[tuple[Array, NDArray[np.int64]]]:
-    """How far it is free (n,) m from points (n, 3) along one direction, at most `length`, and the
-    numbers (n,) of the solids that are met; a step is CASTS_AT_ONCE rays."""
+    """Cast rays in one direction, CASTS_AT_ONCE rays in a step.
+
+    Parameters
+    ----------
+    home
+        The evaluated scene.
+    points
+        Starts (n, 3) of the rays, in m.
+    direction
+        Unit vector (3,).
+    length
+        Maximum range in m.
+
+    Returns
+    -------
+    ranges : (n,) array
+        In m.
+    met : (n,) array
+        Numbers of the solids that are hit.
+    """
     ranges, met = np.empty(len(points)), np.empty(len(points), np.int64)
     for first in range(0, len(points), CASTS_AT_ONCE):
         part = slice(first, first + CASTS_AT_ONCE)
@@ -77,14 +93,16 @@ def met_along(
 
 
 def free_ways(home: EvaluatedHome, points: Array, direction: Array, length: float) -> Steps[Array]:
-    """(n,) m: how far it is free from points (n, 3) along one direction, at most `length`."""
-    ranges, _ = yield from met_along(home, points, direction, length)
+    """Return the free distances (n,) in m from points (n, 3) along one direction."""
+    ranges, _ = yield from cast_along(home, points, direction, length)
     return ranges
 
 
 def floors(home: EvaluatedHome, grid: Grid, start: float) -> Steps[Array]:
-    """(n,) m above the storey's floor of what is below each cell, seen from `start` above it;
-    infinite where there is nothing."""
+    """Return the heights (n,) in m of the surfaces below the cells, above the storey's floor.
+
+    The rays start at the height `start`. A height is infinite where nothing is below.
+    """
     deep = start + PIT_M
     ranges = yield from free_ways(home, grid.at(start), np.array([0.0, 0.0, -1.0]), deep)
     return np.where(ranges < deep - 1e-6, start - ranges, np.inf)
@@ -93,16 +111,19 @@ def floors(home: EvaluatedHome, grid: Grid, start: float) -> Steps[Array]:
 def passable(
     home: EvaluatedHome, grid: Grid, height: float, among: Mask | None = None
 ) -> Steps[tuple[Mask, Mask]]:
-    """Whether nothing is between neighbours: (nx − 1, ny) along x, (nx, ny − 1) along y; only
-    `among` these cells (nx, ny), if they are given."""
+    """Return whether nothing is between neighbouring cells.
+
+    The shapes are (nx − 1, ny) along x and (nx, ny − 1) along y. With `among` (nx, ny), only these
+    cells are tested.
+    """
     points = grid.at(height).reshape(*grid.shape, 3)
-    asked = np.ones(grid.shape, bool) if among is None else among
+    included = np.ones(grid.shape, bool) if among is None else among
     ways = []
     for axis in (0, 1):
         there = np.eye(3)[axis]
         first, second = (slice(None, -1), slice(1, None))
         cut = (first,) if axis == 0 else (slice(None), first)
-        pairs = asked[cut] & asked[(second,) if axis == 0 else (slice(None), second)]
+        pairs = included[cut] & included[(second,) if axis == 0 else (slice(None), second)]
         start = points[cut][pairs]
         free = yield from free_ways(home, start, there, grid.size)
         back = yield from free_ways(home, start + there * grid.size, -there, grid.size)
@@ -115,8 +136,10 @@ def passable(
 def flood(
     seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]
 ) -> Steps[NDArray[np.int64]]:
-    """Labels (nx, ny) spread from `seeds` (0: none) step by step; where two meet at once the
-    smaller one wins."""
+    """Return labels (nx, ny) that spread step by step from `seeds`, where 0 is no label.
+
+    Where two labels reach a cell in the same step the smaller one wins.
+    """
     labels = np.where(allowed, seeds, 0)
     none = np.iinfo(np.int64).max
     while True:
@@ -133,15 +156,13 @@ def flood(
         yield
 
 
-# Which room each cell of a floor is in.
-#
-# A room is what a flood over the cells reaches from the sensors in it without passing a wall, a
-# closed door or a cupboard higher than 1.9 m; or what is inside a mesh that marks it: *Ignored by
-# sensors*, with its room noted or shown as wire or bounds.
+# Rooms. A flood fill over the cells starts at the sensors of a room and ends at walls, closed doors
+# and cupboards higher than 1.9 m. A mesh can also mark a room: one that is *Ignored by sensors* and
+# has its Room set, or is displayed as wire or bounds.
 
-# Cells this near (m) to a sensor are of its room, if no wall is between.
+# Cells this near (m) to a sensor belong to its room, if no wall is between.
 NEAR_M = 0.9
-# No ray this way runs along an edge of what is built square.
+# A ray in this direction runs along no edge of a rectangular building.
 ASKEW = np.array([0.1234, 0.2345, 0.9642]) / np.linalg.norm([0.1234, 0.2345, 0.9642])
 
 
@@ -157,7 +178,10 @@ class Volume:
         self._tree = BVHTree.FromPolygons(points, [tuple(p.vertices) for p in obj.data.polygons])
 
     def holds(self, points: Array) -> Mask:
-        """(n,): by whether a ray leaves it an odd number of times."""
+        """Return whether points (n, 3) are inside, shape (n,).
+
+        A ray from inside leaves the mesh through an odd number of faces.
+        """
         inside = ((points >= self.lo) & (points <= self.hi)).all(axis=1)
         for i in np.flatnonzero(inside).tolist():
             inside[i] = faces_along(self._tree, points[i], ASKEW, 1e-4) % 2 == 1
@@ -165,7 +189,7 @@ class Volume:
 
 
 def volumes(home: EvaluatedHome) -> list[Volume]:
-    """The meshes that mark rooms, by name; the doctor names those without a place."""
+    """Return the meshes that mark rooms, by name. The doctor reports those without a place."""
     marks = [
         obj
         for obj in home.depsgraph.view_layer.objects
@@ -184,8 +208,12 @@ def volumes(home: EvaluatedHome) -> list[Volume]:
 
 @dataclass(frozen=True)
 class Labels:
-    """The number of the room (nx, ny) of each cell, 0 for none, into `names`. `guessed` (nx, ny):
-    the cells of rooms that no wall parts from another, so that only sensors tell where they end."""
+    """The rooms of the cells.
+
+    `number` (nx, ny) is the number of the room of each cell in `names`, from 1, or 0 for none.
+    `guessed` (nx, ny) are the cells of rooms that are open to another room, so that only the
+    sensors decide where they end.
+    """
 
     number: NDArray[np.int64]
     names: list[str]
@@ -195,6 +223,7 @@ class Labels:
 def labels_of(
     home: EvaluatedHome, grid: Grid, members: Sequence[Sensor], marked: Sequence[Volume]
 ) -> Steps[Labels]:
+    """Return the rooms of the cells of a storey with these sensors and marks."""
     names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
     floor_there = ((yield from floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
     middle = grid.at(OVER_M / 2)
@@ -208,7 +237,7 @@ def labels_of(
     seeds = fixed.copy()
     points = grid.at(OVER_M)
     for sensor in sorted(members, key=lambda s: s.name):
-        cells = yield from _cells_at(home, points, sensor)
+        cells = yield from _cells_near(home, points, sensor)
         for cell in cells:
             if seeds[cell] == 0:
                 seeds[cell] = names.index(sensor.room or NO_ROOM) + 1
@@ -219,13 +248,13 @@ def labels_of(
     flooded = yield from flood(start, loose, ways)
     number = np.where(fixed.reshape(grid.shape) > 0, fixed.reshape(grid.shape), flooded)
     number = np.where(allowed, number, 0)
-    return Labels(number, names, loose & np.isin(number, _without_wall(flooded, loose, ways)))
+    return Labels(number, names, loose & np.isin(number, _open_rooms(flooded, loose, ways)))
 
 
-def _without_wall(
+def _open_rooms(
     number: NDArray[np.int64], loose: Mask, ways: tuple[Mask, Mask]
 ) -> NDArray[np.int64]:
-    """The numbers of rooms that one gets to from another without passing a wall."""
+    """Return the numbers of rooms that lead to another room without a wall between."""
     rooms = np.where(loose, number, 0)
     found = []
     for way, one, two in (
@@ -237,8 +266,8 @@ def _without_wall(
     return np.unique(np.concatenate(found))
 
 
-def _cells_at(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[int]]:
-    """The cells that are seen from under a sensor, in front of what it hangs on."""
+def _cells_near(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[int]]:
+    """Return the cells that are visible from below a sensor, in front of its wall."""
     matrix = sensor.world_matrix(home.depsgraph)
     at = np.array(matrix.translation) * home.metres
     looks = -np.array(matrix.col[2])[:2]
@@ -261,9 +290,9 @@ def _cells_at(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[
     return found
 
 
-# Rooms reach at most this far (m) from the sensors that tell of them.
+# Rooms reach at most this far (m) from their sensors.
 BEYOND_M = 10.0
-# Heights (m) of a body are this far apart at most, where its surroundings are felt for obstacles.
+# Rays look for obstacles around a body at heights that are at most this far apart (m).
 EVERY_M = 0.4
 
 
@@ -274,8 +303,31 @@ def cells_of(
     size: float,
     rooms: Sequence[str] = (),
 ) -> Generator[Doing, None, Cells]:
-    """The cells where the body can move; only those of `rooms`, if any are named. Yields what is
-    being done. Raises AngenError."""
+    """Return the cells where the body of a motion has room.
+
+    Parameters
+    ----------
+    home
+        The evaluated scene.
+    sensors
+        The sensors, which say where rooms are.
+    motion
+        The motion.
+    size
+        Side of a cell in m.
+    rooms
+        Names of the rooms; empty: all.
+
+    Yields
+    ------
+    Doing
+        The progress.
+
+    Raises
+    ------
+    AngenError
+        If there is no such room, or no free floor.
+    """
     yield Doing(0.0, "looking for the floor")
     parts = []
     marked = volumes(home)
@@ -285,20 +337,20 @@ def cells_of(
         labels = yield from saying(doing, labels_of(home, grid, members, marked))
         doing = Doing(0.0, "looking where there is room to move")
         parts.append((yield from saying(doing, _storey_cells(home, grid, labels, motion, number))))
-    every = _joined(parts, size)
+    every = _join(parts, size)
     known = every.rooms
     whole = every.of(rooms) if rooms else every
     for name in rooms:
         if name not in known:
             raise AngenError(
                 f"no room '{name}' with free floor was found; there are "
-                f"{', '.join(known) or 'none'}. A room is named by the field Room of a sensor in "
-                "it, or of a mesh that marks it and is Ignored by sensors"
+                f"{', '.join(known) or 'none'}. Set the field Room of a sensor in it, or of a mesh "
+                "that marks it and is Ignored by sensors"
             )
     if not len(whole):
         raise AngenError(
-            "no free floor was found under the sensors: rooms need a floor, and sensors that hang "
-            "inside them; or take smaller cells"
+            "no free floor was found below the sensors: give each room a floor and a sensor inside "
+            "it, or take smaller cells"
         )
     return whole
 
@@ -306,7 +358,7 @@ def cells_of(
 def storeys_of(
     home: EvaluatedHome, sensors: Sequence[Sensor], marked: Sequence[Volume]
 ) -> list[tuple[float, list[Sensor]]]:
-    """Heights of floors in m with the sensors over each."""
+    """Return the heights of floors in m, each with the sensors above it."""
     inside = [s for s in sensors if s.kind.in_room]
     seen = [p for p in (sensor_in_plan(home, sensor) for sensor in inside) if p is not None]
     by_name = {s.name: s for s in inside}
@@ -319,8 +371,8 @@ def storeys_of(
             found.append((float(volume.lo[2]), []))
     if not found:
         raise AngenError(
-            "no room is known: put a motion detector or a light sensor into it, or mark it with a "
-            "box that is Ignored by sensors and has its Room noted (Physics tab, Sensor)"
+            "no room is known: put a motion detector or a light sensor into each room, or mark it "
+            "with a box that is Ignored by sensors and has its Room set (Physics tab, Sensor)"
         )
     return sorted(found, key=lambda storey: storey[0])
 
@@ -332,8 +384,7 @@ def _grid(
     marked: Sequence[Volume],
     size: float,
 ) -> Grid:
-    """A grid as large as the home there, but only so far from sensors and marks as they can
-    matter."""
+    """Return the grid of a storey, up to BEYOND_M around its sensors and marks."""
     near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
     low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
     high = np.array([p + BEYOND_M for p in near] + [v.hi[:2] for v in marked]).max(axis=0)
@@ -346,8 +397,8 @@ def _grid(
     shape = np.maximum(np.ceil(high / size) - first, 1).astype(int)
     if shape.prod() > MOST_CELLS:
         raise AngenError(
-            f"cells of {size:g} m make {shape.prod()} of them, more than {MOST_CELLS}: "
-            "take larger ones"
+            f"cells of {size:g} m would be {shape.prod()} cells, more than {MOST_CELLS}: "
+            "take larger cells"
         )
     return Grid(first * size, (int(shape[0]), int(shape[1])), size, floor)
 
@@ -355,7 +406,7 @@ def _grid(
 def _storey_cells(
     home: EvaluatedHome, grid: Grid, labels: Labels, motion: Motion, number: int
 ) -> Steps[Cells]:
-    """The cells of the rooms where the body can be."""
+    """Return the cells of the rooms of a storey where the body has room."""
     top = min(motion.top + 0.02, OVER_M)
     limit = max(motion.bottom, RUG_M)
     in_room = labels.number > 0
@@ -364,7 +415,7 @@ def _storey_cells(
     open_sky = (high <= limit).reshape(grid.shape) & in_room
     under = (low <= limit).reshape(grid.shape) & in_room
     middle = (max(motion.bottom, RUG_M) + motion.top) / 2.0
-    # Under tables a low body gets, into a solid none.
+    # A low body gets below tables, but no body gets into a solid.
     ways = yield from passable(home, grid, middle)
     reached = (yield from flood(open_sky.astype(np.int64), under | open_sky, ways)) > 0
     cells = np.flatnonzero((reached & under).ravel())
@@ -383,7 +434,7 @@ def _storey_cells(
 
 
 def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
-    """(n, 8) m: how far it is free around cells, over the height of the body."""
+    """Return the free distances (n, 8) in m around cells, over the height of the body."""
     low, high = max(motion.bottom, RUG_M), motion.top
     heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))
     reach = (motion.step if motion.walks else 0.0) + max(
@@ -399,7 +450,8 @@ def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
     return clearance
 
 
-def _joined(parts: Sequence[Cells], size: float) -> Cells:
+def _join(parts: Sequence[Cells], size: float) -> Cells:
+    """Join the cells of all storeys."""
     names: tuple[str, ...] = sum((part.room for part in parts), ())
     if not parts:
         return Cells(size, np.empty((0, 3)), (), np.empty(0, np.intp), np.empty((0, DIRECTIONS)))

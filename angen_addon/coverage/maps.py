@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The coverage map of the detectors of a scene as it is now: one generator behind the operator, the
-command line and the tests.
+"""The coverage map of the detectors of a scene at the present frame.
+
+The operator, the command line and the tests all use the generator `cover`.
 """
 
 from __future__ import annotations
@@ -43,15 +44,13 @@ from ..scene.sensors import (
 from ..scene.surfaces import Warmth, kelvin
 from .floor import cells_of
 
-# A motion detector as the coverage map needs it: its rays cast once through the empty room.
-
 BUNDLE = -10
-# What moves is as warm as a person, skin and clothing together; a cat's coat about as much.
+# The moving body is as warm as a person with clothing, which is also about right for a cat.
 BODY = Walker()
 
 
 def detectors(sensors: Sequence[Sensor]) -> list[Sensor]:
-    """The motion detectors among the sensors that are switched on. Raises AngenError."""
+    """Return the motion detectors that are switched on. Raise `AngenError` without any."""
     found = [s for s in sensors if s.kind is DETECTOR and s.settings.enabled]
     if not found:
         raise AngenError(
@@ -61,7 +60,7 @@ def detectors(sensors: Sequence[Sensor]) -> list[Sensor]:
 
 
 def view_of(home: EvaluatedHome, sensor: Sensor) -> DetectorView:
-    """The view of a sensor of the scene. Raises AngenError."""
+    """Return the view of a sensor of the scene. Raise `AngenError` if it cannot be read."""
     check(sensor)
     evaluated = sensor.object.evaluated_get(home.depsgraph)
     check_evaluated(sensor, home.depsgraph)
@@ -80,8 +79,21 @@ def view_from(
     rate: float,
     uid: Uid,
 ) -> DetectorView:
-    """The view of a detector with these parameters at a pose, `rate` updates a second; its rays
-    pass through the object of this session uid."""
+    """Return the view of a detector, with rays that were cast once through the scene.
+
+    Parameters
+    ----------
+    home, warmth
+        The evaluated scene, and its temperatures.
+    parameters
+        The parameters of the detector.
+    pose
+        Its pose, in m.
+    rate
+        Its update rate in Hz.
+    uid
+        The rays pass through the object of this session uid.
+    """
     if parameters.model == "PYROELECTRIC":
         return _warm_view(home, warmth, parameters, pose, rate, uid)
     fan = fan_directions(parameters)
@@ -147,9 +159,9 @@ def _cast(home: EvaluatedHome, uid: Uid, origins: Any, directions: Any, reach: A
 
 
 SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0
-# Motions looked at between two reports of progress.
+# The number of motions that are computed between two reports of progress.
 AT_ONCE = 4000
-# The floor is this share of the work.
+# The share of the work that finding the floor takes.
 FLOOR_SHARE = 0.3
 
 
@@ -161,8 +173,33 @@ def cover(
     size: float,
     rooms: Sequence[str] = (),
 ) -> Generator[Doing | CoverageMap, None, None]:
-    """The map of the `chosen` detectors; all `sensors` tell of rooms. Yields Doing, and last the
-    map. Raises AngenError."""
+    """Make the map of the `chosen` detectors.
+
+    Parameters
+    ----------
+    depsgraph
+        The evaluated depsgraph.
+    sensors
+        All sensors, which say where rooms are.
+    chosen
+        The sensors whose detectors are mapped.
+    motion
+        The motion that is tested in each cell.
+    size
+        Side of a cell in m.
+    rooms
+        Names of the rooms to map; empty: all.
+
+    Yields
+    ------
+    Doing or CoverageMap
+        The progress, and last the map.
+
+    Raises
+    ------
+    AngenError
+        If a cell size, a detector or a room is wrong.
+    """
     check_cell(size)
     chosen = detectors(chosen)
     check_names(list(chosen))
@@ -178,7 +215,7 @@ def cover(
 def strengths(
     views: Mapping[str, DetectorView], cells: Cells, motion: Motion
 ) -> Iterator[Doing | CoverageMap]:
-    """What each view makes of the motions in the cells; Doing, and last the map."""
+    """Compute how strongly each view notices the motions; yield the progress, last the map."""
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
     for row, (name, view) in enumerate(views.items()):
@@ -190,15 +227,18 @@ def strengths(
     yield CoverageMap(motion, cells, tuple(views), found)
 
 
-def at_once(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
-    """The same map, at once."""
+def whole_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
+    """Return the map of `strengths`, without progress."""
     *_, last = strengths(views, cells, motion)
     assert isinstance(last, CoverageMap)
     return last
 
 
-def at_most(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
-    """A map of what the views may notice: nothing that they do is missing."""
+def upper_bound_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
+    """Return a map that covers at least the cells that the views cover.
+
+    It is far quicker to make than the exact map.
+    """
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
     for row, view in enumerate(views.values()):
@@ -207,8 +247,8 @@ def at_most(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> 
 
 
 def check_cell(size: float) -> None:
-    """Raises AngenError where cells of this size (m) make no sense."""
+    """Raise `AngenError` if a cell of this size (m) is too small or too large."""
     if not SMALLEST_CELL <= size <= LARGEST_CELL:
         raise AngenError(
-            f"a cell of {size:g} m: it must be from {SMALLEST_CELL:g} m to {LARGEST_CELL:g} m"
+            f"the cell is {size:g} m: it must be from {SMALLEST_CELL:g} m to {LARGEST_CELL:g} m"
         )

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Proposes poses for a number of detectors in rooms, among candidates on walls and ceilings; a
-generator, as for maps."""
+"""Propose poses for detectors in rooms, among candidates on walls and below ceilings.
+
+As for maps, the work is a generator.
+"""
 
 from __future__ import annotations
 
@@ -23,22 +25,21 @@ from ..progress import Doing, Enough, saying
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor
 from ..scene.surfaces import Warmth
-from .floor import Steps, cells_of, met_along
-from .maps import at_most, at_once, check_cell, detectors, view_from, view_of
+from .floor import Steps, cast_along, cells_of
+from .maps import check_cell, detectors, upper_bound_map, view_from, view_of, whole_map
 
-# Candidates: where detectors could hang in the rooms of a map, on walls and under ceilings.
-
-# m: how far walls are looked for from a cell; what is wider than this holds a sensor; its lens
-# stands off the surface by so much.
+# m. Walls are searched up to FAR_M from a cell. A solid of at least WIDE_M can hold a detector. The
+# lens of a detector is OFF_M from the surface.
 FAR_M, WIDE_M, OFF_M = 8.0, 0.5, 0.03
-# Two rays this far apart (m) tell how a wall runs.
+# Two rays this far apart (m) give the direction of a wall.
 ASIDE_M = 0.04
-# A wall at more than this angle to the ray is found from elsewhere.
+# A wall at a greater angle to the ray is left to rays in other directions.
 STEEPEST = math.radians(40.0)
-# Looking straight off the wall, and half-way to both sides, as brackets allow.
+# A detector looks straight away from the wall, or half-way to a side, as brackets allow.
 TURNS = (0.0, math.radians(45.0), math.radians(-45.0))
-# A detector under the ceiling looks down; its fan or zones may be turned.
+# A detector below a ceiling looks down. Its fan or zones may be turned.
 ROLLS = tuple(math.radians(a) for a in (0.0, 90.0, 180.0, 270.0))
+# m above the floor: the start of rays to the ceiling, and the greatest height of a ceiling.
 CEILING_FROM_M, CEILING_M = 1.5, 3.5
 MOUNTINGS = ("WALL", "CEILING", "BOTH")
 NOTHING_MET = -1
@@ -54,7 +55,10 @@ class Candidate:
 
     @property
     def yaw(self) -> float:
-        """Degrees from +X, counter-clockwise from above, of where it looks; down: of its +Y."""
+        """The direction in which the detector looks, in degrees from +X, counter-clockwise.
+
+        For a detector that looks down it is the direction of its +Y.
+        """
         ahead = -self.pose.axes[:, 2] if self.on == "wall" else self.pose.axes[:, 1]
         return round(math.degrees(math.atan2(ahead[1], ahead[0])), 6) + 0.0
 
@@ -62,8 +66,10 @@ class Candidate:
 def candidates(
     home: EvaluatedHome, cells: Cells, mounting: str, height: float, spacing: float
 ) -> Steps[list[Candidate]]:
-    """The poses for the rooms of `cells`; `height` m above the floor on walls, at least about
-    `spacing` m apart."""
+    """Return candidate poses for the rooms of `cells`.
+
+    On walls they are `height` m above the floor. They are about `spacing` m apart.
+    """
     found: list[Candidate] = []
     if mounting in ("WALL", "BOTH"):
         found += yield from _on_walls(home, cells, height, spacing)
@@ -75,12 +81,13 @@ def candidates(
 def _on_walls(
     home: EvaluatedHome, cells: Cells, height: float, spacing: float
 ) -> Steps[list[Candidate]]:
+    """Return the candidates on walls."""
     spots: dict[tuple[Any, ...], tuple[float, Array, Array, str]] = {}
     for angle in np.arange(8) * math.pi / 4:
         way = np.array([math.cos(angle), math.sin(angle), 0.0])
-        walls = yield from _walls_met(home, cells, height, way)
+        walls = yield from _wall_spots(home, cells, height, way)
         for spot, normal, cell in walls:
-            # One of each stretch of wall and direction, the one nearest to its middle.
+            # Keep one spot for each stretch of wall and direction: the nearest to its middle.
             along = float(normal[0] * spot[1] - normal[1] * spot[0])
             off = float(normal[:2] @ spot[:2])
             room = cells.room[cell]
@@ -98,19 +105,18 @@ def _on_walls(
     return made
 
 
-def _walls_met(
+def _wall_spots(
     home: EvaluatedHome, cells: Cells, height: float, way: Array
 ) -> Steps[list[tuple[Array, Array, int]]]:
-    """Places on walls, where these face, and the cells they are seen from, looking along `way`."""
+    """Return places on walls along `way`, with their normals and the cells that see them."""
     side = np.array([-way[1], way[0], 0.0]) * ASIDE_M
     start = cells.at + np.array([0.0, 0.0, height])
-    first, met = yield from _met(home, start, way)
-    second, beside = yield from _met(home, start + side, way)
+    first, met = yield from _cast_from(home, start, way)
+    second, beside = yield from _cast_from(home, start + side, way)
     found = []
-    wall = _holds(home, height + cells.at[:, 2], cells.at[:, 2] + WALL_M)
+    wall = _mounting_test(home, height + cells.at[:, 2], cells.at[:, 2] + WALL_M)
     ok = (first < FAR_M) & (second < FAR_M) & (met == beside)
     ok &= np.abs(first - second) <= ASIDE_M * math.tan(STEEPEST)
-    # A wall is not met from outside its room: nothing else is between, for rays are straight.
     for i in np.flatnonzero(ok).tolist():
         row = met[i]
         if row < 0 or not wall(row, i):
@@ -123,8 +129,8 @@ def _walls_met(
     return found
 
 
-def _holds(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
-    """Tells whether the solid of a row, met from a cell, is something to hang a sensor on."""
+def _mounting_test(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
+    """Return a function of a row and a cell: whether its solid can hold a sensor there."""
     lo, hi, solids = home.lo, home.hi, home.caster.solids.solids
     still: dict[int, bool] = {}
 
@@ -138,15 +144,18 @@ def _holds(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
     return is_wall
 
 
-def _met(home: EvaluatedHome, start: Array, way: Array) -> Steps[tuple[Array, NDArray[np.int64]]]:
-    """Ranges (n,) in m, and the rows (n,) of the solids met, −1 for none."""
-    ranges, numbers = yield from met_along(home, start, way, FAR_M)
+def _cast_from(
+    home: EvaluatedHome, start: Array, way: Array
+) -> Steps[tuple[Array, NDArray[np.int64]]]:
+    """Return ranges (n,) in m, and the rows (n,) of the solids hit, −1 for none."""
+    ranges, numbers = yield from cast_along(home, start, way, FAR_M)
     by_number = {solid.number: solid.row for solid in home.caster.solids.solids}
     met = np.array([by_number.get(n, NOTHING_MET) for n in numbers.tolist()], np.int64)
     return ranges, met
 
 
 def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
+    """Return a level pose on a wall, turned from its normal by `turn` (rad)."""
     c, s = math.cos(turn), math.sin(turn)
     look = np.array([normal[0] * c - normal[1] * s, normal[0] * s + normal[1] * c, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -154,10 +163,11 @@ def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
 
 
 def _under_ceilings(home: EvaluatedHome, cells: Cells, spacing: float) -> Steps[list[Candidate]]:
+    """Return the candidates below ceilings."""
     chosen = _spread(cells, spacing)
     at = cells.at[chosen] + np.array([0.0, 0.0, CEILING_FROM_M])
     up = np.array([0.0, 0.0, 1.0])
-    ranges, met = yield from _met(home, at, up)
+    ranges, met = yield from _cast_from(home, at, up)
     solids = home.caster.solids.solids
     made = []
     for i, cell in enumerate(chosen):
@@ -176,7 +186,7 @@ def _under_ceilings(home: EvaluatedHome, cells: Cells, spacing: float) -> Steps[
 
 
 def _spread(cells: Cells, spacing: float) -> Sequence[int]:
-    """Cells about `spacing` m apart: of each square the one nearest to its middle."""
+    """Return cells about `spacing` m apart: for each square the cell nearest to its middle."""
     found: dict[tuple[Any, ...], tuple[float, int]] = {}
     for i, at in enumerate(cells.at):
         square = np.floor(at[:2] / spacing)
@@ -187,23 +197,41 @@ def _spread(cells: Cells, spacing: float) -> Sequence[int]:
     return [found[key][1] for key in sorted(found)]
 
 
-# Rays pass through no object: candidates are none yet.
+# The rays of a candidate pass through no object, since it has none yet.
 NOBODY = -1
 MOST_CANDIDATES = 5000
-# Of the time, what it takes to tell how much each candidate covers at most, as in the sample home:
-# for one detector, and for several.
+# The share of the time that the upper bounds of all candidates take in the sample home: for one
+# detector, and for several.
 FIRST_SHARE, FIRST_OF_SEVERAL = 0.8, 0.6
-# So much of what a candidate covers at most it does cover, on average.
+# The exact coverage of a candidate is on average this share of its upper bound.
 SHRINKS = 0.8
-# So many candidates beside those that are chosen are looked at before the next choice.
+# This many candidates are computed exactly before the next choice, beside the chosen ones.
 NEXT_BEST = 4
 
 
 @dataclass(frozen=True)
 class Wish:
-    """How many detectors with which parameters (`rate` updates a second) to hang where: `rooms`
-    by name (none: all), `mounting` WALL, CEILING or BOTH, `height` m above the floor on walls,
-    `spacing` m between candidates; `beside` the detectors that are there."""
+    """The detectors to place.
+
+    Attributes
+    ----------
+    count
+        Number of detectors.
+    parameters, rate
+        Their parameters, and their update rate in Hz.
+    rooms
+        Names of the rooms; empty: all.
+    mounting
+        WALL, CEILING or BOTH.
+    height
+        Height on walls above the floor, in m.
+    spacing
+        Distance between candidates, in m.
+    seed
+        Chooses among equally good candidates.
+    beside
+        Whether to count only the floor that the present detectors do not cover.
+    """
 
     count: int
     parameters: PirParameters
@@ -218,8 +246,12 @@ class Wish:
 
 @dataclass(frozen=True)
 class Proposal:
-    """`chosen` candidates, the one of the largest gain first, named `names`; the `map` of what
-    they cover; `tried` candidates. Weights of `choice` are cells."""
+    """The proposed detectors.
+
+    `chosen` are the candidates, the one with the largest gain first, and `names` their names. `map`
+    is the floor that they cover, `tried` the number of candidates, and `before` the number of cells
+    that are covered already. The weights of `choice` are cells.
+    """
 
     chosen: tuple[Candidate, ...]
     names: tuple[str, ...]
@@ -229,22 +261,47 @@ class Proposal:
     before: int
 
     def summary(self) -> str:
-        """The result in a sentence or two, for a report."""
+        """Return the result in a sentence or two, for a report."""
         all_cells, choice = len(self.map.cells), self.choice
         covered = (choice.covered + self.before) / all_cells
         bound = min(1.0, (choice.bound + self.before) / all_cells)
         return (
             f"{len(self.chosen)} of {self.tried} candidates cover {100 * covered:.1f} % of the "
-            f"floor. No choice of as many covers more than {100 * bound:.1f} %: "
-            f"this is at least {math.floor(1000 * choice.assured + 1e-9) / 10:g} % of the best"
+            f"floor. No choice of the same number covers more than {100 * bound:.1f} %, so this is "
+            f"at least {math.floor(1000 * choice.assured + 1e-9) / 10:g} % of the best"
         )
 
 
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
 ) -> Generator[Doing | Proposal, None, None]:
-    """Yields Doing, and last the proposal. Raises AngenError, and Enough where that is thrown in
-    before any candidate was looked at closely."""
+    """Search the places of detectors.
+
+    Parameters
+    ----------
+    depsgraph
+        The evaluated depsgraph.
+    sensors
+        All sensors, which say where rooms are.
+    wish
+        The detectors to place.
+    motion
+        The motion that they should notice.
+    size
+        Side of a cell in m.
+
+    Yields
+    ------
+    Doing or Proposal
+        The progress, and last the proposal.
+
+    Raises
+    ------
+    AngenError
+        If there is no place, or a setting is wrong.
+    Enough
+        If it was thrown into the work before any candidate was computed exactly.
+    """
     check_cell(size)
     _check(wish)
     home = EvaluatedHome(depsgraph)
@@ -253,32 +310,36 @@ def propose(
     found = yield from saying(Doing(0.05, "looking for walls and ceilings"), looking)
     if not found:
         raise AngenError(
-            f"no wall or ceiling was found to hang a detector on {wish.height:g} m above the "
-            "floor: take another height or mounting"
+            f"no wall or ceiling was found for a detector {wish.height:g} m above the floor: take "
+            "another height or mounting"
         )
     if len(found) > MOST_CANDIDATES:
         raise AngenError(
-            f"{len(found)} candidates are too many: take fewer rooms or a larger spacing"
+            f"{len(found)} candidates are more than {MOST_CANDIDATES}: take fewer rooms or a "
+            "larger spacing"
         )
     weights = np.ones(len(cells))
     if wish.beside:
         for sensor in detectors(sensors):
-            there = at_once({sensor.name: view_of(home, sensor)}, cells, motion)
+            there = whole_map({sensor.name: view_of(home, sensor)}, cells, motion)
             weights[there.count > 0] = 0.0
-            yield Doing(0.05, "looking what is covered")
+            yield Doing(0.05, "looking for floor that is covered already")
     search = _Search(home, cells, motion, wish, found, weights)
     choice = yield from search.run()
     chosen = tuple(found[i] for i in choice.chosen)
     names = tuple(f"Proposed PIR {i + 1}" for i in range(len(chosen)))
     views = {name: search.view(candidate) for name, candidate in zip(names, chosen, strict=True)}
-    covered = at_once(views, cells, motion)
+    covered = whole_map(views, cells, motion)
     before = int((weights == 0.0).sum())
     yield Proposal(chosen, names, choice, covered, len(found), before)
 
 
 class _Search:
-    """Which candidates together cover the most. What each covers at most is told far sooner than
-    what it does: only those are looked at closely that are the best as far as is known."""
+    """The search for the candidates that together cover the most.
+
+    The upper bound of a candidate's coverage is far quicker to compute than the exact coverage.
+    Only the candidates that are the best by their bounds are computed exactly.
+    """
 
     def __init__(
         self,
@@ -292,22 +353,24 @@ class _Search:
         self._home, self._cells, self._motion, self._wish = home, cells, motion, wish
         self._found, self._weights = found, weights
         self._warmth = Warmth(home.caster)
-        # (candidates, cells): what each covers, or at most where it is not `exact`.
+        # (candidates, cells): the covered cells, or their upper bound where it is not `exact`.
         self._sets = np.zeros((len(found), len(cells)), bool)
         self._exact = np.zeros(len(found), bool)
         self._first = FIRST_SHARE if wish.count == 1 else FIRST_OF_SEVERAL
         self._share = 0.0
 
     def view(self, candidate: Candidate) -> DetectorView:
+        """Return the view of a candidate."""
         wish = self._wish
         return view_from(
             self._home, self._warmth, wish.parameters, candidate.pose, wish.rate, NOBODY
         )
 
     def run(self) -> Generator[Doing, None, ChosenPlaces]:
+        """Run the search and return the choice."""
         for i, candidate in enumerate(self._found):
             view = self.view(candidate)
-            self._sets[i] = at_most({"": view}, self._cells, self._motion).covered[0]
+            self._sets[i] = upper_bound_map({"": view}, self._cells, self._motion).covered[0]
             self._share = 0.05 + self._first * (i + 1) / len(self._found)
             yield Doing(self._share, f"candidate {i + 1} of {len(self._found)}")
         while True:
@@ -323,20 +386,20 @@ class _Search:
                 return replace(best, bound=max(choice.bound, best.covered))
 
     def _choose(self, rows: NDArray[np.intp]) -> ChosenPlaces:
-        """Chooses among these candidates."""
+        """Choose among these candidates."""
         wish = self._wish
         choice = choose(self._sets[rows], wish.count, self._weights, wish.seed)
         return replace(choice, chosen=tuple(int(rows[i]) for i in choice.chosen))
 
     def _look_closely(self, choice: ChosenPlaces) -> Iterator[Doing]:
-        """Looks closely at the chosen candidates, and at a few that may be chosen next."""
+        """Compute the chosen candidates exactly, and a few that may be chosen next."""
         worth = np.where(self._exact, -1.0, self._sets @ self._weights)
         next_best = np.argsort(-worth, kind="stable")[:NEXT_BEST].tolist()
         for i in dict.fromkeys([*choice.chosen, *next_best]):
             if self._exact[i]:
                 continue
             view = self.view(self._found[i])
-            self._sets[i] = at_once({"": view}, self._cells, self._motion).covered[0]
+            self._sets[i] = whole_map({"": view}, self._cells, self._motion).covered[0]
             self._exact[i] = True
             known = np.flatnonzero(self._exact)
             best = float((self._sets[known] @ self._weights).max())
@@ -344,28 +407,33 @@ class _Search:
             self._share = max(self._share, 0.05 + self._first + (0.95 - self._first) * looked)
             yield Doing(
                 self._share,
-                f"{len(known)} looked at closely; the best so far covers "
+                f"{len(known)} computed exactly; the best so far covers "
                 f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",
             )
 
     def _left(self, choice: ChosenPlaces) -> int:
-        """About how many candidates are to be looked at closely still: those that may gain more
-        than the weakest of the chosen ones, whose gain will shrink once all is known."""
+        """Estimate how many candidates are still to be computed exactly.
+
+        These are the candidates that may gain more than the weakest of the chosen ones, whose own
+        gain will shrink once it is exact.
+        """
         *others, weakest = choice.chosen
         free = np.where(self._sets[others].any(axis=0), 0.0, self._weights)
         gains = self._sets @ free
         return int(((gains > gains[weakest] * SHRINKS) & ~self._exact).sum())
 
     def _percent(self, worth: float) -> str:
+        """Return the share of the floor for this many cells, with those covered already."""
         before = float((self._weights == 0.0).sum())
         return f"{100 * min(1.0, (worth + before) / len(self._cells)):.0f} %"
 
 
 def _check(wish: Wish) -> None:
+    """Raise `AngenError` if a setting of the proposal is wrong."""
     if wish.count < 1:
-        raise AngenError(f"{wish.count} detectors: it must be at least 1")
+        raise AngenError(f"the number of detectors is {wish.count}: it must be at least 1")
     if not 0.1 <= wish.spacing <= 5.0:
-        raise AngenError(f"a spacing of {wish.spacing:g} m: it must be from 0.1 m to 5 m")
+        raise AngenError(f"the spacing is {wish.spacing:g} m: it must be from 0.1 m to 5 m")
     problems = wish.parameters.problems()
     if problems:
-        raise AngenError(f"the detector to place: {problems[0]}")
+        raise AngenError(f"the parameters of the detector to place: {problems[0]}")

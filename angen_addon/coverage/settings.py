@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What coverage maps and proposals are made of: settings of the scene."""
+"""The scene settings of coverage maps and proposals."""
 
 from __future__ import annotations
 
@@ -17,46 +17,51 @@ from .maps import LARGEST_CELL, SMALLEST_CELL
 def _group() -> type:
     motions = [(m.identifier, m.label, m.tip, i) for i, m in enumerate(MOTIONS.values())]
     properties = {
-        "motion": EnumProperty(name="Motion", description="What moves in each cell", items=motions),
+        "motion": EnumProperty(
+            name="Motion", description="Motion that is tested in each cell", items=motions
+        ),
         "height": FloatProperty(
             name="Height",
-            description="Above the floor: the top of what walks, the middle of a chest or an arm. "
-            "0: as the motion has it",
+            description="Height above the floor: the top of a walker, the middle of a chest or an "
+            "arm. 0: the usual height of the motion",
             min=0.0,
             max=HIGHEST,
             subtype="DISTANCE",
         ),
         "cell": FloatProperty(
             name="Cell",
-            description="Side of a cell. Half of it takes four times as long",
+            description="Length of the side of a cell. Half the length takes four times as long",
             default=0.25,
             min=SMALLEST_CELL,
             max=LARGEST_CELL,
             subtype="DISTANCE",
         ),
         "selected": BoolProperty(
-            name="Selected Only", description="Only the selected motion detectors, instead of all"
+            name="Selected Only",
+            description="Map only the selected motion detectors, instead of all",
         ),
-        "rooms": Text(name="Rooms", description="Names of rooms, with commas between; empty: all"),
+        "rooms": Text(
+            name="Rooms", description="Names of rooms, separated by commas. Empty: all rooms"
+        ),
         "count": IntProperty(
             name="Detectors",
-            description="How many motion detectors to place",
+            description="Number of motion detectors to place",
             default=1,
             min=1,
             max=100,
         ),
         "mounting": EnumProperty(
             name="Mounting",
-            description="Where they may hang",
+            description="Surfaces to mount the detectors on",
             items=[
                 ("WALL", "Walls", "On walls, at the mounting height", 0),
-                ("CEILING", "Ceilings", "Under ceilings, looking down", 1),
-                ("BOTH", "Both", "On walls or under ceilings", 2),
+                ("CEILING", "Ceilings", "Below ceilings, looking down", 1),
+                ("BOTH", "Both", "On walls or below ceilings", 2),
             ],
         ),
         "mounting_height": FloatProperty(
             name="On Walls At",
-            description="Above the floor, on walls",
+            description="Height of detectors on walls, above the floor",
             default=2.3,
             min=0.1,
             max=10.0,
@@ -64,14 +69,17 @@ def _group() -> type:
         ),
         "beside": BoolProperty(
             name="Keep Others",
-            description="Count only what the motion detectors of the scene do not cover",
+            description="Count only the floor that the present motion detectors do not cover",
         ),
     }
     return property_group("AngenCoverageSettings", properties, options=set())
 
 
 def motion_of(identifier: str, height: float) -> Motion:
-    """The motion, at a height (m) where that is not 0. Raises AngenError."""
+    """Return a motion, at a height (m) unless that is 0.
+
+    Raise `AngenError` if the motion is impossible at this height.
+    """
     motion = MOTIONS[identifier]
     if height == 0.0:
         return motion
@@ -79,12 +87,12 @@ def motion_of(identifier: str, height: float) -> Motion:
 
 
 def room_names(text: str) -> tuple[str, ...]:
-    """Names between commas."""
+    """Return the names between commas."""
     return tuple(name for name in (part.strip() for part in text.split(",")) if name)
 
 
-# Alive from register() to unregister() only: Blender 4.2 as a Python module crashes at exit where
-# a property with functions of ours is still around.
+# The class exists from register() to unregister() only. Blender 4.2 as a Python module crashes at
+# exit if a property with Python functions still exists.
 _groups: list[type] = []
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shows in the scene what was found: a coverage map as a mesh with a square for each cell, proposed
-detectors as empties, and the figures that panels show."""
+"""Show coverage maps and proposals in the scene, and keep their figures for panels.
+
+A map is a mesh with a square for each cell, and a proposed detector is an empty.
+"""
 
 from __future__ import annotations
 
@@ -25,14 +27,17 @@ from ..scene.sensors import Sensor, decimal, read_parameters, unit_scale
 from .proposal import Proposal
 
 COLLECTION = "Coverage"
-# m above the floor, so that rugs do not hide it; squares leave a gap, which shows the cells.
+# m. The map is this far above the floor, so that rugs do not hide it. Squares fill this share of
+# their cells, so that gaps separate them.
 ABOVE_M, FILLED = 0.03, 0.94
 CORNERS = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
 
 
 def show_map(scene: Any, coverage: CoverageMap) -> Any:
-    """The object that shows a map; it takes the place of the one of the same motion. No sensor
-    sees it, no render shows it, and nothing is selected by a click on it."""
+    """Show a map and return its object, which replaces the map of the same motion.
+
+    No sensor sees the object, no render shows it, and no click selects it.
+    """
     name = f"{COLLECTION} {coverage.motion.label.lower()}"
     remove(scene, coverage.motion.identifier)
     made = bpy.data.objects.new(name, _mesh(scene, coverage, name))
@@ -45,12 +50,12 @@ def show_map(scene: Any, coverage: CoverageMap) -> Any:
 
 
 def is_map(obj: Any) -> bool:
+    """Return whether an object is a coverage map."""
     return COVERAGE_MARK in obj and obj.type == "MESH"
 
 
 def remove(scene: Any, motion: str = "") -> int:
-    """Takes the maps of a motion, or all with those put aside, out of the scene; how many there
-    were."""
+    """Remove the maps of a motion, or all maps, also those put aside; return their number."""
     shown = [
         obj for obj in scene.objects if is_map(obj) and (not motion or obj[COVERAGE_MARK] == motion)
     ]
@@ -64,14 +69,14 @@ def remove(scene: Any, motion: str = "") -> int:
 
 
 def remove_own_collection(scene: Any) -> None:
-    """Removes the collection of maps if it is empty."""
+    """Remove the collection of maps if it is empty."""
     for child in list(scene.collection.children):
         if COVERAGE_MARK in child and not child.objects and not child.children:
             bpy.data.collections.remove(child)
 
 
 def collection(scene: Any) -> Any:
-    """The scene's collection for maps and proposals."""
+    """Return the scene's collection for maps and proposals."""
     for child in scene.collection.children:
         if COVERAGE_MARK in child:
             return child
@@ -101,7 +106,7 @@ def _mesh(scene: Any, coverage: CoverageMap, name: str) -> Any:
         data.foreach_set("value", values.astype(np.float32))
     data = mesh.attributes.new("sensors", "INT", "FACE").data
     data.foreach_set("value", coverage.count.astype(np.int32))
-    # Solid view shows materials, as long as nobody chooses attributes there.
+    # The solid view shows materials, unless the user chooses attributes.
     for number, label in enumerate(LEVELS):
         mesh.materials.append(_material(f"{COLLECTION}: {label}", number))
     mesh.polygons.foreach_set("material_index", level.astype(np.int32))
@@ -117,17 +122,19 @@ def _material(name: str, level: int) -> Any:
     return found
 
 
-# Proposed detectors in the scene: empties, which no sensor sees, until they are accepted.
-
+# The value of the mark on proposed detectors. They are empties, which no sensor sees.
 PROPOSAL = "PROPOSAL"
-# m: as large as an empty is drawn.
+# m. Size of the empties.
 SHOWN_M = 0.25
 LIKE, PRESET = "angen_like", "angen_preset"
 
 
 def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = "") -> list[Any]:
-    """Empties at the proposed poses, in place of those of an earlier proposal, and their map;
-    `like` is the sensor, `preset` the preset, whose parameters they get when accepted."""
+    """Show empties at the proposed poses and the map of the proposal.
+
+    They replace those of an earlier proposal. `like` is the sensor, and `preset` the preset, whose
+    parameters the detectors get when they are accepted.
+    """
     discard(scene)
     made = []
     for candidate, name in zip(proposal.chosen, proposal.names, strict=True):
@@ -148,14 +155,13 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
 
 
 def proposed(scene: Any) -> list[Any]:
-    """The empties of a proposal, by name."""
+    """Return the empties of a proposal, by name."""
     found = [obj for obj in scene.objects if obj.get(COVERAGE_MARK) == PROPOSAL]
     return sorted(found, key=lambda obj: obj.name)
 
 
 def discard(scene: Any) -> int:
-    """Takes a proposal and its map out of the scene, and brings back the map that was there before;
-    of how many detectors it was."""
+    """Remove a proposal and restore the map before it; return the number of its detectors."""
     found = proposed(scene)
     for ghost in found:
         bpy.data.objects.remove(ghost)
@@ -164,18 +170,17 @@ def discard(scene: Any) -> int:
     return len(found)
 
 
-# A proposal has a map of its own. The one of the home is put aside meanwhile.
-
+# While a proposal shows its map, the map of the home is put aside.
 BEFORE, ASIDE = "angen_coverage_before", "ASIDE "
 
 
 def is_of_proposal(scene: Any) -> bool:
-    """Whether the map is one with proposed places."""
+    """Return whether the map is that of a proposal."""
     return BEFORE in scene
 
 
 def put_aside(scene: Any, motion: str) -> None:
-    """Hides the map of this motion, and notes what panels show, until `bring_back`."""
+    """Hide the map of this motion and store the figures of panels, until `bring_back`."""
     for obj in scene.objects:
         if is_map(obj) and obj[COVERAGE_MARK] == motion:
             obj[COVERAGE_MARK] = ASIDE + motion
@@ -185,7 +190,7 @@ def put_aside(scene: Any, motion: str) -> None:
 
 
 def bring_back(scene: Any) -> None:
-    """Replaces the map of a proposal by the one that was put aside, if any."""
+    """Replace the map of a proposal by the map that was put aside, if any."""
     if not is_of_proposal(scene):
         return
     before = json.loads(scene.pop(BEFORE))
@@ -200,8 +205,10 @@ def bring_back(scene: Any) -> None:
 
 
 def accept_map(scene: Any, view_layer: Any, is_whole: bool) -> None:
-    """Makes the map of a proposal the one of the home. It is of the scene with the new detectors,
-    if that was fresh until now, and all places were accepted."""
+    """Make the map of a proposal the map of the home.
+
+    It is fresh if it was fresh until now and all places were accepted (`is_whole`).
+    """
     if is_of_proposal(scene):
         remove(scene, ASIDE + json.loads(scene.pop(BEFORE))["motion"])
         if is_whole:
@@ -210,40 +217,42 @@ def accept_map(scene: Any, view_layer: Any, is_whole: bool) -> None:
 
 
 def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
-    """Parameters and update rate (Hz) of detectors to place: those of a sensor, or of a preset, or
-    the defaults. Raises AngenError."""
+    """Return the parameters and the update rate (Hz) of detectors to place.
+
+    They come from a sensor, from a preset, or else are the defaults. Raise `AngenError` if the
+    sensor is not a motion detector or the preset is unknown.
+    """
     if sensor is not None:
         parameters = read_parameters(sensor, sensor.settings)
         if not isinstance(parameters, PirParameters):
-            raise AngenError(f"'{sensor.name}' is no motion detector (PIR)")
+            raise AngenError(f"'{sensor.name}' is not a motion detector (PIR): choose one")
         return parameters, decimal(sensor.settings.update_rate)
     rate = DETECTOR.update_rate
     if not preset:
         return PirParameters(), rate
     known = {p.identifier: p for p in DETECTOR.presets}
     if preset not in known:
-        raise AngenError(f"no preset is called '{preset}': there are {', '.join(known)}")
+        raise AngenError(f"no preset is called '{preset}': choose one of {', '.join(known)}")
     return PirParameters(**known[preset].values), rate
 
 
 def copy_settings(source: Any, target: Any) -> None:
-    """Gives a sensor the parameters and the update rate of another one."""
+    """Copy the parameters and the update rate of one sensor to another."""
     target.update_rate, target.preset = source.update_rate, source.preset
     old, new = (getattr(owner, DETECTOR.attribute) for owner in (source, target))
     for name in specs(DETECTOR.parameters):
         setattr(new, name, getattr(old, name))
 
 
-# Keeps what panels show of the last map: plain values in the scene, so that undo and saving take
-# care of them.
-
+# The figures of the last map, for panels. They are plain values in the scene, so that undo and
+# saving include them.
 KEY = "angen_coverage_summary"
-# Settings of the scene that decide what a map is of.
+# The settings that a map depends on.
 SETTINGS = ("motion", "height", "cell", "rooms", "selected")
 
 
 def keep(scene: Any, coverage: CoverageMap) -> None:
-    """Notes the figures of the map of the present scene, and what that is like."""
+    """Store the figures of a map of the present scene, and the settings that it was made with."""
     rooms = [
         (room.name, room.cells * room.area, room.share, room.dead * room.area)
         for room in [*coverage.rooms(), coverage.total()]
@@ -264,8 +273,11 @@ def _settings(scene: Any) -> dict[str, Any]:
 
 
 def summary(scene: Any) -> dict[str, Any] | None:
-    """`motion`, number of `sensors`, `rooms` as (name, m², share, dead m²), all rooms last; since
-    this version also `frame` and `settings`."""
+    """Return the figures of the last map, or None.
+
+    They are `motion`, the number of `sensors`, and `rooms` as (name, m², share, dead m²), with all
+    rooms last. Files of this version also have `frame` and `settings`.
+    """
     if KEY not in scene:
         return None
     try:
@@ -276,7 +288,7 @@ def summary(scene: Any) -> dict[str, Any] | None:
 
 
 def why_stale(scene: Any) -> str:
-    """Why the map is no longer of the scene as it is, in a few words; empty while it is."""
+    """Return why the map is stale, in a few words; empty while it is fresh."""
     found = summary(scene)
     if found is None:
         return ""
@@ -291,20 +303,27 @@ def why_stale(scene: Any) -> str:
 
 
 def forget(scene: Any) -> None:
+    """Remove the figures of the last map."""
     for key in (KEY, FollowedMap.KEY, BEFORE):
         scene.pop(key, None)
 
 
 class _Marking:
-    """Shows a stale map as outlines alone. No undo step has this, so that it follows each."""
+    """Draws a stale map as outlines.
+
+    Undo steps do not contain this, so it is checked after each undo.
+    """
 
     def wants_rays(self, scene: Any) -> bool:
+        """Return False: it needs no rays."""
         return False
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
+        """Mark the map after a frame change."""
         self.note_edit(scene)
 
     def note_edit(self, scene: Any) -> None:
+        """Mark the map after an edit."""
         if KEY not in scene:
             return
         look = "WIRE" if why_stale(scene) else "TEXTURED"

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the clock to the readings: which steps are looked at, what is kept of the scene there, and
-how the sensors that are due sense it. `simulation` is a run over frames, `stage` what it, live
-sensing and explanations have in common."""
+"""Simulation over time: steps, stored frames, sensor runners and the playhead.
+
+`simulation` runs over frames. `stage` has what runs, live readings and explanations share.
+"""

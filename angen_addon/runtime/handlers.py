@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's application handlers: they note what changes and show values at the playhead, and leave
-what is slow until the playhead rests.
+"""Blender's application handlers: they note changes and show readings at the playhead.
 
-They do nothing in a render, whose depsgraph has other visibility and subdivision than the
-viewport, and call no operators.
+Slow work, such as measuring light, waits until the playhead rests. The handlers do nothing in a
+render, whose depsgraph has other visibility and subdivision than the viewport. They call no
+operators.
 """
 
 from __future__ import annotations
@@ -24,28 +24,29 @@ from . import playhead, state
 from .live import live_of
 from .playhead import recorded_here
 
-# What is too slow while scrubbing waits until the playhead and the user have come to rest.
+# Work that is too slow while scrubbing waits until the playhead and the user rest.
 
-# s: the playhead rests once it has stood still for this long.
+# s: the playhead rests once it has not moved for this long.
 REST = 0.4
+# s: pause before the next look while a run or the user is busy.
 BUSY = 1.0
-# s: in which the window answers.
+# s: pause between two sensors, in which the window can react.
 NEXT = 0.02
 
 
 def soon() -> None:
-    """To be called at each frame change and edit after which something is left to be done."""
+    """Start the timer that senses once the playhead and the user rest."""
     state.CACHE.shown_at = time.monotonic()
     if not bpy.app.background and not bpy.app.timers.is_registered(_look):
         bpy.app.timers.register(_look, first_interval=REST)
 
 
 def _look() -> float | None:
-    """Seconds until the next look; None where nothing is left to be done."""
+    """Sense what is outdated; return the seconds until the next call, None if there is none."""
     context = bpy.context
     scene, view_layer = context.scene, context.view_layer
     if scene is None or not scene.angen_live or (not state.CACHE.running and recorded_here(scene)):
-        # What is shown is not what is sensed live.
+        # No live readings are shown.
         return None
     stood = time.monotonic() - state.CACHE.shown_at
     if stood < REST:
@@ -56,7 +57,7 @@ def _look() -> float | None:
     if following.is_old(scene):
         following.catch_up(scene, view_layer)
     elif following.left_to_do:
-        # One sensor after the other, so that the window answers in between.
+        # One sensor at a time, so that the window can react in between.
         following.do_the_rest(scene, view_layer, at_most=1)
     else:
         return None
@@ -67,7 +68,7 @@ def _look() -> float | None:
 
 
 def _is_busy() -> bool:
-    """Whether the animation plays, or something is being dragged."""
+    """Whether the animation plays, or the user drags something."""
     return any(
         window.screen.is_animation_playing
         or any(op.bl_idname.startswith("TRANSFORM_OT") for op in window.modal_operators)
@@ -85,32 +86,36 @@ def cancel() -> None:
 
 
 class View(Protocol):
-    """What shows the sensors, and is told after they have sensed; `wants_rays`: also while what is
-    recorded is shown, it needs what their rays meet."""
+    """A view of the sensors, such as the overlay, which frame changes and edits notify.
+
+    `wants_rays` returns whether it needs the hits of rays even while a recording is shown.
+    """
 
     def wants_rays(self, scene: Any) -> bool: ...
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None: ...
     def note_edit(self, scene: Any) -> None: ...
 
 
-# Those that are registered: sensing knows of no view, views make themselves known.
+# The registered views: this package imports none, so they register themselves.
 _views: list[View] = []
 
 
 def tell(view: View) -> None:
-    """From now on `view` is told of frame changes and edits."""
+    """Register a view, whose methods are called at frame changes and edits from now on."""
     _views.append(view)
 
 
 def tell_no_more(view: View) -> None:
+    """Remove a registered view."""
     _views.remove(view)
 
 
 @persistent
 def on_frame_change(scene: Any, depsgraph: Any) -> None:
+    """Sense or show the recording at the new frame, and update the views."""
     if depsgraph.mode == "RENDER":
         return
-    # What others' handlers change after this one, Blender evaluates without telling anyone.
+    # Blender does not report what handlers of other code change after this one.
     state.CACHE.note(depsgraph, edited=others_follow_frames(), by_frame=True)
     if state.CACHE.running or not _is_shown(scene, depsgraph):
         return
@@ -128,7 +133,10 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
 
 
 def _is_shown(scene: Any, depsgraph: Any) -> bool:
-    """A frame change evaluates all view layers; values follow the one that is looked at."""
+    """Whether the depsgraph belongs to the view layer in the window.
+
+    A frame change evaluates all view layers; readings follow the one in the window.
+    """
     context = bpy.context
     if context.scene is None or context.scene.session_uid != scene.session_uid:
         return True
@@ -137,6 +145,7 @@ def _is_shown(scene: Any, depsgraph: Any) -> bool:
 
 @persistent
 def on_edit(scene: Any, depsgraph: Any) -> None:
+    """Mark what the edit makes stale, and plan the next sensing."""
     if depsgraph.mode == "RENDER":
         return
     own = state.CACHE.publishing and not others_follow_edits()
@@ -158,15 +167,18 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
 
 
 def _holds_an_edit(updates: Any, playing: bool) -> bool:
-    """Whether the user changed something. Playback starts with an update of all animation."""
+    """Whether the user changed something; playback starts with an update of all actions."""
     if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
         return False
     return any(_is_edit(update) for update in updates)
 
 
 def _is_edit(update: Any) -> bool:
-    """Whether an object was moved, reshaped, added or removed (which its collection tells), or
-    animation or something that light sensors see was changed."""
+    """Whether a depsgraph update can change readings.
+
+    It can if an object moved, changed its shape, or was added to or removed from a collection. So
+    can an update of an action, and of what light sensors see.
+    """
     changed = update.id
     if isinstance(changed, (bpy.types.Action, *SHADING)):
         return True
@@ -177,11 +189,13 @@ def _is_edit(update: Any) -> bool:
 
 @persistent
 def before_load(*_: Any) -> None:
+    """Empty the cache before another file opens."""
     state.CACHE.clear()
 
 
 @persistent
 def after_load(*_: Any) -> None:
+    """Replace former settings in the loaded file, read its recordings, and show them."""
     remove_left()
     replaced = replace_former_choices()
     recording_store.restore()
@@ -196,7 +210,7 @@ def after_load(*_: Any) -> None:
 
 @persistent
 def after_import(*_: Any) -> None:
-    """What was appended or linked may be of an earlier version."""
+    """Replace former settings in appended or linked objects of an earlier version."""
     replaced = replace_former_choices()
     if replaced:
         recording_store.report(replaced)
@@ -204,12 +218,13 @@ def after_import(*_: Any) -> None:
 
 @persistent
 def before_undo(*_: Any) -> None:
-    """Undo and redo make data anew: whatever refers to the old is void."""
+    """Drop all references to Blender's data, which undo and redo make anew."""
     state.CACHE.forget_references()
 
 
 @persistent
 def after_undo(*_: Any) -> None:
+    """Check recording and coverage map again, and show the recording."""
     remove_left()
     _look_again()
     _show_recorded()
@@ -219,8 +234,10 @@ def after_undo(*_: Any) -> None:
 
 
 def _look_again() -> None:
-    """Whether recording and coverage map are of the scene as it is now; those of another scene are
-    looked at when that is evaluated."""
+    """Compare the recording and the coverage map of the shown scene with the scene.
+
+    Those of other scenes are compared once such a scene is evaluated.
+    """
     scene = bpy.context.scene
     for kept in state.CACHE.followed(scene) if scene is not None else ():
         kept.verify(scene, bpy.context.evaluated_depsgraph_get())
@@ -229,14 +246,14 @@ def _look_again() -> None:
 
 
 def _show_recorded() -> None:
-    """The file's outputs are those of when it was saved: drivers read what is recorded."""
+    """Write the recorded outputs, since those in the file are of the time when it was saved."""
     context = bpy.context
     if context.scene is None:
         return
     state.CACHE.running = True
     try:
         if playhead.show_recorded(context.scene, context.view_layer):
-            # What is shown must not be taken for an edit.
+            # Writing the outputs must not count as an edit.
             context.view_layer.update()
     finally:
         state.CACHE.running = False
@@ -244,11 +261,13 @@ def _show_recorded() -> None:
 
 @persistent
 def before_save(*_: Any) -> None:
+    """Add the recordings to the file as texts."""
     recording_store.put_into_file()
 
 
 @persistent
 def after_save(*_: Any) -> None:
+    """Remove these texts again."""
     recording_store.take_out_of_file()
 
 
@@ -264,7 +283,7 @@ HANDLERS = (
     ("save_pre", before_save),
     ("save_post", after_save),
     ("save_post_fail", after_save),
-    # Since Blender 4.3; before, a sensor that was appended with a former choice is refused.
+    # Since Blender 4.3. In 4.2 an appended sensor with a former choice causes an error.
     *(
         (("blend_import_post", after_import),)
         if hasattr(bpy.app.handlers, "blend_import_post")
@@ -292,7 +311,7 @@ def others_follow_edits() -> bool:
 
 
 def ensure() -> None:
-    """Puts back handlers that other code threw out: without them changes go unnoticed."""
+    """Add handlers again that other code has removed: without them changes go unnoticed."""
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
         if handler not in registered:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensors that follow the playhead, where there is no recording.
+"""Live readings: sensors sense at the playhead where there is no recording.
 
-Live sensing samples at the same frames as a run does. Where the updates before the playhead were
-not seen, as after a jump, a sensor starts anew: it never compares with a frame long past.
+Live sensing samples at the same frames as a run. If updates before the playhead were skipped, as
+after a jump, a sensor starts anew. So it never compares with a frame long past.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ class Published:
 
 
 class Live:
-    """The sensors of one scene following the playhead."""
+    """The live sensors of one scene."""
 
     def __init__(self, scene: Any) -> None:
         self.scene_uid = scene.session_uid
         self.problems: dict[str, str] = {}
-        # What was published last, by the sensor's name.
+        # The last readings, by the sensor's name.
         self.readings: dict[str, Published] = {}
         self.outdated = True
-        # Whether sensors may be otherwise than at the frame before; what they are made of.
+        # Whether sensors may have moved since the frame before; the uids of their objects.
         self.told = True
         self._objects: set[int] = set()
-        # The frame that was followed last; None where nothing of it was shown.
+        # The last frame whose readings were shown; None if there is none.
         self._frame: int | None = None
         self._held = False
-        # Whether what is sensed is shown: else it is for views, which draw what rays met.
+        # Whether readings are shown; else rays are cast for views alone.
         self._publishes = True
         self._looked_at: int | None = None
         self._outputs: list[bool] = []
@@ -68,12 +68,14 @@ class Live:
         self._last_update: dict[Uid, int] = {}
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any, publish: bool = True) -> None:
-        """Senses at the present frame and shows it; if it is not to `publish`, because what is
-        recorded is shown, only what rays meet."""
+        """Sense at the present frame, and show the readings.
+
+        Without `publish`, because a recording is shown, only cast the rays, for the views.
+        """
         self._publishes, self._looked_at = publish, None
         played = self._frame == scene.frame_current - 1
         self._frame, self._held = scene.frame_current if publish else None, False
-        # A handler cannot evaluate sub-frames: live values look at whole frames.
+        # A handler cannot evaluate subframes: live sensing is at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
             self._find_sensors(view_layer, clock)
@@ -81,7 +83,7 @@ class Live:
             return
         step = scene.frame_current - scene.frame_start
         if step < 0:
-            # Before time begins there is nothing to sense, and nothing to compare with later.
+            # Before the scene's start no sensor senses.
             self._forget()
             return
         runners = [s for s in self._runners if publish or s.casts]
@@ -106,11 +108,14 @@ class Live:
         if not played:
             changed += self._show_again()
         if any(changed) and state.CACHE.outputs_are_driven():
-            # What drivers make of it now, Blender tells nobody.
+            # Blender does not report what drivers now change.
             self._probes.caster.solids.forget()
 
     def _forget_driven(self) -> None:
-        """What drivers make of recorded readings, Blender tells nobody."""
+        """List the solids anew if drivers read recorded outputs that have changed.
+
+        Blender does not report what drivers do with these outputs.
+        """
         values = [bool(runner.sensor.settings.active) for runner in self._runners]
         if values != self._outputs:
             self._outputs = values
@@ -118,11 +123,13 @@ class Live:
                 self._probes.caster.solids.forget()
 
     def look_around(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Casts all rays of all sensors at the present frame, for views; what was read stays. Not
-        in a handler."""
+        """Cast all rays of all sensors at the present frame, for views.
+
+        The readings stay. Do not call this method in a handler.
+        """
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
-            # The next update finds them anew once more, and reads them.
+            # The next update lists the sensors once more, and senses.
             self._list(view_layer, clock)
             self.outdated = True
         self._probes.look(depsgraph, None)
@@ -139,33 +146,33 @@ class Live:
         return self._looked_at == scene.frame_current and not self.told
 
     def runner(self, uid: Uid) -> SensorRunner | None:
-        """What senses for a sensor; None where it is off or cannot."""
+        """The runner of a sensor; None if the sensor is off or has invalid parameters."""
         return self._by_uid.get(uid)
 
     def is_old(self, scene: Any) -> bool:
-        """Whether the present frame, or what was edited since, was not looked at."""
+        """Whether the frame has changed, or the scene was edited, since the sensors last sensed."""
         return self.outdated or self._frame != scene.frame_current
 
     def hold_light(self) -> None:
-        """Light takes long to measure: not after each edit, but once the playhead was moved."""
+        """Measure no light until the playhead moves: after each edit it would take too long."""
         self._held = True
 
     def catch_up(self, scene: Any, view_layer: Any) -> None:
-        """Senses at the present frame after an edit. Not in a handler."""
-        # What was removed since Blender evaluated last is still listed, and freed.
+        """Sense at the present frame after an edit; do not call this method in a handler."""
+        # Objects that were removed since the last evaluation are still listed, but freed.
         view_layer.update()
         hold = self._held or bool(self.readings)
         state.CACHE.running = True
         try:
             self.follow(scene, view_layer, view_layer.depsgraph)
             self._held = hold
-            # What is shown must not be taken for an edit.
+            # Writing the outputs must not count as an edit.
             view_layer.update()
         finally:
             state.CACHE.running = False
 
     def why_old(self, scene: Any) -> str:
-        """Why the last readings, if any, are not what sensors would read now; else empty."""
+        """Why the last readings are outdated, as a text for the user; empty if they are not."""
         if scene.frame_current < scene.frame_start:
             return BEFORE_THE_START
         if self._frame is None:
@@ -177,14 +184,14 @@ class Live:
         return ""
 
     def why_unlit(self, sensor: Sensor) -> str:
-        """Why the light that a sensor read last, if any, is not that of now; else empty."""
+        """Why a sensor's last light is outdated, as a text for the user; empty if it is not."""
         if sensor.name not in self._lit:
             return ""
         return LIGHT_BEFORE if self._held else LIGHT_AT_REST
 
     @property
     def edits(self) -> int:
-        """How often more than the frame may have changed."""
+        """The number of changes so far that may be more than a change of frame."""
         return self._probes.edits
 
     def _sensors_are_the_same(self) -> bool:
@@ -195,15 +202,16 @@ class Live:
             return False
 
     def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
+        """List the sensors anew, but keep the readings of light sensors until they are measured."""
         before = dict(self.readings)
         self._forget()
         self._list(view_layer, clock)
-        # It is told as old until the light is measured.
+        # These readings are marked as old until the light is measured.
         lit = {runner.sensor.name for runner in self._runners if runner.sensor.kind.requires_light}
         self.readings |= {name: known for name, known in before.items() if name in lit}
 
     def _list(self, view_layer: Any, clock: Clock) -> None:
-        """The runners of the sensors that there are."""
+        """Make a runner for each sensor of the view layer that can sense."""
         self._clock = clock
         self.outdated = False
         every = all_sensors(view_layer)
@@ -227,7 +235,10 @@ class Live:
         self._lit.clear()
 
     def _due(self, runner: SensorRunner, step: int) -> tuple[int, bool] | None:
-        """The number of the update to make now and whether it follows the one before."""
+        """Return the number of the update to make now, and whether it follows the one before.
+
+        Return None if no update is due.
+        """
         uid = runner.uid
         number = runner.schedule.last_update(step)
         last = self._last_update.get(uid)
@@ -240,8 +251,11 @@ class Live:
         return number, follows
 
     def _is_ahead(self, sensor: Sensor) -> bool:
-        """Whether its last reading is of a later frame than the present one, as where the playhead
-        went back between two updates: that frame may be of another world."""
+        """Whether the sensor's last reading is of a later frame than the present one.
+
+        That is so where the playhead went back between two updates: the scene may have changed
+        since.
+        """
         published = self.readings.get(sensor.name)
         return published is not None and self._frame is not None and published.frame > self._frame
 
@@ -257,9 +271,9 @@ class Live:
     def _watch(
         self, watching: list[SensorRunner], due: list[SensorRunner], step: int, depsgraph: Any
     ) -> None:
-        """Lets those look that watch between their updates."""
+        """Sense between updates, with the sensors that watch every step."""
         for runner in watching:
-            # Of what cannot be sensed, the next update tells.
+            # The next update reports the error.
             with suppress(AngenError):
                 if runner not in due:
                     runner.watch(step, depsgraph, self._probes)
@@ -267,7 +281,7 @@ class Live:
     def _follow_one(
         self, runner: SensorRunner, number: int, follows: bool, step: int, depsgraph: Any
     ) -> bool:
-        """Whether the sensor's binary output changed."""
+        """Make one update of a sensor; return whether its binary output changed."""
         name, uid = runner.sensor.name, runner.uid
         self._lit.pop(name, None)
         try:
@@ -286,13 +300,13 @@ class Live:
             self._lit[name] = taken
             return False
         if runner.sensor.kind.requires_forces and follows:
-            # After a jump the frames beside are not known anyway.
+            # After a jump there is no frame before to compare with, so nothing to wait for.
             self._waiting[uid] = taken
             return False
         return self._show(taken)
 
     def _fail(self, lit: Iterable[PendingUpdates], error: AngenError) -> None:
-        """What was to be measured cannot be."""
+        """Replace the readings of these light sensors by the error."""
         for taken in lit:
             name = taken.runner.sensor.name
             self._lit.pop(name, None)
@@ -301,11 +315,14 @@ class Live:
 
     @property
     def left_to_do(self) -> bool:
+        """Whether light sensors wait to be measured."""
         return bool(self._lit) and not self._held
 
     def do_the_rest(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
-        """Measures the light at the present frame as a run does, of so many sensors at most, those
-        that are selected first."""
+        """Measure the light of waiting sensors at the present frame, selected sensors first.
+
+        `at_most` limits the number of sensors.
+        """
         view_layer.update()
         waiting = sorted(self._lit.values(), key=lambda taken: not taken.runner.sensor.selected)
         lit = waiting[:at_most]
@@ -317,8 +334,10 @@ class Live:
     def measure_now(
         self, scene: Any, view_layer: Any, sensors: Sequence[Sensor]
     ) -> Generator[Doing | int, None, None]:
-        """Measures the light of these sensors at the present frame, also where an edit holds it
-        back; yields Doing, and last how many were measured. Raises AngenError."""
+        """Measure the light of these sensors at the present frame, also after an edit.
+
+        Yield `Doing` before each picture, and at the end the number of sensors. Raise AngenError.
+        """
         if self.is_old(scene):
             self.catch_up(scene, view_layer)
         for number, sensor in enumerate(sensors):
@@ -329,7 +348,7 @@ class Live:
         yield len(sensors)
 
     def _taken_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:
-        """The update of a light sensor at the present frame. Raises AngenError."""
+        """Return the update of a light sensor at the present frame. Raise AngenError."""
         if scene.frame_current < scene.frame_start:
             raise AngenError(BEFORE_THE_START)
         runner = self.runner(sensor.uid)
@@ -349,8 +368,10 @@ class Live:
     def _measure(
         self, scene: Any, view_layer: Any, lit: Sequence[PendingUpdates]
     ) -> Generator[str, None, None]:
-        """Measures and shows what light these ask for; yields before each picture, in words what
-        takes long. Raises AngenError."""
+        """Measure the light of these updates, and show the readings.
+
+        Yield a text before each picture that takes long. Raise AngenError.
+        """
         state.CACHE.running = True
         try:
             depsgraph = view_layer.depsgraph
@@ -363,18 +384,20 @@ class Live:
                 taken.runner.reset()
                 self._show(taken, scene.frame_current)
         finally:
-            # What is shown, and what was made for a picture, must not be taken for an edit.
+            # Outputs and the data for a picture must not count as an edit.
             view_layer.update()
             state.CACHE.running = False
 
     def _finish(self, runner: SensorRunner, step: int) -> bool:
-        """Shows what waited for this frame, if it is the next one; the same."""
+        """Show an update that waited for this frame; return whether the binary output changed."""
         taken = self._waiting.pop(runner.uid, None)
         return taken is not None and step == taken.steps[0] + 1 and self._show(taken)
 
     def _show_again(self) -> list[bool]:
-        """Writes the last readings to outputs that say something else, as where keys of a bake were
-        removed; whether binary outputs changed."""
+        """Write the last readings to outputs that differ, as after baked keys were removed.
+
+        Return for each sensor whether its binary output changed.
+        """
         return [
             state.show(runner.sensor, published.reading.active, published.reading.value)
             for runner in self._runners
@@ -382,8 +405,10 @@ class Live:
         ]
 
     def _show(self, taken: PendingUpdates, frame: int | None = None) -> bool:
-        """Publishes a reading, sensed at its update's frame unless at another one; whether the
-        binary output changed."""
+        """Publish the reading of an update; return whether the binary output changed.
+
+        `frame` is the frame of the reading, by default that of the update.
+        """
         reading, sensor = taken.reading(), taken.runner.sensor
         if frame is None:
             frame = self._clock.frame_and_subframe(taken.steps[0])[0]
@@ -397,15 +422,17 @@ class Live:
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:
-    """What is asked once, without a reference that few paths could be corrected by: as many paths
-    as that has."""
+    """Return a request with as many light paths as a reference has.
+
+    A single picture has no reference that could correct few paths.
+    """
     if request.engine == "EEVEE":
         return request
     return replace(request, samples=max(request.samples, reference))
 
 
 def live_of(scene: Any) -> Live:
-    """What follows the playhead of a scene; made anew where it was another's."""
+    """Return the live sensors of a scene, made anew if those in the cache are of another scene."""
     following = state.CACHE.live
     if not isinstance(following, Live) or following.scene_uid != scene.session_uid:
         following = state.CACHE.live = Live(scene)

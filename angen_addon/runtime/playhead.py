@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the reading that is shown of a sensor comes from, how old it is, and why.
+"""The reading of a sensor at the playhead: its origin, its age and its problems.
 
-Decided here alone: panels, the table, the overlay and handlers ask `Playhead`. What was
-recorded of the scene as it is comes first, then what was sensed live, then baked keys. Nothing is
-estimated: what was not measured is told as such, or the last reading that was is told as old.
+Panels, the table, the overlay and the handlers all use `Playhead`. A fresh recording comes first,
+then live readings, then baked keys. Nothing is estimated: if nothing was measured at the playhead,
+the last reading is marked as old, or a text says that there is none.
 """
 
 from __future__ import annotations
@@ -22,13 +22,24 @@ LIVE_IS_OFF = "Nothing is recorded of this frame, and Live is off: simulate, or 
 
 
 class PlayheadReading(NamedTuple):
-    """What is known of a sensor at the playhead.
+    """The reading of a sensor at the playhead.
 
-    `origin`: RECORDED, LIVE, BAKED or NOTHING; `reading`: None where nothing is known; it was read
-    at `frame`, `age` seconds of the scene before the playhead (below 0: after it). `problem`: why
-    it is not valid, or there is none; `old`: why it is not what the sensor would read now, or what
-    brings a reading where there is none. `keys`: what baked keys say at the playhead, which is what
-    drivers read.
+    Attributes
+    ----------
+    origin
+        RECORDED, LIVE, BAKED or NOTHING.
+    reading
+        The reading; None if there is none.
+    frame
+        The frame at which the sensor sensed.
+    age
+        Time from `frame` to the playhead in seconds; negative if `frame` comes after the playhead.
+    problem
+        Why the reading is not valid, or missing; empty if it is valid.
+    old
+        Why the sensor may read something else now, or how to get a reading; else empty.
+    keys
+        The values of the baked keys at the playhead, which drivers read.
     """
 
     origin: str
@@ -41,7 +52,7 @@ class PlayheadReading(NamedTuple):
 
 
 def why_not_recorded(sensor: Sensor) -> str:
-    """Why a sensor has no readings in the recording, and what to do."""
+    """Return why a sensor has no readings in the recording, and what to do."""
     if not sensor.settings.enabled:
         return "This sensor is not recorded: switch it on and simulate"
     if sensor.kind.requires(LIGHT):
@@ -50,14 +61,14 @@ def why_not_recorded(sensor: Sensor) -> str:
 
 
 def recorded_here(scene: Any) -> Recording | None:
-    """The recording, if it is of the scene as it is and has the playhead's frame."""
+    """Return the recording if it is fresh and covers the playhead's frame, else None."""
     recording = state.CACHE.recording(scene)
     frame = scene.frame_current + scene.frame_subframe
     return recording if recording is not None and recording.covers(frame) else None
 
 
 def show_recorded(scene: Any, view_layer: Any) -> bool:
-    """Gives drivers what is recorded at the playhead; whether it is."""
+    """Write the recorded outputs of the playhead's frame; return whether there are any."""
     recording = recorded_here(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
@@ -66,8 +77,10 @@ def show_recorded(scene: Any, view_layer: Any) -> bool:
 
 
 class Playhead:
-    """What is known at a scene's playhead of sensors that are switched on, while no run is on. Not
-    to be kept."""
+    """The readings of a scene's enabled sensors at its playhead, while no run goes on.
+
+    Make a new one for each use: it does not follow changes.
+    """
 
     def __init__(self, scene: Any) -> None:
         self.frame = scene.frame_current + scene.frame_subframe
@@ -82,7 +95,7 @@ class Playhead:
         self._old = self._live.why_old(scene) if self._live is not None else ""
 
     def of(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
-        """`quantity`: what the sensor's reading is."""
+        """Return the reading of a sensor; `quantity` is the field of its main reading."""
         told = self._recorded(sensor) if self._is_recorded else self._lively(sensor, quantity)
         if sensor.holders or not state.output_curves(sensor.object):
             return told
@@ -92,8 +105,10 @@ class Playhead:
         return told._replace(keys=keys)
 
     def source(self, sensor: Sensor, least_age: float) -> Any:
-        """All that the reading of a sensor depends on, to be compared, but for an age below
-        `least_age` (s), during which it is equal."""
+        """Return all that the reading of a sensor depends on, to compare it with an earlier state.
+
+        An age below `least_age` (s) makes no difference.
+        """
         read_at: float = self.frame
         found: Any = None
         if self._is_recorded:
@@ -110,6 +125,7 @@ class Playhead:
         return self._is_recorded, self._nothing, self._old, found, None if fresh else self.frame
 
     def seconds(self, frames: float) -> float:
+        """Return a number of frames in seconds."""
         return float(frames * self._base / self._rate)
 
     def _recorded(self, sensor: Sensor) -> PlayheadReading:
@@ -131,7 +147,7 @@ class Playhead:
         old = self._old or live.why_unlit(sensor)
         published = live.readings.get(sensor.name)
         if published is None or published.reading.fields.get(quantity.name) is None:
-            # What was read as another kind, or by another method, is in another unit.
+            # A reading as another kind, or by another method, has another unit.
             return PlayheadReading(NOTHING, problem=problem, old=old or NOT_YET)
         age = self.seconds(self.frame - published.frame)
         return PlayheadReading(LIVE, published.reading, published.frame, age, problem, old)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What reads the scene for the sensors: one of each probe, and only those that they need."""
+"""The probes, which read the scene for the sensors: rays, surfaces, forces and light."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from . import state
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
-    """The ray caster that the scene chose, told of every change from now on."""
+    """Return the ray caster of the scene's settings, notified of changes from now on."""
     caster = SceneRayCaster(scene) if scene.angen_ray_caster == "SCENE" else RayCaster()
     state.CACHE.watch(caster.solids)
     return caster
@@ -36,12 +36,15 @@ NOT_MEASURED = (None, LightSample())
 
 
 class Probes:
-    """The probes for the sensors of a scene, which cast with `caster`, if given. `names`: of the
-    solids that `met` knows, by number; also of those that are gone."""
+    """The probes for the sensors of a scene.
+
+    They cast rays with `caster`, by default the one of the scene's settings. `names` has the names
+    of solids by their numbers, also of solids that are gone.
+    """
 
     def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
         self.caster = caster or make_caster(scene)
-        # Blender's own ray cast, the reference for ranges, tells nothing of what was met.
+        # Blender's own ray cast, the reference for ranges, returns no surfaces.
         own = self.caster
         self._exact = own if isinstance(own, RayCaster) else RayCaster(own.solids)
         self.warmth = Warmth(self._exact)
@@ -53,83 +56,88 @@ class Probes:
         self._told = 0
         self.names: dict[int, str] = {}
         self._named = -1
-        # Of the pad that is asked about, by whole frames.
+        # Forces of the pad that senses now, by whole frames.
         self.known_forces: dict[int, PadForces] = {}
-        # The number of the frame that is looked at alone.
+        # The index of a single frame among the stored frames.
         self.frame = 0
         self._copies: FrameCopies | None = None
-        # By the sensor's name, what was asked in which state of the scene, and what was found.
+        # By the sensor's name: the request with the state of the scene, and the measured light.
         self._measured: dict[str, tuple[Any, LightSample]] = {}
         self._lighting = LightChanges()
         self._light = CyclesLight()
         state.CACHE.watch(self._lighting)
 
     def serve(self, sensors: Iterable[Sensor]) -> None:
-        """From now on the probes look at what these sensors need."""
+        """Set the sensors; the probes prepare only what these sensors need."""
         self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.requires_forces]
 
     @property
     def edits(self) -> int:
-        """How often more than the frame may have changed."""
+        """The number of changes so far that may be more than a change of frame."""
         return self._solids.edits + self._told
 
     def note_edits(self) -> None:
-        """Others had their turn, and may have changed what Blender tells of at the next evaluation
-        only."""
+        """Count a possible edit, after the caller of the run could change the scene.
+
+        Blender reports such an edit only at the next evaluation.
+        """
         self._told += 1
 
     def look(self, depsgraph: Any, frame: int | None, due: Sequence[Sensor] = ()) -> None:
-        """Brings the probes to the scene as it is now evaluated.
+        """Update the probes to the evaluated scene.
 
-        `frame`: the whole frame that this is, or None where its motion is not needed; `due`: pads
-        whose forces at this frame will be asked for.
+        `frame` is the present whole frame, or None if the motion is not needed. `due` lists the
+        pads whose forces at this frame are queried later.
         """
         self._update(depsgraph)
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
     def expect_light(self, is_asked: bool) -> None:
-        """Whether light is measured at the frame that comes."""
+        """Set whether light is measured at the next frame."""
         self._lighting.is_asked = is_asked
 
     def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
-        """The motion alone, of the solids as they are in the list."""
+        """Read the motion of the listed solids alone."""
         if self._pads:
             metres = unit_scale(depsgraph.scene)
             self._contacts.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 
     def show(self, frame: int) -> None:
-        """Brings the list of solids to one of the frames that are kept, of which it is at the
-        last."""
+        """Bring the listed solids to a stored frame; they are at the last one before."""
         if len(self.caster.frames) > 1:
             self.caster.frames.show(self._solids, frame)
 
     @property
     def full(self) -> bool:
-        """Whether the frames that are kept are to be sensed now."""
+        """Whether the memory for stored frames is full, so that they must be sensed now."""
         return self._copies is None or self._copies.full
 
     @property
     def follows(self) -> bool:
-        """Whether the frames to come are those of solids that are listed."""
+        """Whether the next frame can be stored with the present list of solids."""
         return self._copies is not None and not self.must_list
 
     @property
     def must_list(self) -> bool:
-        """Whether things may have come or gone since they were listed."""
+        """Whether objects may have come or gone since the solids were listed."""
         return self._solids.must_list
 
     def keep(self, watched: Any) -> bool:
-        """As `look`, but a frame is only taken down, until `develop`. `watched` is the depsgraph of
-        the scene or of what moves in it, which tells the frames. False where things may have come
-        or gone: then `keep_first` makes the list anew."""
+        """Store a frame for later queries; return False if objects may have come or gone.
+
+        Call `keep_first` then, to list the solids anew. `watched` is the depsgraph of the scene, or
+        of its moving objects, from which the poses are stored.
+        """
         return self._copies is not None and self._copies.add(watched)
 
     def keep_first(self, depsgraph: Any, watched: Any) -> None:
-        """Takes down the first frame after all before were sensed, with a new list of solids.
-        `depsgraph` is that of the whole scene at this frame."""
+        """Store the first frame of a batch, with a new list of solids.
+
+        `depsgraph` is that of the whole scene at this frame, `watched` the one of later frames.
+        """
         solids = self._solids
-        # What is listed anew is sensed alone: instances may be gone at the next frame.
+        # A frame with a new list is sensed alone: instances may be gone at the next frame.
         is_current = solids.is_current(depsgraph) and not isinstance(self.caster, SceneRayCaster)
         self._update(depsgraph)
         self._copies = FrameCopies(solids, watched) if is_current else None
@@ -141,19 +149,18 @@ class Probes:
             self._update(depsgraph)
 
     def _update(self, depsgraph: Any) -> None:
-        """Bring the casters to the scene as it is now evaluated."""
+        """Update the casters to the evaluated scene."""
         self.caster.update(depsgraph)
         if self._exact is not self.caster:
             self._exact.update(depsgraph)
 
     def develop(self, depsgraph: Any) -> None:
-        """From now on what is asked is answered at the frames that were taken down."""
+        """Answer queries at the stored frames from now on."""
         if self._copies is not None and len(self._copies):
             self.caster.show(depsgraph, self._copies.finish())
 
     def met(self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
-        """What the rays met that were cast just now at `count` updates: `RayHits`, which nobody may
-        write to."""
+        """Return the hits of the last cast at `count` updates, as read-only `RayHits`."""
         if self._named != self._solids.listing:
             self._named = self._solids.listing
             self.names |= {solid.number: solid.name for solid in self._solids.solids}
@@ -170,11 +177,30 @@ class Probes:
         asked: list[LightRequest],
         keep: bool = False,
     ) -> Steps[dict[str, LightSample]]:
-        """Renders the light that is asked for, where it can have changed since it was last, and
-        returns it by the sensor's name. Yields before each picture, in words what takes long.
+        """Measure the requested light; render only where it can have changed.
 
-        `keep`: nothing but frames will change until the next time; to be ended by `close`.
-        Not in a frame handler. Raises AngenError.
+        Do not call this method in a frame handler.
+
+        Parameters
+        ----------
+        asked
+            The requests of the light sensors.
+        keep
+            Whether nothing but the frame changes until the next call, so that the light scene can
+            be kept; call `close` at the end.
+
+        Yields
+        ------
+        A text before each picture that takes long.
+
+        Returns
+        -------
+        The measured light by the sensor's name.
+
+        Raises
+        ------
+        AngenError
+            If the light cannot be rendered.
         """
         how = scene.angen_luminous_efficacy, scene.angen_light_reference
         state = self._lighting.look(view_layer, depsgraph, self.edits, how)
@@ -188,18 +214,18 @@ class Probes:
         return {r.name: self._measured[r.name][1] for r in asked}
 
     def recall_light(self, references: dict[Any, Any]) -> None:
-        """Begin with the references of an earlier run of the same scene, and add to them."""
+        """Begin with the light references of an earlier run of the same scene, and add to them."""
         self._light.recall(references)
 
     @property
     def reference_done(self) -> float:
-        """The share of the light's reference that is traced."""
+        """The share of the light reference that is traced, 0 to 1."""
         return self._light.reference_done
 
     def close(self) -> None:
-        """Removes from the file what was kept there."""
+        """Remove the temporary data of the light probe from the file."""
         self._light.close()
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
-        """The contact forces on a pad at a whole frame, after the next one was looked at."""
+        """Return the contact forces on a pad at a whole frame, after `look` at the next one."""
         return self.known_forces.get(frame) or self._contacts.forces(pad, frame)

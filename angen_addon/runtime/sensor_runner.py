@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where sensor models meet the scene: a runner for each sensor reads its parameters and pose, and
-the functions in `ANSWERS` answer its model's queries."""
+"""Runners: each reads a sensor's parameters and pose, and answers its model's queries.
+
+The functions in `ANSWERS` answer the queries with the probes.
+"""
 
 from __future__ import annotations
 
@@ -51,11 +53,11 @@ from ..scene.sensors import (
 from .probes import Probes
 from .trace import CAST, Question, RaysMet, Read, Swept, Trace
 
-# The answers to models' queries: a new quantity is a function here and an entry in `ANSWERS`.
+# Answers to models' queries. A new quantity is a function here and an entry in `ANSWERS`.
 
 
 def ranges(asked: Question, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
-    """How far rays get."""
+    """Return the ranges of rays in m."""
     frames = asked.frames if which is None else asked.frames[which]
     cast, in_units = asked.probes.caster.cast_at, asked.read.rays_in_units(*rays)
     found = cast(asked.sensor.uid, asked.bundle(bundle), in_units, frames)
@@ -65,7 +67,7 @@ def ranges(asked: Question, bundle: int, *rays: Array, which: Index | None = Non
 def surfaces(
     name: str, asked: Question, bundle: int, *rays: Array, which: Index | None = None
 ) -> Answers:
-    """What the probe called `name` knows of the surfaces that rays meet."""
+    """Return what the probe `name` knows of the surfaces that rays hit."""
     frames = asked.frames if which is None else asked.frames[which]
     known = asked.sensor.uid, asked.bundle(bundle)
     in_units = asked.read.rays_in_units(*rays)
@@ -74,7 +76,7 @@ def surfaces(
 
 
 def poses(asked: Question, name: str, which: Index | None = None) -> Answers:
-    """Where the object is that a parameter names; None where it names none."""
+    """Return the pose of the object in the parameter `name`; None if the parameter is empty."""
     assert asked.read.beside is not None
     count = len(asked.steps) if which is None else len(which)
     return Answers([asked.read.beside[POSES][name]], np.zeros(count, np.intp))
@@ -83,7 +85,7 @@ def poses(asked: Question, name: str, which: Index | None = None) -> Answers:
 def crossings(
     asked: Question, origins: Array, directions: Array, length: Array, which: Index | None = None
 ) -> Answers:
-    """What went through rays since the step before."""
+    """Return what crossed the rays since the step before."""
     chosen = np.arange(len(asked.steps)) if which is None else which
     rays = origins, directions, length
     found = [_swept_at(asked, asked.steps[i], int(asked.frames[i]), rays) for i in chosen.tolist()]
@@ -96,7 +98,7 @@ def _swept_at(
     before, metres = asked.trace.swept, asked.read.metres
     beam = SweptRays(matrix_of(asked.read.pose, metres), *asked.read.rays_in_units(*rays))
     if before is not None and before.beam.same(beam):
-        # Its bounds are known.
+        # The earlier beam has computed its bounds.
         beam = before.beam
     sweeper = asked.probes.sweeper
     now = sweeper.solids_at(frame)
@@ -111,7 +113,7 @@ def _swept_at(
 
 
 def contact(asked: Question, which: Index | None = None) -> Answers:
-    """The forces on a pad, known after the frame that follows."""
+    """Return the forces on a pad, which are known after the next frame."""
     assert asked.read.beside is not None
     weight, chosen = asked.read.beside[FORCES]
     table: list[PadContact] = []
@@ -126,7 +128,7 @@ def contact(asked: Question, which: Index | None = None) -> Answers:
 
 
 def light(asked: Question, which: Index | None = None) -> Answers:
-    """The light on a sensor, which was measured before: the same at all the steps."""
+    """Return the measured light, which is the same at all the steps."""
     assert asked.light is not None
     return Answers([asked.light], np.zeros(len(asked.steps), np.intp))
 
@@ -145,7 +147,10 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
 def beside_of(
     sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float
 ) -> dict[str, Any] | None:
-    """What a sensor's model asks of the scene at this very step."""
+    """Return the answers that must be read at this step: own weight and partners, and named poses.
+
+    Return None if the model needs neither.
+    """
     found: dict[str, Any] = {}
     if sensor.kind.requires(FORCES):
         weight = _own_weight(evaluated, depsgraph.scene, metres)
@@ -158,9 +163,11 @@ def beside_of(
 def _named_poses(
     sensor: Sensor, settings: Any, depsgraph: Any, metres: float
 ) -> dict[str, Pose | None]:
-    """Where the objects are that parameters point at, by the parameter; None where one points at
-    nothing. In an instance those of its collection are where the instance shows them. Raises
-    AngenError."""
+    """Return the poses of the objects that parameters name, by the parameter.
+
+    The pose is None if a parameter is empty. In a collection instance, objects of its collection
+    are where the instance shows them. Raise AngenError.
+    """
     pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
     found: dict[str, Pose | None] = {}
     for name in pointers:
@@ -176,13 +183,13 @@ def _named_poses(
         try:
             found[name] = pose_from_matrix(matrix, metres)
         except ValueError:
-            # Of no size: it has a place nevertheless.
+            # An object scaled to zero still has a position.
             found[name] = Pose(matrix[:3, 3] * metres, np.eye(3))
     return found
 
 
 def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
-    """(3,) N: the weight of a pad, where it has a mass."""
+    """Return the weight (3,) of a pad in N, zero without a mass."""
     mass = evaluated.angen_load.mass
     if mass == 0.0 and evaluated.rigid_body is not None:
         mass = evaluated.rigid_body.mass
@@ -190,7 +197,7 @@ def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
 
 
 def _partners(settings: Any) -> frozenset[int] | None:
-    """Session uids of the objects that a pad measures alone; None: everything."""
+    """Return the session uids of the objects that a pad measures alone; None for all objects."""
     chosen, group = settings.partner_object, settings.partner_collection
     if chosen is None and group is None:
         return None
@@ -199,7 +206,7 @@ def _partners(settings: Any) -> frozenset[int] | None:
 
 
 def matrix_of(pose: Pose, metres: float) -> Array:
-    """The matrix (4, 4) of a pose, without scale, in Blender units."""
+    """Return the matrix (4, 4) of a pose, without scale, in Blender units."""
     matrix = np.eye(4)
     matrix[:3, :3] = pose.axes
     matrix[:3, 3] = pose.origin / metres
@@ -209,7 +216,7 @@ def matrix_of(pose: Pose, metres: float) -> Array:
 def light_request(
     sensor: Sensor, parameters: Any, pose: Pose, metres: float, steady: bool
 ) -> LightRequest:
-    """What a light sensor with these parameters asks of the scene, in Blender units."""
+    """Return the request for a light sensor with these parameters, in Blender units."""
     return LightRequest(
         sensor.name,
         matrix_of(pose, metres),
@@ -226,8 +233,10 @@ def light_request(
 
 @dataclass(frozen=True)
 class Dates:
-    """The `steps` (n,) at which one sensor looks at the scene, each with the update's number, or
-    where none is `due` that of the next."""
+    """The `steps` (n,) at which one sensor senses, and the `numbers` (n,) of its updates.
+
+    At steps between two updates `due` (n,) is false, and the number is that of the next update.
+    """
 
     steps: Index
     numbers: Index
@@ -235,22 +244,26 @@ class Dates:
 
     @classmethod
     def of(cls, step: int, number: int, due: bool = True) -> Dates:
-        """A single one."""
+        """Return a single step."""
         return cls(np.array([step]), np.array([number]), np.array([due]))
 
     def part(self, which: slice) -> Dates:
+        """Return a slice of the steps."""
         return Dates(self.steps[which], self.numbers[which], self.due[which])
 
     def between(self, first: int, last: int) -> Dates:
-        """Those from step `first` to `last`."""
+        """Return the steps from `first` to `last`."""
         return self.part(slice(*np.searchsorted(self.steps, (first, last + 1))))
 
 
 @dataclass(frozen=True)
 class PendingUpdates:
-    """Updates of a sensor with all that is known of the scene at their `steps`. Their readings are
-    to be asked for once: at once; of a kind that needs the motion, after the next frame; of a light
-    sensor, after what was measured for its `request` was given to it."""
+    """Updates of a sensor whose readings can be computed from now on.
+
+    `steps` are the steps of the due updates. Call `readings` or `reading` once. Call it at once for
+    most kinds; for a kind that needs the motion, after the next frame. For a light sensor, call
+    `give_light` before, with the light measured for its `request`.
+    """
 
     runner: SensorRunner
     steps: list[int]
@@ -260,26 +273,26 @@ class PendingUpdates:
 
     @property
     def request(self) -> LightRequest | None:
-        """What a light sensor asks of the scene."""
+        """The light probe's request; None for other kinds than light sensors."""
         return self.question.request if self.question is not None else None
 
     def give_light(self, found: Mapping[str, LightSample]) -> None:
-        """Hand over what was measured, by the sensor's name."""
+        """Set the measured light, from all measured light by the sensor's name."""
         assert self.question is not None
         self.question.light = found[self.runner.sensor.name]
 
     def readings(self) -> Readings:
-        """Of the updates that are due."""
+        """Compute the readings of the updates that are due."""
         made: Readings = self.runner.model.sense(self.parameters, self.updates)
         return made
 
     def reading(self) -> Reading:
-        """Of the last of them."""
+        """Compute the readings, and return the last one."""
         return self.readings()[-1]
 
     @property
     def update(self) -> Update:
-        """The first of them."""
+        """The first of the updates."""
         return self.updates[0]
 
 
@@ -299,12 +312,12 @@ class SensorRunner:
 
     @property
     def casts(self) -> bool:
-        """Whether its reading waits for no light and no motion, as of what casts rays."""
+        """Whether the sensor's readings need neither light nor forces: they are known at once."""
         return not (self.sensor.kind.requires_light or self.sensor.kind.requires_forces)
 
     @property
     def steady(self) -> bool:
-        """Whether the sensor stays as it is until the next edit."""
+        """Whether the sensor's parameters and pose stay as they are until the next edit."""
         if self._steady is None:
             paths = (f"angen_sensor.{self.sensor.kind.attribute}.", "angen_sensor.enabled")
             parts = self.sensor.object, *self.sensor.holders
@@ -312,7 +325,7 @@ class SensorRunner:
         return self._steady
 
     def _watches(self) -> bool:
-        """Whether it looks at the steps between its updates too, at some frame at least."""
+        """Whether the sensor also senses at steps between its updates, at some frames at least."""
         kind, group = self.sensor.kind, self.sensor.parameters
         choices = kind.needs.get(CROSSINGS)
         return choices is not None and all(
@@ -322,14 +335,16 @@ class SensorRunner:
         )
 
     def reset(self) -> None:
-        """Forgets earlier updates, as after a jump of the playhead."""
+        """Forget earlier updates, as after a jump of the playhead."""
         self.model = self.sensor.kind.model()
         self._read: Read | None = None
         self.trace.forget()
 
     def read(self, depsgraph: Any, edits: int) -> Read | None:
-        """The parameters and the pose after so many `edits` of the scene; None while the sensor is
-        switched off. Raises AngenError."""
+        """Return the parameters and the pose; None while the sensor is switched off.
+
+        `edits` is the number of edits of the scene so far. Raise AngenError.
+        """
         known, metres = self._read, unit_scale(depsgraph.scene)
         if self._edits != edits:
             self._edits, self._steady = edits, None
@@ -354,15 +369,17 @@ class SensorRunner:
     def take(
         self, number: int, step: int, depsgraph: Any, probes: Probes, due: bool = True
     ) -> PendingUpdates | None:
-        """Update `number` at the scene's present state; None while the sensor is switched off.
-        Raises AngenError."""
+        """Return update `number` in the present scene; None while the sensor is switched off.
+
+        Raise AngenError.
+        """
         read, frame = self.read(depsgraph, probes.edits), np.array([probes.frame])
         return next(
             self.pending(Dates.of(step, number, due), frame, [read], depsgraph, probes), None
         )
 
     def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
-        """Looks at a step between two updates. Raises AngenError."""
+        """Sense at a step between two updates. Raise AngenError."""
         number = self.schedule.last_update(step) + 1
         pending = self.take(number, step, depsgraph, probes, due=False)
         if pending is not None:
@@ -376,10 +393,19 @@ class SensorRunner:
         depsgraph: Any,
         probes: Probes,
     ) -> Iterator[PendingUpdates]:
-        """What the sensor asks of the scene at its dates (n,), which follow each other without a
-        gap: as one as long as it stays as it was read then. `reads` are (n,), or one for all;
-        `frames` (n,) tells which of those that the probes keep the dates are. Each is to be asked
-        for its readings before the next is made."""
+        """Yield the updates at successive steps, joined while parameters and pose stay.
+
+        Compute the readings of each before you take the next.
+
+        Parameters
+        ----------
+        dates
+            The steps (n,) of the updates.
+        frames
+            The index (n,) of each step's frame among the stored frames.
+        reads
+            Parameters and pose at each step (n,), or a single entry for all of them.
+        """
         changes = [None if read is None else read.change for read in reads]
         begins = [i for i in range(len(reads)) if i == 0 or changes[i] != changes[i - 1]]
         ends = [*begins[1:], len(dates.steps)]
@@ -418,17 +444,17 @@ class SensorRunner:
 def all_rays(
     sensor: Sensor, clock: Clock, depsgraph: Any, probes: Probes | None = None
 ) -> Trace | None:
-    """All rays that a sensor's model ever casts at the depsgraph's frame, update after update until
-    they repeat; of a light sensor the axes and corners of its views. None while it is switched off.
-    Its own readings go on as if nobody had looked.
+    """Return a trace with all rays that a sensor's model ever casts, at the depsgraph's frame.
 
-    Without `probes` nothing is cast: only those rays are listed, by the model's RAYS, as if nothing
-    was there. Raises AngenError.
+    The updates go on until the rays repeat. For a light sensor these are the axes and corners of
+    its views. Return None while the sensor is switched off. The readings of the sensor are not
+    affected. Without `probes` nothing is cast: the rays of RAYS queries are listed as if the scene
+    was empty. Raise AngenError.
     """
     apart, needs = SensorRunner(sensor, clock), CAST
     casts_views = probes is not None and sensor.kind.requires_light
     if probes is None:
-        # These have never looked at the scene.
+        # New probes, whose scene is empty.
         probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
     read, trace = apart.read(depsgraph, probes.edits), apart.trace
     if read is None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one generator behind the operator, the command line and the tests.
+"""The run over a range of frames, behind the operator, the command line and the tests.
 
-It brings the scene to frame after frame, lets the sensors that are due sense those that are kept,
-many at once, and records what they read. Who follows its progress may stop it or edit the scene.
+It evaluates frame after frame, lets the due sensors sense a batch of frames at once, and records
+their readings. It is a generator: its caller may stop it or edit the scene at each yield.
 """
 
 from __future__ import annotations
@@ -27,17 +27,31 @@ from .skipping import MovingScene, moving_scene
 from .stage import Agenda, Stage
 from .time_base import clock_of, evaluated_depsgraph
 
-# A picture of an update's few light paths takes as long as so many times the paths in a reference.
+# A light path of an update's picture takes as long as this many paths of a reference.
 COST_OF_FEW = 2
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: seconds of the scene done and in all, and the frame just sensed; what is
-    being done there, if it takes long. Of the `steps` until there, at which sensors sensed, the
-    scene was evaluated at `evaluated`: at the others it was as before. `moving`: why it had to be
-    at all of them, in words. `reference`: the share of the run's work that is the light's
-    reference, and `reference_done` what is traced of that."""
+    """The progress of a run.
+
+    Attributes
+    ----------
+    seconds_done, seconds_total
+        Time of the scene in seconds.
+    frame
+        The frame that was sensed last.
+    doing
+        A text on slow work at this frame, else empty.
+    steps, evaluated
+        The number of steps so far, and of those at which the scene was evaluated. At the others
+        nothing had changed.
+    moving
+        Why the scene had to be evaluated at every step, as a text; else empty.
+    reference, reference_done
+        The share of the work that is the light reference, and the share of the reference that is
+        done, 0 to 1.
+    """
 
     seconds_done: float
     seconds_total: float
@@ -58,8 +72,10 @@ class Progress:
 
 @dataclass(frozen=True)
 class Exchange:
-    """Before the whole frame `frame` of a run, `put` exchanges keys of the scene for others, with
-    which it stands at the frame before as it did with those."""
+    """An exchange of keys during a long run: `put` replaces keys before frame `frame`.
+
+    With the new keys, the scene at the frame before is as it was with the old keys.
+    """
 
     frame: int
     put: Callable[[], object]
@@ -76,16 +92,36 @@ def simulate(
     follow: Callable[[SensorRunner], object] | None = None,
     references: dict[Any, Any] | None = None,
 ) -> Generator[Progress, None, None]:
-    """Simulates whole frames `frame_start` … `frame_end` into `recording`, yielding progress.
+    """Simulate whole frames into a recording, and yield the progress.
 
-    `scene` is the scene of the present context; of `sensors`, those that can be sense. Other
-    sensors whose outputs drivers read sense too, and are not recorded. A run that is longer than
-    what the scene can hold the keys of has `exchanges`, after `frame_start`; `clock` tells its time
-    where that is not the scene's; `follow` is called after each sensor's readings were recorded,
-    with its runner, whose trace then keeps the last queries and answers. `references`: of the
-    light, from an earlier run of the same scene; the run adds to them.
-    The frame is put back at the end, also after an error or when the generator is closed early;
-    what was recorded until then stays. Raises AngenError.
+    The frame is restored at the end, also after an error or when the generator is closed early. The
+    readings until then stay in the recording. Other sensors whose outputs drivers read are
+    simulated too, but not recorded.
+
+    Parameters
+    ----------
+    scene
+        The scene of the present context.
+    sensors
+        The sensors to record; those that are switched off are left out.
+    frame_start, frame_end
+        The first and the last frame.
+    recording
+        The recording to fill.
+    exchanges
+        Exchanges of keys after `frame_start`, for a run longer than the keys that a scene can hold.
+    clock
+        The time base; by default that of the scene.
+    follow
+        Called with a runner after its readings were recorded. The runner's trace then keeps the
+        last queries and answers.
+    references
+        Light references of an earlier run of the same scene; the run adds to them.
+
+    Raises
+    ------
+    AngenError
+        If a sensor cannot be simulated.
     """
     sensors = simulated(sensors)
     check_names(sensors)
@@ -106,15 +142,17 @@ def simulate(
 
 
 def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
-    """The other sensors of the scene whose outputs drivers read: what `sensors` sense depends on
-    them."""
+    """Return the other sensors of the scene whose outputs drivers read.
+
+    The readings of `sensors` can depend on them.
+    """
     given = {sensor.uid for sensor in sensors}
     others = simulated(all_sensors(bpy.context.view_layer))
     return [s for s in state.read_by_drivers(others) if s.uid not in given]
 
 
 class _Run:
-    """The sensors of a scene from step `first` to `last`."""
+    """A run of the sensors of a scene from step `first` to `last`."""
 
     def __init__(
         self,
@@ -144,12 +182,12 @@ class _Run:
         self._reference, self._reference_done = self._share_of_reference(), 0.0
 
     def progress(self) -> Generator[Progress, None, None]:
-        """Does it."""
+        """Run, and yield the progress."""
         scene = self._scene
         frame_before, subframe_before = scene.frame_current, scene.frame_subframe
         handlers.ensure()
         state.CACHE.running = True
-        # Other code may change the scene at a frame in ways that Blender tells nobody.
+        # Other code may change the scene at a frame in ways that Blender does not report.
         alone = not handlers.others_follow_frames()
         removed = explained(
             "something that the run needs was removed during it", ReferenceError, raised=AngenError
@@ -175,7 +213,7 @@ class _Run:
             _put_back(scene, frame_before, subframe_before)
 
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
-        """When, from a frame on, and a passing scene of it."""
+        """Find when objects can move from a frame on, and make a temporary scene of them."""
         needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
         still = self._still = skipping.find(self._scene, needs, not alone)
         self._moving = still.why
@@ -191,13 +229,13 @@ class _Run:
     def _exchange(self, exchange: Exchange, stage: Stage, alone: bool, batches: bool) -> None:
         self._leave_moving_scene()
         exchange.put()
-        # What was edited must not be taken for what changes at a frame.
+        # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
         self._find_what_moves(exchange.frame, alone, batches)
         stage.begin_anew(self._moving_scene)
 
     def _resume(self, step: int, stage: Stage, alone: bool, batches: bool) -> None:
-        """After others had their turn at a step."""
+        """Continue after a yield, at which the caller may have edited the scene."""
         if stage.resume():
             self._leave_moving_scene()
             self._find_what_moves(self._frame(step), alone, batches)
@@ -224,7 +262,7 @@ class _Run:
                     for doing in stage.measure(alone):
                         if not doing and not stage.is_due:
                             continue
-                        # Whoever is told may undo: not while something is kept.
+                        # The caller may undo, so no stored frame may be left.
                         for ready in stage.sense(window, evaluated_depsgraph()):
                             self._record(ready, driven)
                         self._let_drivers_follow(driven)
@@ -234,13 +272,13 @@ class _Run:
                         self._note_reference(1.0)
                         self._record(lit, driven)
                     if stage.has_sensed_all:
-                        # Whoever is told may change the scene: not while something is kept of it.
+                        # The caller may change the scene, so no stored frame may be left.
                         self._recording.frame_end = min(self._frame(step), self._frame_end)
                         self._let_drivers_follow(driven)
                         yield self._at(step)
                         self._resume(step, stage, alone, batches)
             finally:
-                # Also where a sensor fails, or the user has seen enough: what was looked at counts.
+                # Also after an error or a cancel: frames that are stored count.
                 last = stage.last_step
                 for ready in stage.sense(window, evaluated_depsgraph()):
                     self._record(ready, driven)
@@ -252,8 +290,10 @@ class _Run:
                 self._resume(last, stage, alone, batches)
 
     def _let_drivers_follow(self, driven: bool) -> None:
-        """Evaluates what reads the outputs, before others have their turn: it is no edit, after
-        which all of the scene would be looked at again."""
+        """Evaluate what reads the outputs before the caller gets control.
+
+        So this evaluation does not count as an edit, which would make the run list all solids anew.
+        """
         if driven:
             state.CACHE.publishing = True
             try:
@@ -276,7 +316,7 @@ class _Run:
         self._reference_done = max(self._reference_done, done)
 
     def _share_of_reference(self) -> float:
-        """The share of the run's work that is the light's reference, estimated by light paths."""
+        """Estimate the share of the run's work that is the light reference, by light paths."""
         traced = reference = 0
         for runner in self._runners:
             if runner.sensor.kind.requires_light and runner.sensor.parameters.engine == "CYCLES":
@@ -288,7 +328,7 @@ class _Run:
         return reference / (reference + traced) if reference else 0.0
 
     def _record(self, pending: PendingUpdates, driven: bool) -> None:
-        """Records what was read, and lets drivers see it from the next frame on."""
+        """Record the readings, and write the outputs that drivers see from the next frame on."""
         sensor, readings, clock = pending.runner.sensor, pending.readings(), self._clock
         if not len(readings):
             return
@@ -304,19 +344,18 @@ class _Run:
 
 
 def _alike(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
-    """The steps, together with those that follow at which nothing changes, and whether anything may
-    have at the first."""
+    """Yield each group of steps without changes, and whether its first step is fresh."""
     for part in np.split(np.arange(len(steps)), np.flatnonzero(fresh)):
         if len(part):
             yield steps[part].tolist(), bool(fresh[part[0]])
 
 
 def _put_back(scene: Any, frame: int, subframe: float) -> None:
-    """The scene as it stood; the frame handler must stay quiet until then."""
+    """Restore the frame; handlers must do nothing until then."""
     try:
         scene.frame_set(frame, subframe=subframe)
     except ReferenceError:
-        # Another file was opened: there is nothing to put back.
+        # Another file was opened: the scene is gone.
         pass
     finally:
         state.CACHE.running = False
@@ -324,8 +363,10 @@ def _put_back(scene: Any, frame: int, subframe: float) -> None:
 
 @contextmanager
 def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
-    """Where drivers read the sensors' outputs, these start idle, whatever the playhead showed,
-    and are put back at the end. Yields whether drivers read them."""
+    """Set outputs that drivers read to idle, and restore them at the end.
+
+    Yield whether drivers read them.
+    """
     if not state.are_driven():
         yield False
         return

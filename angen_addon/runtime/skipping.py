@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When nothing that sensors read can change, so that the scene need not be evaluated anew.
+"""Finds the steps at which nothing that sensors read can change, to skip their evaluation.
 
-What keys and strips do is told from them. What else can change with time (drivers on the frame,
-physics, simulation zones, films …), and what is not known here, keeps every frame from being
-skipped, with the reason in words.
+The times of changes come from keys and NLA strips. Anything else that can change with time keeps
+every frame from being skipped: drivers on the frame, physics, simulation zones, films, and what is
+not known here. The reason is given as a text.
 
-Beside it stand two ways to sense cheaply: a temporary scene of what moves (`MovingScene`), and pads
-whose forces hold while nothing moves (`Pads`).
+Two more ways to save time are here: a temporary scene of the moving objects (`MovingScene`), and
+pads whose forces hold while nothing moves (`Pads`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from . import state
 from .probes import Probes
 from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
 
-# What sensors need of the scene that do not notice SHADING, unless a driver does.
+# Quantities that do not depend on SHADING, unless a driver reads it.
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
 # Spans (n, 2) of time.
 NEVER = np.empty((0, 2))
@@ -46,9 +46,19 @@ NEAR_A_KEY = 1e-3
 
 @dataclass(frozen=True)
 class Stillness:
-    """`busy` (n, 2): spans of time in which something may change, in order and apart, as F-curves
-    count time; `reasons`: why nothing can be skipped, in words; `stretch`: frames of theirs in one
-    of the scene (Time Stretching); `timed`: whether anything but keys may follow the frame."""
+    """The spans of time in which something may change.
+
+    Attributes
+    ----------
+    busy
+        The spans (n, 2), in order and without overlaps, in the time of F-curves.
+    reasons
+        Why nothing can be skipped, as texts.
+    stretch
+        The time of F-curves for each frame of the scene (time stretching).
+    timed
+        Whether anything but keys may follow the frame.
+    """
 
     busy: Array
     reasons: tuple[str, ...] = ()
@@ -57,14 +67,16 @@ class Stillness:
 
     @property
     def why(self) -> str:
-        """The first of the reasons, and how many more there are; empty where there is none."""
+        """The first reason and the number of further reasons, as a text; empty if there is none."""
         more = len(self.reasons) - 1
         return "".join(self.reasons[:1]) + (f" (and {more} more)" if more > 0 else "")
 
     def fresh(self, frames: Any, subframes: Any = 0.0) -> np.typing.NDArray[np.bool_]:
-        """Of moments (n,) in order, each a frame and a part of one: at which of them something may
-        be otherwise than at the one before. The first is one of them."""
-        # As Blender works the time out, in single precision.
+        """Return at which frames (n,) something may differ from the frame before, as booleans (n,).
+
+        The frames ascend, with their `subframes` (n,) from 0 to 1. The first is always fresh.
+        """
+        # Blender computes the time in single precision.
         times = np.asarray(frames, np.float32) + np.asarray(subframes, np.float32)
         times = (times * np.float32(self.stretch)).astype(np.float64)
         if self.reasons:
@@ -75,8 +87,10 @@ class Stillness:
 
 
 def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillness:
-    """When nothing can change in a scene that is run, of what sensors read that have such `needs`;
-    `others_act`: other code has handlers that may change anything at any frame."""
+    """Return when something that sensors with these `needs` read can change.
+
+    `others_act` says that other code has handlers, which may change anything at any frame.
+    """
     owners = [owner for owner in all_animated() if _is_evaluated(owner, scene)]
     shading = not BLIND_TO_SHADING.issuperset(needs) or any(
         isinstance(target.id, SHADING)
@@ -111,8 +125,11 @@ def _is_evaluated(owner: Any, scene: Any) -> bool:
 
 
 def _counts(owner: Any, curve: Any, shading: bool) -> bool:
-    """Whether sensors can read what a curve or driver sets. How warm a material is, is not of its
-    shading; what sensors say, nobody reads (see `outputs.are_driven`)."""
+    """Whether a curve or driver sets something that sensors can read.
+
+    The warmth of a material does not count as its shading. The outputs of sensors do not count
+    unless drivers read them (`state.are_driven`).
+    """
     if shading:
         return True
     if isinstance(owner, SHADING):
@@ -121,14 +138,14 @@ def _counts(owner: Any, curve: Any, shading: bool) -> bool:
 
 
 def _spans_of(owner: Any, shading: bool) -> Array:
-    """Where keys and strips of a datablock may change something."""
+    """Return the spans in which keys and strips may change a datablock."""
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in found if _counts(owner, curve, shading)]
     parts = [_curve_spans(curve) for curve in curves]
     tracks = animation.nla_tracks
     if len(tracks):
-        # The action is one of the strips then: it may have no effect before its keys and after.
+        # The action then acts as a strip, which may have no effect before and after its keys.
         playing = [s for track in tracks if track.is_solo or not track.mute for s in track.strips]
         parts += [_strip_spans(playing), *(_reach(curve) for curve in found)]
     if animation.use_tweak_mode:
@@ -156,7 +173,7 @@ def _of_drivers(owners: Iterable[Any], shading: bool) -> Iterator[str]:
 
 
 def _curve_spans(curve: Any) -> Array:
-    """Spans (n, 2) in which an F-curve may change its value."""
+    """Return the spans (n, 2) in which an F-curve may change its value."""
     if curve.mute:
         return NEVER
     count = len(curve.keyframe_points)
@@ -179,8 +196,11 @@ def _curve_spans(curve: Any) -> Array:
 
 
 def _key_spans(keys: Any, into: Any, out_of: Any, kinds: Any) -> Array:
-    """Of keys (n, 2), with the heights (n − 1,) of the handles that end and begin each segment,
-    and how it is interpolated."""
+    """Return the spans (m, 2) in which keys may change a value.
+
+    `keys` are (n, 2). `into` and `out_of` (n − 1,) are the heights of the handles that end and
+    begin each segment, and `kinds` (n − 1,) are the interpolations.
+    """
     times, values = keys[:, 0].astype(np.float64), keys[:, 1]
     lengths = np.diff(times)
     if not (np.isfinite(times).all() and (lengths >= 0.0).all()):
@@ -197,7 +217,7 @@ def _key_spans(keys: Any, into: Any, out_of: Any, kinds: Any) -> Array:
 
 
 def _strip_spans(strips: Any) -> Array:
-    """Spans of strips of the NLA, which hold what they end with, or nothing."""
+    """Return the spans of NLA strips, outside of which a strip holds its value or has no effect."""
     playing = [strip for strip in strips if not strip.mute]
     if any(s.use_animated_influence or s.use_animated_time or s.modifiers for s in playing):
         return ALWAYS
@@ -206,7 +226,7 @@ def _strip_spans(strips: Any) -> Array:
 
 
 def _reach(curve: Any) -> Array:
-    """A span around all keys of an F-curve: where an action that is one of several strips acts."""
+    """Return a span around all keys of an F-curve, in which an action acts beside NLA strips."""
     points = curve.keyframe_points
     if not len(points):
         return NEVER
@@ -214,7 +234,7 @@ def _reach(curve: Any) -> Array:
 
 
 def _joined(parts: Sequence[Array]) -> Array:
-    """The same spans in order, without overlaps."""
+    """Return the spans in order, without overlaps."""
     spans = np.concatenate([NEVER, *parts])
     if not len(spans):
         return NEVER
@@ -224,17 +244,17 @@ def _joined(parts: Sequence[Array]) -> Array:
     return np.stack([spans[first, 0], reached[np.append(first[1:], len(spans)) - 1]], axis=1)
 
 
-# A passing scene of what moves alone: its frames take Blender half the time of the user's own, and
-# are the same to the bit where nothing can look at the scene that it is in.
+# A temporary scene of the moving objects alone: Blender evaluates its frames in half the time. The
+# poses are the same to the bit if no object depends on its scene.
 
-# Of the scene, what the time of its frames depends on.
+# Settings of the scene that decide the time of its frames.
 TIME = ("fps", "fps_base", "frame_map_old", "frame_map_new")
-# Less of the scene at rest is not worth a scene of its own.
+# With fewer objects at rest, a second scene saves no time.
 LEAST_OBJECTS = 20
 
 
 class MovingScene:
-    """To be asked for a frame (`go`) in place of the user's scene, and to be closed."""
+    """A temporary scene of the moving objects, evaluated in place of the user's scene."""
 
     def __init__(self, scene: Any, objects: Sequence[Any]) -> None:
         self._scene = bpy.data.scenes.new(".angen_moving")
@@ -243,22 +263,22 @@ class MovingScene:
             setattr(self._scene.render, name, getattr(scene.render, name))
         for obj in objects:
             self._scene.collection.objects.link(obj)
-        # The first time all of it is new: nobody is to take that for what changes at a frame.
-        heard = list(bpy.app.handlers.frame_change_post)
+        # The first evaluation updates every object, which handlers must not see as changes.
+        handlers = list(bpy.app.handlers.frame_change_post)
         bpy.app.handlers.frame_change_post.clear()
         try:
             self.go(scene.frame_current, 0.0)
         finally:
-            bpy.app.handlers.frame_change_post.extend(heard)
+            bpy.app.handlers.frame_change_post.extend(handlers)
 
     def go(self, frame: int, subframe: float) -> Any:
-        """Evaluates it; returns its depsgraph."""
+        """Evaluate the scene at a frame, and return its depsgraph."""
         self._scene.frame_set(frame, subframe=subframe)
         return self._scene.view_layers[0].depsgraph
 
     def close(self) -> None:
-        """Removes it from the file."""
-        # Undo, or another file, may have taken it away.
+        """Remove the scene from the file."""
+        # Undo, or another file, may have removed it.
         with suppress(ReferenceError):
             # Blender 4.3 without windows crashes where a scene is removed by itself.
             bpy.data.batch_remove([self._scene])
@@ -267,15 +287,17 @@ class MovingScene:
 def moving_scene(
     scene: Any, runners: Sequence[SensorRunner], kept: set[str], still: Stillness, first: int
 ) -> MovingScene | None:
-    """One for a run that begins at frame `first`, and that keeps of frames what is `kept`; None
-    where something in the scene may depend on more than what its objects hang on, or little is
-    gained: light is asked of the scene itself."""
+    """Return a scene of the moving objects for a run that begins at frame `first`.
+
+    Return None if the result could differ from the user's scene, or if little time is saved. `kept`
+    names the quantities that are stored by frame; light is always measured in the user's scene.
+    """
     keeping = [r for r in runners if set(r.sensor.kind.needs) <= kept]
     if not keeping or still.timed or not _stands_alone(scene, keeping):
         return None
     moved = _moved(scene, first)
     view_layer = bpy.context.view_layer
-    # Blender may not name what is hidden at the time, although it comes later.
+    # Blender may not report an object that is hidden now and shown later.
     shown = [
         obj for obj in view_layer.objects if obj and (obj in moved or may_set(obj, "hide_viewport"))
     ]
@@ -285,8 +307,7 @@ def moving_scene(
 
 
 def _stands_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
-    """Whether neither physics nor drivers, instances, visibility or moving sensors look at the
-    whole scene."""
+    """Whether no physics, driver, instance or moving sensor depends on the whole scene."""
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
     if not all(runner.steady for runner in keeping):
@@ -297,8 +318,7 @@ def _stands_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
 
 
 def _looks_around(obj: Any) -> bool:
-    """Whether what is made of an object may hold instances, or depend on its scene: metaballs join
-    with others there."""
+    """Whether an object may hold instances or depend on its scene, as metaballs join there."""
     return (
         obj.type == "META"
         or obj.is_instancer
@@ -307,7 +327,7 @@ def _looks_around(obj: Any) -> bool:
 
 
 def _moved(scene: Any, first: int) -> set[Any]:
-    """The objects that can change: Blender names all of them at any change of frame."""
+    """Return the objects that can change, which Blender reports at any change of frame."""
     found: set[Any] = set()
 
     def note(changed: Any, depsgraph: Any) -> None:
@@ -315,7 +335,7 @@ def _moved(scene: Any, first: int) -> set[Any]:
             ids = (update.id.original for update in depsgraph.updates)
             found.update(i for i in ids if isinstance(i, bpy.types.Object))
 
-    # What is new or was edited is named too: that comes first.
+    # Blender also reports new and edited objects, but only once: evaluate before listening.
     scene.frame_set(first)
     bpy.app.handlers.frame_change_post.append(note)
     try:
@@ -326,19 +346,29 @@ def _moved(scene: Any, first: int) -> set[Any]:
     return found
 
 
-# Pads in a run: their forces are worked out at frames at which the scene moves, and hold at all
-# others.
+# Pads in a run: forces are computed at frames at which the scene moves, and hold at all others.
 
-# What tells the scene at one frame from that at others.
+# Identifies the state of the scene at a frame.
 State = tuple[int, ...]
 
 
 @dataclass
 class _Pad:
-    """What is known of a pad, by whole frames as steps: the `states` of the scene at the last steps
-    at which the motion was needed, what tells the forces at those at which it is due, and at which
-    of these they are to be worked out (`asked`); the `forces` that are known; and the updates that
-    wait for the frame after theirs."""
+    """A pad in a run, with its forces by the state of the scene.
+
+    Attributes
+    ----------
+    states
+        The state of the scene by step, at the last steps at which the motion was needed.
+    due
+        The state that decides the forces, by the step of an update.
+    asked
+        The steps at which forces have to be computed, with their states.
+    forces
+        The computed forces by state.
+    waiting
+        The updates that wait for the next frame.
+    """
 
     runner: SensorRunner
     states: dict[int, State] = field(default_factory=dict)
@@ -349,11 +379,11 @@ class _Pad:
 
     @property
     def size(self) -> int:
-        """Steps in a frame."""
+        """The number of steps in a frame."""
         return self.runner.clock.substeps
 
     def note_due(self, steps: Iterable[int]) -> None:
-        """Takes down frames at which the forces will be asked for."""
+        """Note the steps at which the forces are queried later."""
         for step in steps:
             near = [self.states.get(step + self.size * i) for i in (-1, 0, 1)]
             still = near[0] is not None and near[0] == near[1] == near[2]
@@ -362,7 +392,7 @@ class _Pad:
                 self.asked[step] = state
 
     def ready(self) -> Iterator[tuple[Dates, list[Read | None]]]:
-        """The updates whose forces are known."""
+        """Yield the updates whose forces are computed."""
         waiting, self.waiting = self.waiting, []
         for dates, reads in waiting:
             known = [self.state_at(step) in self.forces for step in dates.steps.tolist()]
@@ -377,13 +407,13 @@ class _Pad:
         return self.due.get(step - step % self.size)
 
     def known(self, dates: Dates) -> dict[int, PadForces]:
-        """The forces at updates that are ready, by the frame."""
+        """Return the computed forces of updates, by whole frame."""
         clock, steps = self.runner.clock, dates.steps.tolist()
         found = {step: self.forces[self.due[step - step % self.size]] for step in steps}
         return {clock.frame_and_subframe(step)[0]: forces for step, forces in found.items()}
 
     def forget(self) -> None:
-        """What is not needed for updates to come, but what held last."""
+        """Forget what later updates do not need, except the last forces."""
         self.states = {step: self.states[step] for step in sorted(self.states)[-2:]}
         first = min((dates.steps[0] for dates, _ in self.waiting), default=max(self.due, default=0))
         self.due = {step: state for step, state in self.due.items() if step >= first - self.size}
@@ -393,7 +423,7 @@ class _Pad:
 
 
 class Pads:
-    """The pads among the sensors of a run, whose probes tell the forces."""
+    """The pads among the sensors of a run, whose forces come from the probes."""
 
     def __init__(self, runners: Sequence[SensorRunner], clock: Clock, probes: Probes) -> None:
         self._pads = {r: _Pad(r) for r in runners if r.sensor.kind.requires_forces}
@@ -401,15 +431,25 @@ class Pads:
         self._clock = clock
 
     def wait(self, runner: SensorRunner, dates: Dates, reads: list[Read | None]) -> None:
-        """Updates to be sensed, with what was read of the pad at each."""
+        """Add updates of a pad, with its parameters and pose at each."""
         self._pads[runner].waiting.append((dates, reads))
 
     def sense(
         self, steps: Index, frames: Index, due: dict[SensorRunner, Index], depsgraph: Any
     ) -> Iterator[PendingUpdates]:
-        """The updates whose next frame has come. Of the `steps` (n,) at which the motion is needed,
-        whole frames, `frames` (n,) tells which of those that the probes keep they are; at which of
-        them pads are `due`."""
+        """Yield the updates of pads whose next frame is evaluated.
+
+        Parameters
+        ----------
+        steps
+            The steps (n,) of whole frames at which the motion is needed.
+        frames
+            The index (n,) of each step's frame among the stored frames.
+        due
+            The steps at which each pad is due.
+        depsgraph
+            The evaluated depsgraph of the last frame.
+        """
         needed = set(steps[-2:].tolist())
         syncs = self._probes.caster.solids.syncs
         states = {s: (syncs, f) for s, f in zip(steps.tolist(), frames.tolist(), strict=True)}
@@ -429,7 +469,7 @@ class Pads:
             pad.forget()
 
     def _look(self, step: int, frame: int, depsgraph: Any) -> None:
-        """Looks at the motion at a step, and works out the forces at the frame before."""
+        """Read the motion at a step, and compute the forces at the frame before."""
         due = [pad.runner.sensor for pad in self._pads.values() if step in pad.asked]
         whole = self._clock.frame_and_subframe(step)[0]
         self._probes.show(frame)

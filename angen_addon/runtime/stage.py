@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The steps of a run (`Agenda`), and the scene at them (`Stage`): it is evaluated, what sensors
-need of each frame is stored, and the sensors that are due sense a batch of frames at once.
+"""The steps of a run (`Agenda`), and the scene and the sensors at these steps (`Stage`).
+
+The stage evaluates the scene at a step and stores what the sensors need of the frame. The due
+sensors then sense a batch of frames at once.
 """
 
 from __future__ import annotations
@@ -27,22 +29,35 @@ from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
 from .skipping import MovingScene, Pads, Stillness
 from .time_base import clock_of, evaluated_depsgraph
 
-# Which steps of the clock a run looks at, and which sensors are due there.
+# The steps of a run, and the sensors due at them.
 
-# What is kept of frames in any scene, so that models can be answered later.
+# Quantities that are stored by frame in any scene, so that queries can be answered later.
 KEPT = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
-# Parts of data paths whose values a weight depends on, beside places and shapes.
+# Parts of data paths that a weight depends on, beside poses and shapes.
 WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
-# Steps that are planned at once, to bound memory.
+# Number of steps in a window, to bound memory.
 WINDOW = 1 << 13
 
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of a run that begins with the step `begin`: the `steps` (n,) to evaluate, in order;
-    those that are `looked` at; the sensors' dates in it; the whole frames (m,) at which the motion
-    is needed, as steps, and those of them at which each pad is due; and by step the sensors that
-    must be read there."""
+    """A part of a run that begins with the step `begin`.
+
+    Attributes
+    ----------
+    steps
+        The steps (n,) to evaluate, in order.
+    looked
+        The steps at which sensors sense; at the others the scene is only evaluated.
+    dates
+        The steps of each sensor.
+    motion
+        The steps (m,) of the whole frames at which the motion is needed.
+    pads
+        The steps among them at which each pad is due.
+    read
+        The sensors whose parameters and pose must be read at a step, by step.
+    """
 
     begin: int
     steps: Index
@@ -54,9 +69,12 @@ class Window:
 
 
 class Agenda:
-    """The steps of a run from `first` to `last`: those of the updates, those between that a sensor
-    watches, the frames beside where one needs the motion, and no other, unless the scene holds what
-    must be stepped through frame by frame from its start."""
+    """The steps of a run from `first` to `last`.
+
+    These are the steps of updates, the steps between that a sensor watches, and frames beside an
+    update that needs the motion. A scene with physics is stepped through frame by frame from its
+    start.
+    """
 
     def __init__(
         self, scene: Any, runners: Sequence[SensorRunner], clock: Clock, first: int, last: int
@@ -67,7 +85,7 @@ class Agenda:
         self._frame_start = clock.frame_start
         self._until: Index = np.zeros(0, np.intp)
         self._from: int | None = None
-        # What is kept of frames; all else of the scene is looked for in it, at its frame.
+        # Quantities that are stored by frame; all others are read from the scene at its frame.
         self.kept = KEPT | ({FORCES} if _weights_stay(scene) else set())
         starts = frames_to_step_from(scene)
         if starts:
@@ -75,14 +93,19 @@ class Agenda:
 
     @property
     def allows_batches(self) -> bool:
-        """Whether frames may be kept: any may be gone back to, and no pad must be read at its
-        own."""
+        """Whether frames can be stored and sensed later.
+
+        They cannot if the scene must be stepped through in order, or if a pad must be read at its
+        frame.
+        """
         pads = any(runner.sensor.kind.requires_forces for runner in self._runners)
         return self._from is None and (not pads or FORCES in self.kept)
 
     def windows(self, cuts: Iterable[int] = ()) -> Iterator[Window]:
-        """All of it, a stretch of time after the other; one begins at each of the steps `cuts`, and
-        its first step is looked at anew."""
+        """Yield all parts of the run in order.
+
+        One begins at each step in `cuts`, and its first step counts as fresh.
+        """
         substeps = self._substeps
         begin, end = self._first - self._first % substeps, self._last + 1
         if any(runner.sensor.kind.requires_forces for runner in self._runners):
@@ -97,7 +120,7 @@ class Agenda:
             yield self._window(start, stop)
 
     def fresh(self, window: Window, still: Stillness) -> NDArray[np.bool_]:
-        """At which of the window's steps (n,) anything may be otherwise than at the step before."""
+        """Return at which of the window's steps (n,) something may differ from the step before."""
         last, self._until = self._until, window.steps[-1:]
         steps = np.concatenate([last, window.steps])
         if not len(steps):
@@ -106,7 +129,7 @@ class Agenda:
         return still.fresh(frames, parts / self._substeps)[len(last) :]
 
     def _window(self, begin: int, end: int) -> Window:
-        """The steps from `begin` to before `end`."""
+        """Return the part of the run from `begin` to before `end`."""
         dates = [self._dates(runner, begin, end - 1) for runner in self._runners]
         parts = [own.steps for own in dates]
         motion: list[Index] = []
@@ -119,7 +142,7 @@ class Agenda:
             if not (runner.steady and set(runner.sensor.kind.needs) <= self.kept):
                 for step in own.steps.tolist():
                     read.setdefault(step, []).append(runner)
-        # Before time begins nobody looks at the motion.
+        # No sensor senses before step 0.
         parts += [steps[steps >= 0] for steps in motion]
         looked: Container[int] = range(begin, end)
         if self._from is not None:
@@ -133,14 +156,13 @@ class Agenda:
         return Window(begin, steps, looked, every, moved, pads, read)
 
     def _frames_moved(self, runner: SensorRunner, begin: int, end: int) -> Index:
-        """The whole frames, as steps, of the updates in a window and just outside of it."""
+        """Return the steps of whole frames with updates in a window, or close to it."""
         first, last = max(begin - 2 * self._substeps, self._first), end + 2 * self._substeps
         steps = runner.schedule.between(first, min(last, self._last))[1]
         return np.unique(steps - steps % self._substeps)
 
     def _dates(self, runner: SensorRunner, first: int, last: int) -> Dates:
-        """The updates from step `first` to `last`; and the steps between two, where the sensor
-        watches."""
+        """Return a sensor's steps from `first` to `last`, also between updates if it watches."""
         schedule = runner.schedule
         first, last = max(first, self._first), min(last, self._last)
         numbers, steps = schedule.between(first, last)
@@ -157,23 +179,27 @@ class Agenda:
 
 
 def _weights_stay(scene: Any) -> bool:
-    """Whether forces on pads change with places and shapes alone: the scene has no rigid bodies,
-    and nothing animates a mass or gravity."""
+    """Whether forces on pads depend on poses and shapes alone.
+
+    Then the scene has no rigid bodies, and no mass and no gravity is animated.
+    """
     return scene.rigidbody_world is None and not any(
         may_set(owner, *WEIGHT) for owner in all_animated()
     )
 
 
-# s: so often at least what is kept is sensed, so that a run tells how far it is.
-TELL_EVERY = 0.25
+# s: stored frames are sensed at least this often, so that the run can yield its progress.
+PROGRESS_INTERVAL = 0.25
 
 
 @dataclass
 class FrameBatch:
-    """Frames that the probes store until the sensors sense them. Frame i is the scene from
-    `steps[i]` until the next of the steps, the newest until the step `last`. `reads`: parameters
-    and pose, by runner and frame, of sensors that change from frame to frame. `since`: the start of
-    the batch by `time.monotonic`, s."""
+    """Frames that the probes store until the sensors sense them.
+
+    Frame i is the scene from `steps[i]` until before the next of the steps; the newest frame lasts
+    until the step `last`. `reads` has parameters and pose by runner and frame, for sensors that
+    change from frame to frame. `since` is the start of the batch by `time.monotonic`, in seconds.
+    """
 
     steps: list[int] = field(default_factory=list)
     last: int = -1
@@ -181,24 +207,26 @@ class FrameBatch:
     since: float = field(default_factory=time.monotonic)
 
     def frames(self, steps: Index) -> Index:
-        """The frames (n,) at these steps (n,)."""
+        """Return the index (n,) of the stored frame at each step (n,)."""
         return np.searchsorted(np.array(self.steps), steps, side="right") - 1
 
     def part(self, steps: Index) -> Index:
-        """Those of the ascending steps (n,) that are in the batch."""
+        """Return the steps in the batch, out of ascending steps (n,)."""
         return steps[slice(*np.searchsorted(steps, (self.steps[0], self.last + 1)))]
 
     def reads_of(self, runner: SensorRunner, frames: Index) -> list[Read | None] | None:
-        """Parameters and poses of a sensor at frames (n,); None for one that does not change."""
+        """Return parameters and poses of a sensor at frames (n,); None if they do not change."""
         if (runner, int(frames[0])) not in self.reads:
             return None
         return [self.reads[runner, frame] for frame in frames.tolist()]
 
 
 class Stage:
-    """Sensors of a scene and the probes that read the scene for them. `lit`: updates of light
-    sensors whose light is not measured yet. `batches`: whether frames may be stored and sensed
-    later, many at once."""
+    """The sensors of a scene, and the probes that read the scene for them.
+
+    `lit` has the updates of light sensors whose light is not measured yet. With `batches`, frames
+    are stored and sensed later, many at once.
+    """
 
     def __init__(
         self,
@@ -210,7 +238,7 @@ class Stage:
         self.scene = scene
         self.runners = list(runners)
         self._clock = runners[0].clock if runners else clock_of(scene)
-        # What was edited before must not be taken for what changes at a frame.
+        # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
         self.probes = Probes(scene)
         self.probes.serve(runner.sensor for runner in runners)
@@ -226,42 +254,46 @@ class Stage:
 
     @property
     def has_sensed_all(self) -> bool:
-        """Whether nothing is kept that was not sensed yet."""
+        """Whether no stored frame waits to be sensed."""
         return not self._batch.steps
 
     @property
     def is_due(self) -> bool:
-        """Whether it is time to sense what is kept, and to tell how far the run is."""
-        return not self._batches or time.monotonic() - self._batch.since > TELL_EVERY
+        """Whether it is time to sense the stored frames and to yield the progress."""
+        return not self._batches or time.monotonic() - self._batch.since > PROGRESS_INTERVAL
 
     @property
     def last_step(self) -> int | None:
-        """The last of the steps that are kept; None where there is none."""
+        """The last step of the stored frames; None if no frame is stored."""
         return self._batch.last if self._batch.steps else None
 
     def resume(self) -> bool:
-        """Others had their turn, and may have edited the scene. Returns whether what moves has to
-        be found anew, for `begin_anew`: it may be something else now."""
-        # What was edited must not be taken for what changes at a frame.
+        """Continue after a yield, at which the caller may have edited the scene.
+
+        Return whether the moving objects must be found anew, for `begin_anew`.
+        """
+        # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
         self.probes.note_edits()
         return self._moving is not None and self.probes.must_list
 
     def begin_anew(self, moving: MovingScene | None) -> None:
-        """The scene was edited while nothing was kept: other things move now."""
+        """Use another scene of moving objects after an edit; no frame may be stored."""
         self.probes.note_edits()
         self._moving = moving if self._batches else None
 
     def go(self, step: int) -> Any:
-        """Evaluates the scene at a step; returns the depsgraph."""
+        """Evaluate the scene at a step, and return the depsgraph."""
         frame, subframe = self._clock.frame_and_subframe(step)
         self.scene.frame_set(frame, subframe=subframe)
         return evaluated_depsgraph()
 
     def visit(self, window: Window, steps: list[int], fresh: bool) -> Iterator[PendingUpdates]:
-        """Brings the scene to the first of some steps, at the others of which it is the same, and
-        takes down what is asked of it there; where it is not `fresh`, it is as at the step before.
-        Yields what can be read by then; what light sensors ask is in `lit`. Raises AngenError."""
+        """Evaluate the scene at steps between which nothing changes, and store the frame.
+
+        Yield the updates whose readings can be computed by then; those of light sensors go to
+        `lit`. Without `fresh`, the scene is as at the step before. Raise AngenError.
+        """
         looked = [step for step in steps if step in window.looked]
         depsgraph, watched, is_whole = self._evaluate(window, steps[0], looked, fresh)
         if not looked:
@@ -270,10 +302,10 @@ class Stage:
             self.probes.look(depsgraph, None)
         elif not self.probes.keep(watched):
             if not self.has_sensed_all:
-                # Things came or went: what was before is sensed while it is still there.
+                # Objects came or went: sense the stored frames while their solids are listed.
                 yield from self.sense(window, self.go(self._batch.last))
                 is_whole = False
-            # What comes is not among what stood at an earlier frame.
+            # New objects are not in the scene at the earlier frame.
             depsgraph = depsgraph if is_whole else self.go(steps[0])
             self.probes.keep_first(depsgraph, watched)
         before = self._batch.last
@@ -282,7 +314,7 @@ class Stage:
         try:
             self._take_down(window, looked, depsgraph)
         except AngenError:
-            # Those before can be sensed nevertheless.
+            # The frames stored before can still be sensed.
             self._batch.steps.pop()
             self._batch.last = before
             raise
@@ -292,8 +324,11 @@ class Stage:
     def _evaluate(
         self, window: Window, step: int, looked: list[int], fresh: bool
     ) -> tuple[Any, Any, bool]:
-        """Brings the scene to a step, or if nothing more is asked there only what moves: the
-        scene's depsgraph, that whose frames are kept, and whether the scene is at the step."""
+        """Evaluate the scene at a step, or only the moving objects if no sensor is read there.
+
+        Return the depsgraph of the scene, the depsgraph from which frames are stored, and whether
+        the scene is at the step.
+        """
         is_read = any(at in window.read for at in looked)
         self.probes.expect_light(is_read)
         if self._moving is None:
@@ -301,12 +336,12 @@ class Stage:
             return depsgraph, depsgraph, True
         whole = is_read or not self.probes.follows
         depsgraph = self.go(step) if whole else evaluated_depsgraph()
-        # The scene itself has told of what light depends on.
+        # Light depends on the user's scene, not on the scene of moving objects.
         self.probes.expect_light(False)
         return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step)), whole
 
     def _take_down(self, window: Window, looked: list[int], depsgraph: Any) -> None:
-        """What must be read at the steps themselves, at all of which the scene is the same."""
+        """Read the sensors that must be read at these steps, between which nothing changes."""
         frame = len(self._batch.steps) - 1
         for runner in {r: None for step in looked for r in window.read.get(step, ())}:
             read = runner.read(depsgraph, self.probes.edits)
@@ -317,8 +352,10 @@ class Stage:
                 self.lit.extend(runner.pending(dates, frames, [read], depsgraph, self.probes))
 
     def sense(self, window: Window, depsgraph: Any) -> Iterator[PendingUpdates]:
-        """Yields the updates at the steps of the batch and begins the next batch. The caller asks
-        each for its readings before it takes the next."""
+        """Yield the updates at the steps of the batch, and begin the next batch.
+
+        Compute the readings of each update before you take the next.
+        """
         batch, self._batch = self._batch, FrameBatch()
         if not batch.steps:
             return
@@ -341,13 +378,15 @@ class Stage:
             yield from self._pads.sense(moved, batch.frames(moved), pads, depsgraph)
 
     def measure(self, alone: bool) -> Iterator[str]:
-        """Measures the light that is asked for; yields before each picture, in words what takes
-        long. Whoever lets others have their turn there senses first what is kept. `alone`: nothing
-        but frames will change until the end. Raises AngenError."""
-        # Of one that is due at several steps at which the scene is the same, the same is asked.
+        """Measure the requested light; yield a text before each picture that takes long.
+
+        A caller that yields in turn must call `sense` before. `alone` says that nothing but the
+        frame changes until the end of the run. Raise AngenError.
+        """
+        # A sensor that is due at several steps without changes has one request.
         asked = {p.request.name: p.request for p in self.lit if p.request is not None}
         if asked:
-            # A picture of the light makes Blender evaluate the scene anew: it comes last.
+            # To render light, Blender evaluates the scene anew: this comes last.
             view_layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
             what = self.scene, view_layer, depsgraph, [*asked.values()]
             found = yield from self.probes.measure(*what, alone)
@@ -355,10 +394,10 @@ class Stage:
                 pending.give_light(found)
 
     def take_lit(self) -> list[PendingUpdates]:
-        """The updates of light sensors whose light was measured."""
+        """Return the updates of light sensors whose light was measured, and forget them here."""
         lit, self.lit = self.lit, []
         return lit
 
     def close(self) -> None:
-        """Removes from the file what was kept there."""
+        """Remove the temporary data of the probes from the file."""
         self.probes.close()

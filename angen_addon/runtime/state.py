@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the add-on keeps in memory between calls: one object, emptied by file load. Recordings
-outlive undo, as long as the scene is, or is again, the one that they were made of. And the outputs
-`active` and `value`, which panels show and drivers read.
+"""The state of the add-on in memory (`CACHE`), and the outputs `active` and `value` of sensors.
+
+The cache is emptied when a file is loaded. Recordings remain after undo, which can make them stale
+or fresh again. Panels show the outputs, and drivers read them.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ VALUE_PATH = "angen_sensor.value"
 
 
 def show(sensor: Sensor, active: bool, value: float) -> bool:
-    """Writes the outputs where they differ, so that drivers see them; True if `active` changed.
+    """Write the outputs if they differ, so that drivers see them; return whether `active` changed.
 
-    Keyed outputs are left alone: their keys say what they are; so are those of sensors in
-    collection instances, which have one object between them. In a frame change Blender
-    evaluates what is tagged here before it goes on, and tells nobody. A rigid body is never tagged,
-    so that its drivers do not follow: Blender would take it for moved and drop the simulation.
+    Outputs with keys are left alone. So are those of sensors in collection instances, all of which
+    share one object. In a frame change, Blender evaluates what is tagged here before it goes on,
+    and reports nothing. A rigid body is never tagged, so that its drivers do not follow: Blender
+    would take it for moved and drop the simulation.
     """
     settings = sensor.settings
     changed = settings.active != active
@@ -47,7 +48,7 @@ def show(sensor: Sensor, active: bool, value: float) -> bool:
 
 
 def show_recorded(recording: Recording, sensors: Iterable[Sensor], frame: float) -> None:
-    """Shows what was recorded at or before `frame`."""
+    """Write the outputs that were recorded at or before `frame`."""
     tracks = {track.uid: track for track in recording.tracks.values()}
     for sensor in sensors:
         track = tracks.get(sensor.uid)
@@ -57,19 +58,21 @@ def show_recorded(recording: Recording, sensors: Iterable[Sensor], frame: float)
 
 
 def output_curves(obj: Any) -> list[Any]:
-    """The F-curves that set the outputs."""
+    """Return the F-curves that set the outputs of an object."""
     return curves(obj, {ACTIVE_PATH, VALUE_PATH})
 
 
 def are_driven(*paths: str) -> bool:
-    """Whether any driver of the file reads outputs, or what else of sensors begins with these data
-    paths."""
+    """Whether any driver of the file reads outputs.
+
+    `paths` are other starts of data paths to look for in place of those of the outputs.
+    """
     starts = paths or (ACTIVE_PATH, VALUE_PATH)
     return any(target.data_path.startswith(starts) for target in _driver_targets())
 
 
 def read_by_drivers(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Those of the sensors whose outputs a driver of the file reads: the scene depends on them."""
+    """Return the sensors whose outputs a driver of the file reads."""
     read = {
         target.id.session_uid
         for target in _driver_targets()
@@ -85,29 +88,48 @@ def _driver_targets() -> Iterator[Any]:
                 yield from variable.targets
 
 
-# So many recordings of a scene are kept for undo and redo, or fewer of more bytes, but two.
+# Recordings of a scene that are kept for undo and redo: at least two, and more up to these limits.
 UNDONE, UNDONE_BYTES = 4, 1 << 28
-# In place of a recording's mark.
+# The mark of a scene whose recording was cleared.
 CLEARED = -1
 
 
 class Watching(Protocol):
-    """What is told of each evaluation; `edited`: not by a change of frame."""
+    """A listener for evaluations; `edited` is false if only the frame has changed."""
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool) -> None: ...
 
 
 class Cache:
-    """The last runs of each scene, by its session uid and their marks: the scene has the mark of
-    the one that counts, so that undo and redo choose it; `running` while a run drives the frames,
-    so that handlers keep still, `publishing` while what reads its outputs is evaluated; `working`
-    what a long operator shows: its identifier, the share that is done, and in two lines of words;
-    `references` of the light, for the next run; `live` is what follows the playhead without a
-    recording; `shown_at` when a frame was last shown, by the clock of `time.monotonic`; `notice`
-    what the user should know of a recording that a file had; `overlay` what the viewport draws of
-    the sensors; `lacks` what the file needs and does not have here; `findings` what the doctor
-    found, None before it was asked; `places` what was said of the places of residents, in short and
-    line by line, and `arrows` what was last drawn of them.
+    """The state of the add-on in memory.
+
+    Attributes
+    ----------
+    running
+        Whether a run sets the frames, so that handlers do nothing.
+    publishing
+        Whether drivers that read the outputs are evaluated.
+    working
+        The progress of a long operator: its identifier, the share that is done, and two lines of
+        text.
+    live
+        The live sensors, which follow the playhead without a recording.
+    shown_at
+        When a frame was last shown, by `time.monotonic`.
+    notice
+        A notice to the user on a recording in the file.
+    lacks
+        What the file needs and does not have on this computer, as texts.
+    overlay
+        What the viewport draws of the sensors.
+    findings
+        The findings of the doctor; None before its first run.
+    places
+        The findings on the places of residents, as a summary and as lines.
+    arrows
+        What the viewport draws of the places of residents.
+    references
+        The light references, for the next run.
     """
 
     def __init__(self) -> None:
@@ -121,46 +143,52 @@ class Cache:
         self.findings: tuple[Any, ...] | None = None
         self.places: tuple[str, tuple[str, ...]] | None = None
         self.arrows: Any = None
-        # How often the scene was changed by anything but the playhead.
+        # See `revision`.
         self._revision = 0
-        # The sensors as they were found last: of which view layer, at which revision.
+        # The listed sensors, with the view layer and the revision of the list.
         self._sensors: tuple[Any, list[Sensor]] = (None, [])
-        # Whether drivers read outputs, as of which revision.
+        # The revision of the look-up, and whether drivers read outputs.
         self._driven = -1, False
         self._kept: dict[int, dict[int, StoredRecording]] = {}
-        # What is known of the coverage map of a scene, by its session uid.
+        # The coverage maps, by the session uid of their scenes.
         self._maps: dict[int, FollowedMap] = {}
         self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
         self.references = LightReferences()
 
     @property
     def revision(self) -> int:
-        """Grows with each change of the scene by anything but the playhead."""
+        """A number that grows with each change of the scene except by the playhead."""
         return self._revision
 
     def watch(self, probe: Watching) -> None:
-        """From now on `probe` is told what changes, for as long as it lives."""
+        """Notify `probe` of changes from now on, as long as it lives."""
         self._watching.add(probe)
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool = False) -> None:
-        """To be called at each evaluation. A script may change the scene just before it moves the
-        playhead: that tells of it too."""
+        """Notify all listeners; call this method at each evaluation.
+
+        A script may change the scene just before it moves the playhead. Such an edit is reported
+        with the change of frame, and counts too.
+        """
         if edited or depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
             self._revision += 1
         for probe in self._watching:
             probe.note(depsgraph, edited, by_frame)
 
     def sensors(self, view_layer: Any) -> list[Sensor]:
-        """All sensors, listed once for each revision of the scene. For handlers and drawing, before
-        which Blender tells of edits; else there is `all_sensors`."""
+        """Return all sensors, listed once for each revision of the scene.
+
+        For handlers and drawing, since Blender has then reported all edits. Elsewhere use
+        `all_sensors`.
+        """
         return self.sensors_now(view_layer)[0]
 
     def sensors_now(self, view_layer: Any) -> tuple[list[Sensor], int]:
-        """The same, and the revision."""
+        """Return all sensors, listed once for each revision of the scene, and the revision."""
         layer = view_layer.id_data.session_uid, view_layer.name
         known, sensors = self._sensors
         if known == (self._revision, *layer) and not _have_their_names(sensors):
-            # Blender tells nobody of new names.
+            # Blender does not report new names.
             self._revision += 1
         if known != (self._revision, *layer):
             sensors = all_sensors(view_layer)
@@ -168,28 +196,27 @@ class Cache:
         return sensors, self._revision
 
     def outputs_are_driven(self) -> bool:
-        """Whether drivers read what sensors put out: all animation of the file is gone through, so
-        that is done once an edit."""
+        """Whether drivers read outputs, looked up once for each revision of the scene."""
         if self._driven[0] != self._revision:
             self._driven = self._revision, are_driven()
         return self._driven[1]
 
     def recording(self, scene: Any) -> Recording | None:
-        """The last run, if the scene is as it was then."""
+        """Return the last recording of a scene if it is fresh, else None."""
         kept = self.kept(scene)
         return kept.recording if kept is not None and not kept.stale else None
 
     def kept(self, scene: Any) -> StoredRecording | None:
-        """The last run, stale or not, unless it was cleared."""
+        """Return the last recording of a scene, stale or not; None if it was cleared."""
         return self._of_mark(scene.session_uid, scene.angen_recording)
 
     def _of_mark(self, uid: int, mark: int) -> StoredRecording | None:
-        """The recording of this mark, or the first one: undo of the first run loses nothing."""
+        """Return the recording with this mark, else the first one; None if it was cleared."""
         made = self._kept.get(uid, {})
         return None if mark == CLEARED else made.get(mark) or next(iter(made.values()), None)
 
     def coverage_map(self, scene: Any) -> FollowedMap | None:
-        """What has changed since the scene's coverage map was made; None without a map."""
+        """Return what the coverage map of a scene depends on; None without a map."""
         text = FollowedMap.text_in(scene)
         if not text:
             return None
@@ -200,19 +227,20 @@ class Cache:
         return found
 
     def note_map(self, scene: Any, depsgraph: Any) -> None:
-        """From now on the scene's coverage map is one of the scene as it is now."""
+        """Note that the coverage map of a scene was made from the present scene."""
         self._maps[scene.session_uid] = FollowedMap.note(scene, depsgraph)
 
     def followed(self, scene: Any) -> list[StoredRecording]:
-        """What becomes stale where the scene changes: the last run, and the coverage map."""
+        """Return the last recording and the coverage map of a scene, which edits can make stale."""
         return [found for found in (self.kept(scene), self.coverage_map(scene)) if found]
 
     def _all_followed(self) -> list[tuple[int, StoredRecording]]:
+        """Return all recordings and coverage maps, each with the session uid of its scene."""
         runs = ((uid, kept) for uid, made in self._kept.items() for kept in made.values())
         return [*runs, *self._maps.items()]
 
     def keep(self, scene: Any, kept: StoredRecording) -> None:
-        """From now on this is the last run; undo brings the former one back."""
+        """Make this the last recording of a scene; undo brings the former one back."""
         made = self._kept.setdefault(scene.session_uid, {})
         made[kept.mark] = kept
         while len(made) > UNDONE or (len(made) > 2 and _bytes_of(made.values()) > UNDONE_BYTES):
@@ -222,29 +250,31 @@ class Cache:
         self.notice = ""
 
     def keep_alone(self, scene: Any, kept: StoredRecording) -> None:
-        """The same where nobody can undo."""
+        """Make this the only recording of a scene, where no undo can follow."""
         self._kept.pop(scene.session_uid, None)
         self.keep(scene, kept)
 
     def clear_recording(self, scene: Any) -> None:
-        """Forgets the last run, until undo takes back what is noted in the scene."""
+        """Clear the recording of a scene; undo brings it back."""
         scene.angen_recording = CLEARED
         self.notice = ""
 
     def all_kept(self) -> dict[int, StoredRecording]:
-        """Those that were not cleared, by the session uid of the scene."""
+        """Return the last recording of each scene, by the session uid of the scene."""
         found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
         return {uid: kept for uid, kept in found.items() if kept is not None}
 
     def note_elsewhere(self, scene: Any, depsgraph: Any) -> None:
-        """What other scenes share with this one: Blender does not tell of it once they are shown
-        again."""
+        """Note an update of data that other scenes share, whose recordings it can make stale.
+
+        Blender does not report it again once the other scene is shown.
+        """
         for uid, kept in self._all_followed():
             if uid != scene.session_uid:
                 kept.note_elsewhere(depsgraph)
 
     def settings_changed(self, owner: Any) -> None:
-        """A recording made with other settings of `owner`, an object or scene, would be a lie."""
+        """Compare recordings with the changed settings of `owner`, an object or scene."""
         self._revision += 1
         if not self.running:
             for _, kept in self._all_followed():
@@ -252,11 +282,12 @@ class Cache:
             self.outdate_live()
 
     def outdate_live(self) -> None:
+        """Mark the live readings as outdated."""
         if self.live is not None:
             self.live.outdated = True
 
     def forget_references(self) -> None:
-        """Undo and redo make the file's data anew: whatever refers to the old is void."""
+        """Drop all references to Blender's data, which undo and redo make anew."""
         self.running = False
         self.live = None
         self.overlay = self.arrows = None
@@ -267,7 +298,7 @@ class Cache:
             kept.unsure = True
 
     def clear(self) -> None:
-        """Another file takes the place of this one."""
+        """Empty the cache, because another file opens."""
         self.forget_references()
         self._kept.clear()
         self._maps.clear()
@@ -282,7 +313,7 @@ def _bytes_of(recordings: Iterable[StoredRecording]) -> int:
 
 
 def _have_their_names(sensors: list[Sensor]) -> bool:
-    """Whether all of them still exist, under their names."""
+    """Whether all sensors still exist, under their names."""
     try:
         return all(sensor.name_now == sensor.name for sensor in sensors)
     except ReferenceError:

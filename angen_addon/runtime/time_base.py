@@ -14,21 +14,19 @@ from ...sensor_logic.log import format_frame, iso_time, parse_start
 
 
 def clock_of(scene: Any) -> Clock:
-    """The scene's time base: t = 0 at its start frame."""
+    """Return the scene's clock, with t = 0 at the start frame."""
     render = scene.render
     return Clock(scene.frame_start, render.fps, render.fps_base, scene.angen_substeps)
 
 
 def start_of(scene: Any) -> datetime | None:
-    """The scene's Start: date and time of its first frame; None where it has none. Raises
-    InputError."""
+    """Return the scene's Start, the date and time of its first frame, or None. Raise InputError."""
     with explained("Start", InputError):
         return parse_start(scene.angen_start)
 
 
 def moment_text(scene: Any, frame: float) -> str:
-    """The time of day at a frame, to a tenth of a second, as the scene's Start tells it; without a
-    Start the frame's number."""
+    """Return the time of day at a frame, to a tenth of a second; else the frame number."""
     try:
         start = start_of(scene)
     except InputError:
@@ -41,14 +39,14 @@ def moment_text(scene: Any, frame: float) -> str:
 
 
 def frames_to_run(scene: Any) -> tuple[int, int]:
-    """First and last frame that a user wants to see: the preview range, where one is set."""
+    """Return the first and last frame: the preview range if one is set, else the scene's range."""
     if scene.use_preview_range:
         return scene.frame_preview_start, scene.frame_preview_end
     return scene.frame_start, scene.frame_end
 
 
 def ends_before_time(scene: Any, first: int, last: int) -> str:
-    """What the user is told of frames before the scene's first."""
+    """Return the error for a range that ends before the scene's start."""
     return (
         f"frames {first}:{last} end before the scene's start, frame {scene.frame_start}, "
         "where time begins"
@@ -56,8 +54,10 @@ def ends_before_time(scene: Any, first: int, last: int) -> str:
 
 
 def outside_scene(scene: Any, first: int, last: int) -> str:
-    """What the user is told of frames that are not all the scene's; empty where they are. Those
-    before its start have no time, and those after its end are run."""
+    """Return a note on frames outside the scene's range; empty if there are none.
+
+    Frames before the scene's start have no time and are not run; frames after its end are run.
+    """
     found = []
     if first < scene.frame_start:
         found.append(f"time begins at frame {scene.frame_start}, and none before it is run")
@@ -67,5 +67,5 @@ def outside_scene(scene: Any, first: int, last: int) -> str:
 
 
 def evaluated_depsgraph() -> bpy.types.Depsgraph:
-    """The evaluated scene of the present context, with pending edits applied."""
+    """Return the evaluated depsgraph of the present context, with pending edits applied."""
     return bpy.context.evaluated_depsgraph_get()

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What made a reading: the queries of a sensor's updates, their answers and the hits of its rays.
-Views draw the last hits; explanations and the causes of a day's events read the last updates."""
+"""The trace of a sensor: its model's queries, their answers and the hits of its rays.
+
+Views draw the last hits. Explanations and the causes of a day's events use the last updates.
+"""
 
 from __future__ import annotations
 
@@ -22,24 +24,34 @@ from ..scene.rays.sweep import SolidsAtStep, SweptRays
 from ..scene.sensors import Sensor
 from .probes import Probes
 
-# The queries that cast rays, which meet something.
+# The queries that cast rays.
 CAST = {RAYS, WARMTH, REFLECTANCE}
-# The number of updates that are kept at least: a motion detector goes through fewer tilts.
+# The least number of updates that are kept: a motion detector has fewer tilts.
 KEPT = 256
-# A model has fewer bundles of rays than this.
+# More than the ray bundles of any model.
 BUNDLES = 1 << 20
 
 
 class NotNoted(LookupError):
-    """The run did not make this query: only the scene itself has the answer."""
+    """A query that the run did not make; only the scene has the answer."""
 
 
 @dataclass(frozen=True)
 class Read:
-    """What was read of a sensor at a step: metres in a Blender unit, parameters, pose, and
-    `beside`, by need, what can be read at that step alone: a pad's weight (3,) in N with the
-    partners that it measures alone; the poses of objects by the parameter that names them. `change`
-    is the same number as at the step before where the sensor stays as it is."""
+    """Parameters and pose of a sensor at a step.
+
+    Attributes
+    ----------
+    metres
+        Metres in a Blender unit.
+    parameters, pose
+        The parameters of the sensor's kind, and the pose in metres.
+    beside
+        Answers that can be read at this step alone, by need: the weight (3,) of a pad in N with the
+        partners that it measures alone; the poses of objects by the parameter that names them.
+    change
+        A number that grows whenever the parameters or the pose change.
+    """
 
     metres: float
     parameters: Any
@@ -48,24 +60,26 @@ class Read:
     change: int = 0
 
     def same(self, other: Read) -> bool:
-        """Whether another has the same values, all of which are known to stay."""
+        """Whether another step has the same values, and none that can be read at its step alone."""
         same = self.metres == other.metres and self.parameters == other.parameters
         return same and self.beside is other.beside is None and self.pose.same(other.pose)
 
     def rays_in_units(self, origins: Array, directions: Array, length: Array) -> Rays:
-        """Rays with origins (n, 3) and lengths (n,) in m, in Blender units."""
+        """Return rays in Blender units, from origins (n, 3) and lengths (n,) in m."""
         return origins / self.metres, directions, length / self.metres
 
     def in_metres(self, lengths: Array) -> Array:
-        """Lengths in Blender units, in m."""
+        """Return lengths in m, from lengths in Blender units."""
         return lengths if self.metres == 1.0 else lengths * self.metres
 
 
 @dataclass
 class Question:
-    """Which sensor's model asks, as it was `read`, and about which `steps`: their `frames` (n,)
-    among those that the probes keep. `trace`: that of the sensor. `light` is what was measured for
-    the `request` of a light sensor."""
+    """What the answers to a model's queries depend on: the sensor, its steps and the probes.
+
+    `frames` (n,) has the index of each step's frame among the stored frames. `light` is the light
+    that was measured for the `request` of a light sensor.
+    """
 
     sensor: Sensor
     clock: Clock
@@ -79,14 +93,16 @@ class Question:
     light: LightSample | None = None
 
     def bundle(self, number: int) -> int:
-        """The number by which the casters know the model's bundle `number`: with other settings a
-        sensor casts other rays."""
+        """Return the number of the model's ray bundle for the casters.
+
+        It differs between variants of a sensor, which cast other rays.
+        """
         return number + BUNDLES * self.sensor.variant
 
 
 @dataclass(frozen=True)
 class Swept:
-    """Where a beam was swept to last: the step, the beam, and the solids."""
+    """The last sweep of a beam: its step, the beam and the solids."""
 
     step: int
     beam: SweptRays
@@ -95,9 +111,11 @@ class Swept:
 
 @dataclass(frozen=True)
 class SensorRays:
-    """Rays in the world, in Blender units: `origins` (n, 3), unit `directions` (n, 3), `reach`
-    (n,). `rows`: how many equal rows they stand in, for a motion detector its tilts; `apart`: each
-    stands for itself, they span no fan."""
+    """Rays in world space, in Blender units: `origins` and unit `directions` (n, 3), `reach` (n,).
+
+    `rows` is the number of equal rows, one for each tilt of a motion detector. With `apart` the
+    rays are single rays, which span no fan.
+    """
 
     origins: Array
     directions: Array
@@ -108,8 +126,10 @@ class SensorRays:
 
 @dataclass(frozen=True, eq=False)
 class RaysMet:
-    """A bundle of rays in the world, in m: origins (n, 3), unit directions (n, 3), how far they
-    reach (n,) and how far they get (n,)."""
+    """A bundle of rays in world space, in m, with its ranges.
+
+    Origins and unit directions are (n, 3), `reach` and `ranges` (n,).
+    """
 
     origins: Array
     directions: Array
@@ -117,14 +137,17 @@ class RaysMet:
     ranges: Array
 
     def same(self, other: RaysMet) -> bool:
+        """Whether another bundle has equal rays and ranges."""
         mine = self.origins, self.directions, self.reach, self.ranges
         its = other.origins, other.directions, other.reach, other.ranges
         return all(map(np.array_equal, mine, its))
 
 
 class Hits(NamedTuple):
-    """What a bundle of rays met: ranges (n,) in Blender units, and the name of the object that
-    each met, empty where it met nothing."""
+    """The hits of a bundle of rays: ranges (n,) in Blender units, and names of the hit objects.
+
+    The name is empty where a ray hits nothing.
+    """
 
     ranges: Array
     names: list[str]
@@ -132,8 +155,11 @@ class Hits(NamedTuple):
 
 @dataclass(frozen=True)
 class _Asked:
-    """A query about those of the updates that `which` (k,) lists, all where it is None; rays by
-    their bundle. The answers, and what rays `met`."""
+    """A recorded query with its answers.
+
+    `which` (k,) lists the updates that the query is about, None for all of them. `bundle` tells
+    queries of one need apart, and `met` has the hits of rays.
+    """
 
     need: str
     bundle: Any
@@ -142,7 +168,7 @@ class _Asked:
     met: Answers | None
 
     def place(self, update: int) -> int | None:
-        """The index of an update's answer; None where the query was not about that update."""
+        """Return the index of an update's answer; None if the query was not about that update."""
         if self.which is None:
             return update
         at = int(np.searchsorted(self.which, update))
@@ -151,7 +177,7 @@ class _Asked:
 
 @dataclass(frozen=True)
 class _Sensed:
-    """Updates at `steps` (n,) in order, and their queries."""
+    """Recorded updates at `steps` (n,) in order, and their queries."""
 
     steps: list[int]
     parameters: Any
@@ -162,12 +188,22 @@ class _Sensed:
 class Trace:
     """The queries, answers and hits of one sensor.
 
-    Of its rays it has the last hits: `bundles`, by their number, cast with the `parameters` and the
-    `pose`; a bundle that was not cast since these changed is missing. `scan`: the bundles cast at
-    the last update, at `step`, each with the ranges (n,) that it found at its update before, None
-    of the first. `revision` grows where a bundle or what it was cast with changes. `swept`: where
-    its beam was swept to last. If it `keeps` them, it also has all queries and answers of at least
-    the last KEPT updates.
+    Attributes
+    ----------
+    bundles
+        The last hits of each bundle of rays, by its number, cast with `parameters` and `pose`. A
+        bundle that was not cast since these changed is missing.
+    scan
+        The ranges (n,) before the last ones, by the number of each bundle cast at the last update;
+        None for a bundle cast for the first time.
+    step
+        The step of the last update.
+    revision
+        A number that grows whenever a bundle, the parameters or the pose change.
+    swept
+        The last sweep of the sensor's beam.
+    keeps
+        Whether the trace also keeps all queries and answers of the last updates, at least KEPT.
     """
 
     def __init__(self, sensor: Sensor) -> None:
@@ -176,13 +212,13 @@ class Trace:
         self.revision = 0
         self._updates: deque[_Sensed] = deque()
         self._count = 0
-        # What the rays of the last query met, and the names of solids by their numbers.
+        # The hits of the last query's rays, and the names of solids by their numbers.
         self._met: Any = None
         self._names: Mapping[int, str] = {}
         self.forget()
 
     def forget(self) -> None:
-        """Forgets the last hits: the sensor starts anew."""
+        """Forget the last hits, as the sensor starts anew."""
         self.revision += 1
         self.bundles: dict[int, RaysMet] = {}
         self.scan: dict[int, Array | None] = {}
@@ -213,6 +249,7 @@ class Trace:
         *asked: Any,
         which: Index | None = None,
     ) -> Answers:
+        """Answer a query, and record the answers and the hits."""
         answers: Answers = ask(*asked, which=which)
         met = None
         if need in CAST and len(answers.rows):
@@ -235,20 +272,21 @@ class Trace:
         return answers
 
     def aim(self, parameters: Any, pose: Pose | None) -> None:
-        """From now on bundles are cast with these; None: none are."""
+        """Set the parameters and the pose of the bundles to come; None if there are none."""
         if not self._is_aimed(parameters, pose):
             self.bundles = {}
             self.revision += 1
         self.parameters, self.pose = parameters, pose
 
     def _is_aimed(self, parameters: Any, pose: Pose | None) -> bool:
+        """Whether the parameters and the pose are the present ones."""
         known = self.pose
         if known is None or pose is None:
             return known is pose
         return bool(parameters == self.parameters) and pose.same(known)
 
     def _note(self, step: int, number: int, met: RaysMet) -> None:
-        """A bundle that the sensor cast at a step."""
+        """Record a bundle that the sensor cast at a step."""
         if step != self.step:
             self.step, self.scan = step, {}
         if number not in self.scan:
@@ -257,14 +295,14 @@ class Trace:
         self.show(number, met)
 
     def show(self, number: int, met: RaysMet) -> None:
-        """What a bundle meets, apart from the sensor's updates."""
+        """Set the hits of a bundle, outside of the sensor's updates."""
         known = self.bundles.get(number)
         if known is None or not known.same(met):
             self.bundles[number] = met
             self.revision += 1
 
     def take_over(self, other: Trace) -> None:
-        """Show the bundles of another trace of this sensor, and no others."""
+        """Take the bundles of another trace of this sensor, in place of all bundles."""
         self.aim(other.parameters, other.pose)
         for number, met in other.bundles.items():
             self.show(number, met)
@@ -273,7 +311,7 @@ class Trace:
             self.revision += 1
 
     def rays(self, metres: float) -> SensorRays:
-        """All rays of the bundles, a row for each bundle."""
+        """Return the rays of all bundles, a row for each bundle."""
         met = self.bundles.values()
         if not met:
             return SensorRays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
@@ -292,12 +330,11 @@ class Trace:
         return Hits(self._met.ranges.copy(), [self.name_of(n) for n in self._met.met.tolist()])
 
     def name_of(self, number: int) -> str:
-        """The name that users know the solid `number` by; empty of none."""
+        """Return the name of the solid `number`, as users know it; empty for no solid."""
         return self._names.get(number, "")
 
     def recall(self, step: int) -> tuple[Any, Updates]:
-        """Parameters and the update at a step, with the answers that its queries had then. Raises
-        NotNoted."""
+        """Return parameters and the update at a step, with the recorded answers. Raise NotNoted."""
         for sensed in reversed(self._updates):
             if sensed.steps[0] <= step <= sensed.steps[-1]:
                 i = bisect_left(sensed.steps, step)
@@ -310,6 +347,7 @@ class Trace:
     def _answer(
         self, sensed: _Sensed, update: int, need: str, *asked: Any, which: Index | None = None
     ) -> Answers:
+        """Return the recorded answer to a query about one update. Raise NotNoted."""
         bundle = _bundle(asked)
         for known in sensed.asked:
             if (known.need, known.bundle) == (need, bundle):
@@ -322,5 +360,5 @@ class Trace:
 
 
 def _bundle(asked: tuple[Any, ...]) -> Any:
-    """What tells queries of one need apart: the bundle's number, or whose pose it is."""
+    """Return the number of the bundle, or the name of the parameter, that a query is about."""
     return asked[0] if asked and isinstance(asked[0], (int, str)) else None

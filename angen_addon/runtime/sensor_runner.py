@@ -33,7 +33,7 @@ from ...sensor_logic.model import (
 )
 from ...sensor_logic.noise import generator
 from ...sensor_logic.parameters import specs
-from ..scene.animation import is_animated, stays
+from ..scene.animation import is_animated, is_static
 from ..scene.forces.frame_state import gravity_of
 from ..scene.instances import Uid, shown_in, within
 from ..scene.light.probe import LightRequest
@@ -321,7 +321,7 @@ class SensorRunner:
         if self._steady is None:
             paths = (f"angen_sensor.{self.sensor.kind.attribute}.", "angen_sensor.enabled")
             parts = self.sensor.object, *self.sensor.holders
-            self._steady = all(stays(part, *paths, "hide_viewport") for part in parts)
+            self._steady = all(is_static(part, *paths, "hide_viewport") for part in parts)
         return self._steady
 
     def _watches(self) -> bool:

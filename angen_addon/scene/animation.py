@@ -104,7 +104,7 @@ def is_animated(obj: Any, path: str) -> bool:
     )
 
 
-def stays(obj: Any, *paths: str) -> bool:
+def is_static(obj: Any, *paths: str) -> bool:
     """Return whether nothing in the file moves an object or changes one of the data paths.
 
     The paths are beginnings, such as `scale`. Constraints, physics, NLA strips and a parent's shape
@@ -118,7 +118,7 @@ def stays(obj: Any, *paths: str) -> bool:
         curves = [*action_curves(animation.action, slot), *animation.drivers]
         if animation.nla_tracks or any(c.data_path.startswith(PLACE + paths) for c in curves):
             return False
-    return parent is None or (obj.parent_type == "OBJECT" and stays(parent))
+    return parent is None or (obj.parent_type == "OBJECT" and is_static(parent))
 
 
 def motion_paths(obj: Any) -> list[str]:

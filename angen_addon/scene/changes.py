@@ -281,7 +281,7 @@ def _is_of_a_map(original: Any) -> bool:
 
 
 def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """Return the digest of facts, with the names that renamed objects had at the run."""
+    """Return the digest of facts; renamed objects count by the names that they had at the run."""
     text = repr(facts)
     if renamed:
         # A datablock that refers to a renamed one, such as its child, has not changed.
@@ -307,7 +307,7 @@ def _driver_targets(originals: Iterable[Any]) -> Iterator[Any]:
 
 
 def harmless_cameras(originals: Iterable[Any]) -> Iterator[Any]:
-    """Yield the cameras that no object or datablock refers to."""
+    """Yield the cameras that only collections, scenes and windows use: they change no reading."""
     cameras = {
         original
         for original in originals

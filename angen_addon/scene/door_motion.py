@@ -98,7 +98,7 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
         If the object is not shaped like an upright leaf.
     """
     shutting = shutting or Matrix()
-    middle, width, thickness, height = _box(obj, shutting)
+    middle, width, thickness, height = _leaf_box(obj, shutting)
     if abs(height.normalized().z) < UPRIGHT or height.length < thickness.length:
         raise AngenError("it does not stand upright: its height must be along Z")
     up = height.normalized() * math.copysign(1.0, height.z)
@@ -150,7 +150,7 @@ def shutting_of(obj: Any) -> Matrix:
     return Matrix()
 
 
-def _box(obj: Any, shutting: Matrix) -> tuple[Vector, Vector, Vector, Vector]:
+def _leaf_box(obj: Any, shutting: Matrix) -> tuple[Vector, Vector, Vector, Vector]:
     """Return the middle of the leaf's box, and its width, thickness and height as vectors."""
     corners = [Vector(c) for c in obj.bound_box]
     low = Vector([min(c[i] for c in corners) for i in range(3)])

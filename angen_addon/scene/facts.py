@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""List all settings of a datablock as plain values that are equal in every session.
+"""List all settings of a datablock as plain values that are equal in every session: its *facts*.
 
-The lists follow the properties that Blender declares (RNA), so that new modifiers and nodes need no
+The facts follow the properties that Blender declares (RNA), so that new modifiers and nodes need no
 code here. They leave out properties of the interface, values that Blender computes, and the outputs
 of sensors. In place of values that keys or drivers set, they have the keys and drivers.
 """

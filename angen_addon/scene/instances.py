@@ -2,8 +2,8 @@
 """Find objects in collection instances: their places, and the sensors that they belong to.
 
 A *holder* is an object that instances a collection. Holders are listed from the outermost inwards.
-The *path* of an object in an instance is the session uid of the object, followed by the session
-uids of its holders from the innermost outwards.
+The *path* of an object in an instance has the session uid of the object, and then those of its
+holders from the innermost outwards.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class SensorFinder:
         yield from self._walk((holder,))
 
     def _walk(self, holders: Holders) -> Iterator[tuple[Any, Holders]]:
-        sensors, inner = self._look(holders[-1].instance_collection)
+        sensors, inner = self._sensors_and_holders(holders[-1].instance_collection)
         for obj in sensors:
             yield obj, holders
         for holder in inner:
@@ -75,7 +75,7 @@ class SensorFinder:
             if holder not in holders:
                 yield from self._walk((*holders, holder))
 
-    def _look(self, collection: Any) -> tuple[list[Any], list[Any]]:
+    def _sensors_and_holders(self, collection: Any) -> tuple[list[Any], list[Any]]:
         """Return the sensors of a collection, and the holders in it."""
         if collection not in self._known:
             shown = shown_in(collection)

@@ -351,7 +351,7 @@ def decimal(value: float) -> float:
 
 
 def is_evaluated(sensor: Sensor, depsgraph: Any) -> bool:
-    """Return whether Blender evaluates the sensor, and so its place."""
+    """Return whether Blender evaluates the sensor: otherwise its place is unknown."""
     # In an instance, Blender also evaluates objects that it does not show.
     inner = (sensor.object, *sensor.holders[1:]) if sensor.holders else ()
     return not any(part.hide_viewport for part in inner) and is_placed(sensor.handle, depsgraph)

@@ -65,7 +65,7 @@ class MetSurfaces(ABC):
 
     @abstractmethod
     def _values_at(self, depsgraph: Any, seen: RayHits) -> Any:
-        """Return the property where rays hit."""
+        """Return the property of the surfaces at some hits."""
 
 
 # Temperatures.

@@ -257,7 +257,7 @@ def meet_shape(points, corners, origins, ways):
     """
     rays = RayBundle(origins, ways, np.full(len(ways), np.inf))
     shapes, still = np.stack([points] * 3), np.stack([np.eye(4)] * 3)
-    hits = changing_shapes.meet(
+    hits = changing_shapes.nearest_hits(
         shapes, corners.T, still, still, rays.pictures, origins, ways, np.ones((3, len(ways)), bool)
     )
     far, face = np.full((3, len(ways)), np.inf), np.zeros((3, len(ways)), int)

@@ -18,8 +18,7 @@ class FrameState:
     """The n contact bodies at one frame.
 
     `row` has the index of each body by key. In this order, `poses` (n, 4, 4) and `scales` (n, 3)
-    are those of the bodies that collide, NaN for others, and `lo`, `hi` (n, 3) the world bounds of
-    all.
+    are NaN for bodies that do not collide. `lo`, `hi` (n, 3) are the world bounds of all bodies.
 
     By key: `posed` has the animated bodies and loose pads; `supports` and `settings` those of
     bodies near a pad that is due. `missing_mass` has, by pad, why a weight may not reach it.
@@ -40,7 +39,7 @@ class FrameState:
         known = list(bodies.by_key.values())
         self.row, self.keys = bodies.row, bodies.keys
         matrices = _matrices(depsgraph, known, solids)
-        self.poses, self.scales = _rigid(matrices, metres)
+        self.poses, self.scales = _poses_and_scales(matrices, metres)
         self.lo, self.hi = _bounds(bodies, self.poses, self.scales, metres)
         self.posed: dict[Key, PosedBody] = {}
         self.supports: dict[Key, list[Support]] = {}
@@ -102,7 +101,7 @@ def _matrices(depsgraph: Any, bodies: list[ContactBody], solids: Solids) -> Arra
     return matrices
 
 
-def _rigid(matrices: Array, metres: float) -> tuple[Array, Array]:
+def _poses_and_scales(matrices: Array, metres: float) -> tuple[Array, Array]:
     """Return poses (n, 4, 4) without scale, in metres, and scales (n, 3), as Blender decomposes."""
     linear = matrices[:, :3, :3]
     scales = np.linalg.norm(linear, axis=1)

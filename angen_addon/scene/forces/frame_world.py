@@ -197,7 +197,7 @@ class FrameWorld:
         return known
 
     def _stored_or_new_contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Return the contacts; searched again only if one of the two bodies has moved."""
+        """Return the stored contacts, or search them if one of the two bodies has moved."""
         state = self._states[1 + when]
         if one not in state.row or two not in state.row:
             return []

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find weights that do not reach a pad.
 
-These are active rigid bodies that physics does not move, and bodies that rest on an object without
-a mass, such as a rug that lies on a pad. An object without a mass carries a person as a floor does,
+These are active rigid bodies that physics does not move, and bodies on an object without a mass
+that lies on the pad, such as a rug. An object without a mass carries a person as a floor does,
 however thin it is. So a rug, a mattress or a board keeps the weight from the pad; a real one would
 pass it on.
 """

@@ -113,10 +113,10 @@ def _find_below(
 def _rays_down(
     around: Surroundings, tolerance: float, posed: PosedBody, rows: Rows
 ) -> tuple[Samples, Array, posed_bodies.ParallelRays] | None:
-    """Return samples (n, 3) of a body's underside, heights (n,) and rays down to some solids.
+    """Return samples (n, 3) of a body's underside, their heights (n,), and rays down to solids.
 
-    A ray starts by its height above its sample. None where the body has no underside above the
-    solids.
+    The height of a sample is the distance above it at which its ray starts. None where the body has
+    no underside above the solids.
     """
     solids, up, metres = around.solids, around.up, around.metres
     reach = np.abs(up) * DEPTH + tolerance

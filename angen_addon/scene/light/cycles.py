@@ -1,28 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light by Cycles: one scene for all sensors, kept as long as nothing but frames changes.
+"""Light by Cycles: one scene for all sensors, which is used again while only the frame changes.
 
-To hand a home over to Cycles takes longer than its light paths. A scene that is kept is handed over
-once; afterwards Cycles takes over what changed, to the same bits. It forgets a scene as soon as
-another one is rendered: so there is but one, also for the reference, which is the same scene at its
-first frame. In a day, where the light departs from that, one of the present part of the day is
-asked (`scene.begins_of`).
+Cycles takes longer to load a home than to trace the light paths. So a light scene is loaded once.
+Afterwards Cycles loads only the changes, with results that have the same bits. Cycles drops a scene
+as soon as another one is rendered. So one light scene serves all sensors and the reference, which
+is traced at the first frame. In a day, light differs more and more from the first frame. A further
+reference is then traced at the beginning of the present part of the day (`scene.begins_of`).
 
-The reference takes noise out of a run: a control variate. Its picture by the update's own few light
-paths, with the same random numbers, errs much as the update's picture does; by many paths it hardly
-errs. Their difference corrects the update's picture. Whatever moved since the first frame, it adds
-no bias: what moved only makes the two errors less alike. Where it is darker than in the reference,
-the difference is taken in proportion: a closed box reads nothing, whatever day it was at the first
-frame. Such a ratio has a bias of the second order in the errors.
+The reference is a control variate, which removes noise from a run. It has two pictures with the
+same random numbers: one with as few light paths as an update, and one with many. The error of the
+first is similar to the error of the update's picture, and the second has hardly any error. Their
+difference corrects the update's picture. Objects that have moved since the first frame add no bias:
+they only make the two errors less similar. Where the update is darker than the reference, the
+difference is scaled in proportion, so that a closed box reads 0. Such a ratio has a bias of the
+second order in the errors.
 
-Where the light departs far from the reference's, that reading goes on to several times the paths,
-and is corrected by what as many miss in the reference. Whether it departs, few paths say, and may
-find too little of what is new: so each view has two pixels of half the paths each, whose random
-numbers have nothing in common, and the word of either is enough. What neither finds makes a reading
-too low, and is a lot rarer (tests/blender/test_light_reference.py).
+Where the light departs far from the reference, the reading is traced with several times the paths.
+It is then corrected by the error of as many paths in the reference. Few paths decide whether the
+light departs, and may miss new light. So each view has two pixels, with half the paths each and
+independent random numbers, and one pixel that departs is enough. If both pixels miss new light, the
+reading is too low, which is much rarer (tests/blender/test_light_reference.py).
 
-Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control variates; Cochran,
-Sampling Techniques, chapter 6, on ratio estimates; Rousselle, Jarosz, Novák, Image-space control
-variates for rendering, 2016, on pictures.
+References: Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control
+variates; Cochran, Sampling Techniques, chapter 6, on ratio estimates; Rousselle, Jarosz, Novák,
+Image-space control variates for rendering, 2016, on pictures.
 """
 
 from __future__ import annotations
@@ -51,28 +52,28 @@ from .groups import LightGroups
 from .scene import LightScene, Simulated, begins_of, contents, is_portal, quietly
 from .views import TWICE, Part, Picture, Seen, camera, share_out
 
-# A light scene that Cycles renders again and again, and what it finds in each light group.
+# A light scene that Cycles renders again and again, and the light in each light group.
 #
-# No render lasts long: many light paths are traced a part at a time, so that whoever waits can be
-# told how far they are, and can leave.
+# No render lasts long: light paths are traced in parts, so that callers can show the progress, and
+# can stop.
 
 T = TypeVar("T")
-# Yields before each picture, in words what takes long, else nothing; the result comes last.
+# A generator that yields a text before each picture, empty for short ones, and returns a result.
 Steps = Generator[str, None, T]
 FIRST_PICTURE = "Cycles takes the scene in"
-# Paths in all that a picture begins with, and the seconds that it should last: more pixels are
-# rendered at once, or fewer, by the time that the last picture took.
+# The first number of light paths in a render, and the seconds that a render should last. The time
+# of the last render decides how many pixels are rendered together.
 PATHS, LONGEST_S, SHORTEST_S = 1 << 16, 0.4, 0.15
-# So few cost less than what Blender needs for any picture.
+# Fewer paths take less time than the overhead of a render.
 FEWEST = 1 << 12
-# What glows in no light group: surfaces, and lamps in instances.
+# The name of light without a group: glowing surfaces, and lamps in instances.
 OTHERS = "Other sources"
-# What the groups leave of the whole is a difference of single-precision sums: less is nothing.
+# The light without a group is a difference of single-precision sums: smaller shares count as 0.
 ROUNDING = 1e-5
 
 
 def finished(steps: Steps[T]) -> T:
-    """The result, with no break."""
+    """Run a generator without a pause, and return its result."""
     while True:
         try:
             next(steps)
@@ -81,8 +82,10 @@ def finished(steps: Steps[T]) -> T:
 
 
 class CyclesScene(LightScene):
-    """Stands at the user's present frame, but while a reference is traced. Lamps and the world are
-    in light groups."""
+    """A light scene that Cycles renders, with lamps and the world in light groups.
+
+    It is at the user's present frame, except while a reference is traced.
+    """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated) -> None:
         super().__init__(scene, view_layer, simulated)
@@ -133,31 +136,34 @@ class CyclesScene(LightScene):
             self.groups.add_world(world, original)
 
     def close(self) -> None:
+        """Remove all datablocks and files of the scene."""
         super().close()
         self._folder.cleanup()
 
     def follow(self, reference: int | None = None) -> None:
+        """Set the frame and settings as `LightScene.follow` does, and update the lamps."""
         super().follow(reference)
         self.groups.follow()
 
     def picture(self, method: Any, together: dict[int, Seen]) -> Picture:
-        """A new picture of requests by their first pixels."""
+        """Return a new picture of requests, given by their first pixels."""
         with quietly():
             made = Picture(self, method, together)
         self._pictures.append(made)
         return made
 
     def drop(self, picture: Picture) -> None:
+        """Remove a picture."""
         self._pictures.remove(picture)
         self.disown(*picture.made)
 
     def weights(self) -> Array:
-        """(groups, 3): the present brightness of each group, and of what is in none."""
+        """Return the present brightness (groups, 3) of each group, and of light without a group."""
         return np.concatenate([self.groups.weights(), np.ones((1, 3))])
 
     @property
     def sources(self) -> list[LightShare]:
-        """The source of each group's light, and of what is in none, with no light yet."""
+        """The source of each group's light, and of light without a group; with no light yet."""
         return [*self.groups.sources, LightShare((), OTHERS, 0.0)]
 
     def traced(
@@ -169,9 +175,28 @@ class CyclesScene(LightScene):
         only: int | None = None,
         of: int = 0,
     ) -> Steps[Array]:
-        """The light paths `first` … `last` of each pixel: sums (groups, requests, pixels, 3) of
-        their radiance; of the request of that number `only`, if told. `of`: how many paths a
-        reference has in all, to tell how much of it is `done`."""
+        """Trace light paths, and return the sums of their radiance.
+
+        It yields a text before each render.
+
+        Parameters
+        ----------
+        picture
+            The picture to render.
+        first, last
+            Numbers of the light paths of each pixel, without the last.
+        doing
+            The text to yield.
+        only
+            Index of the only request to render, if given.
+        of
+            The paths that a reference has in all, by which `done` is set.
+
+        Returns
+        -------
+        Array
+            Sums (groups, requests, pixels, 3), in scene colours.
+        """
         total = np.zeros((1, *picture.pixels.shape, 3))
         self._show_only(picture)
         at_once = engine.at_once(self.scene)
@@ -188,6 +213,7 @@ class CyclesScene(LightScene):
         return total
 
     def _show_only(self, picture: Picture) -> None:
+        """Show one picture, and hide all others."""
         for other in self._pictures:
             other.show(other is picture)
         render, data = self.scene.render, self.scene.camera.data
@@ -195,13 +221,14 @@ class CyclesScene(LightScene):
             render.resolution_x = render.resolution_y = data.ortho_scale = picture.side
 
     def _learn(self, seconds: float) -> None:
+        """Adapt the number of paths in a render to the time that the last render took."""
         if seconds > LONGEST_S:
             self._paths_at_once = max(FEWEST, self._paths_at_once // 2)
         elif seconds < SHORTEST_S:
             self._paths_at_once = min(PATHS, 2 * self._paths_at_once)
 
     def _render(self, start: int, count: int, part: Part, picture: Picture) -> Array:
-        """(groups, requests, pixels, 3)"""
+        """Return the mean radiance (groups, requests, pixels, 3) of some light paths."""
         engine.trace(self.scene, start, count)
         render, (row, column, end_row, end_column) = self.scene.render, part
         side, path = picture.side, Path(self._folder.name, "views")
@@ -209,7 +236,7 @@ class CyclesScene(LightScene):
         render.border_min_x, render.border_max_x = column / side, end_column / side
         render.border_min_y, render.border_max_y = 1 - end_row / side, 1 - row / side
         render.filepath = str(path)
-        # Named as an argument, a scene is put to the frame of the user's.
+        # A scene given as an argument of the operator would be set to the frame of the user's.
         own = {"scene": self.scene, "view_layer": self.view_layer}
         with quietly(), bpy.context.temp_override(**own):
             bpy.ops.render.render(write_still=True)
@@ -227,16 +254,16 @@ class CyclesScene(LightScene):
 
 
 METHODS: dict[str, Any] = {"FOUR_WALL": views, "ILLUMINANCE": faces}
-# So many times the light paths are traced where a reference tells too little: where more of the
-# light than this share has come or gone since the first frame.
+# The factor of the light paths where the light departs from the reference; and the share of the
+# light that must have come or gone since the first frame for that.
 CLOSER, ALIKE = 16, 0.1
 CLOSELY, REFERENCE = "a closer look at the light", "path-tracing the light's reference"
 NOWHERE = np.zeros(0)
-# Where the light scene stands: at the present frame, one of an earlier update, or at a reference's.
+# The frame of the light scene: the present one, that of an earlier update, or of a reference.
 PRESENT, EARLIER = "present", "earlier"
-# So many pictures and references are kept.
+# The most pictures and references that are stored.
 PICTURES, REFERENCES = 64, 256
-# Whose drivers can look at a frame; those of lamps do not matter.
+# Datablocks whose drivers may read the frame; those of lamps do not matter.
 DRIVEN = (
     "armatures",
     "curves",
@@ -251,8 +278,10 @@ DRIVEN = (
 
 @dataclass
 class _Asked:
-    """Requests that share a picture, by their first pixels; the light paths of a pixel: `few` at an
-    update, `many` in the reference, or 0 without one."""
+    """Requests that share a picture, by their first pixels.
+
+    `few` light paths a pixel are traced at an update, and `many` in the reference: 0 without one.
+    """
 
     method: Any
     together: dict[int, Seen]
@@ -261,30 +290,36 @@ class _Asked:
 
     @property
     def near(self) -> int:
-        """Where it is looked at more closely."""
+        """The light paths a pixel where the light departs from the reference."""
         return min(CLOSER * self.few, self.many)
 
     @cached_property
     def pixels(self) -> Hashable:
+        """The key of the picture: the requests at their pixels."""
         bits = tuple((pixel, request_key(seen.request)) for pixel, seen in self.together.items())
         return self.method.__name__, bits
 
 
 @dataclass(frozen=True)
 class Light:
-    """What a request finds: linear Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in
-    W/m². `shares`: the parts of its mean luminance by source; None where they are not known."""
+    """The light of one request.
+
+    `colours` is linear Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in W/m². `shares`
+    are the parts of the mean luminance by source, None if unknown.
+    """
 
     colours: Array
     shares: tuple[LightShare, ...] | None = None
 
 
 class CyclesLight:
-    """What Cycles finds, of one update after the other; `close` it before other code can change
-    the scene.
+    """The light of sensors by Cycles, update after update.
 
-    `reference`: light paths a reading of the reference; there is none where that is not more than
-    the reading's own, and none for what is asked only once: of a sensor that is not `steady`.
+    `close` it before other code can change the scene.
+
+    `reference` is the number of light paths for a reading of the reference. A reading has no
+    reference if it has more paths itself, or if its sensor is not `steady`: it would be used only
+    once.
     """
 
     def __init__(self, reference: int = 0) -> None:
@@ -292,14 +327,14 @@ class CyclesLight:
         self._simulated = Simulated()
         self._user: tuple[Any, Any]
         self._contents: Hashable = None
-        # At the last update.
+        # The state at the last update.
         self._state = NEVER
         self._scene: CyclesScene | None = None
         self._stands: str | int = EARLIER
         self._pictures: dict[Hashable, Picture] = {}
-        # The requests that share pictures, by all that were asked.
+        # The requests that share a picture, by the keys of all requests.
         self._together: dict[Hashable, list[dict[int, Seen]]] = {}
-        # What the light paths of pictures found at this update, and in the references.
+        # The light in pictures at this update, and in the references.
         self._found: dict[Hashable, Array] = {}
         self._references: dict[Hashable, dict[int, Array]] = {}
         self._looks_at_frame: bool | None = None
@@ -310,21 +345,23 @@ class CyclesLight:
         return self._scene.done if self._scene is not None else 0.0
 
     def recall(self, references: dict[Any, Any]) -> None:
-        """Begin with the references of an earlier run of the same scene, and add to them."""
+        """Use the references of an earlier run of the same scene, and add new ones to them."""
         self._references = references
 
     def look(self, scene: Any, view_layer: Any, state: LightState | None = None) -> None:
-        """To be called at each update: the scene is as it is evaluated now. Without its `state`
-        everything counts as changed."""
+        """Compare the scene with the last update. Call it at each update.
+
+        Without `state`, everything counts as changed.
+        """
         before, now = self._state, self._contents
         self._state = state = state or LightState(*(count + 1 for count in before))
         if state.edits != before.edits:
-            # Parents, modifiers and physics may be others.
+            # Parents, modifiers and physics may have changed.
             self._simulated.look_again()
         if (state.values, state.edits) != (before.values, before.edits):
             now = contents(scene, view_layer, self._simulated)
         if (state.motion, state.values) != (before.motion, before.values):
-            # The power of lamps alone changes nothing of what light paths find.
+            # A change of power alone leaves the light of each group as it is.
             self._found.clear()
         if self._scene is not None and (
             now != self._contents or self._asks_for_frame() or not self._scene.follow_frozen()
@@ -333,8 +370,10 @@ class CyclesLight:
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
 
     def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Light], list[str]]]:
-        """What each of some requests of one method and number of paths finds, by name; and
-        notes."""
+        """Return the light of requests by name, and notes.
+
+        All requests must have the same method and number of paths.
+        """
         method, samples = METHODS[requests[0].method], requests[0].samples
         pixels = TWICE * method.COUNT
         few = max(1, math.ceil(samples / pixels))
@@ -351,7 +390,7 @@ class CyclesLight:
         return found, notes
 
     def _shared_out(self, method: Any, requests: Sequence[Any]) -> list[dict[int, Seen]]:
-        """The requests of each picture, by their first pixels."""
+        """Return the requests of each picture, by their first pixels."""
         key = method.__name__, *map(request_key, requests)
         if key not in self._together:
             while len(self._together) >= PICTURES:
@@ -363,10 +402,11 @@ class CyclesLight:
         return self._together[key]
 
     def refers(self, samples: int) -> bool:
-        """Whether readings of so many light paths have a reference."""
+        """Return whether readings with so many light paths have a reference."""
         return self.reference > samples
 
     def close(self) -> None:
+        """Remove the light scene, and forget everything about the user's scene."""
         self._close_scene()
         self._references = {}
         self._simulated, self._state = Simulated(), NEVER
@@ -381,7 +421,7 @@ class CyclesLight:
             scene.close()
 
     def _light(self, asked: _Asked) -> Steps[list[Light]]:
-        """The light of requests that share a picture."""
+        """Return the light of requests that share a picture."""
         scene = self._stand(PRESENT)
         weights, sources = scene.weights(), scene.sources
         state = self._contents, scene.groups.state
@@ -394,7 +434,7 @@ class CyclesLight:
         own = yield from self._own(asked)
         found, known, by_many = own.copy(), by_few.copy(), by_many.copy()
         far = np.flatnonzero(_departs(own, by_few, weights).any(axis=1)).tolist()
-        # To put the scene to another frame and back takes time: all that stand at one together.
+        # Each change of the scene's frame takes time: trace all requests of a frame together.
         if begin != first:
             nearer = yield from self._nearer(asked, state, weights, begin, own, far)
             for one, (few, many) in nearer.items():
@@ -407,7 +447,7 @@ class CyclesLight:
         return _light_of(asked, passes, weights, sources)
 
     def _own(self, asked: _Asked) -> Steps[Array]:
-        """(groups, requests, TWICE, views, 3): what an update's own few light paths find."""
+        """Return the light (groups, requests, TWICE, views, 3) by an update's few light paths."""
         if asked.pixels not in self._found:
             scene = self._stand(PRESENT)
             total = yield from scene.traced(self._picture(asked), 0, asked.few)
@@ -415,7 +455,7 @@ class CyclesLight:
         return self._found[asked.pixels]
 
     def _closer(self, asked: _Asked, own: Array, one: int) -> Steps[Array]:
-        """(groups, TWICE, views, 3): what more light paths find for the request of that number."""
+        """Return the light (groups, TWICE, views, 3) of one request by more light paths."""
         key = asked.pixels, one
         if key not in self._found:
             scene = self._stand(PRESENT)
@@ -433,8 +473,30 @@ class CyclesLight:
         own: Array,
         far: Sequence[int],
     ) -> Steps[dict[int, tuple[Array, Array]]]:
-        """(groups, TWICE, views, 3): what few and many light paths find when this part of the day
-        began, for those of the requests of the numbers `far` whose light is much like that."""
+        """Return the light of requests at the beginning of this part of the day.
+
+        Parameters
+        ----------
+        asked
+            The requests that share a picture.
+        state
+            The state of the lamps.
+        weights
+            Brightness (groups, 3) of the groups.
+        begin
+            The frame at which this part of the day begins.
+        own
+            Light (groups, requests, TWICE, views, 3) of the present update.
+        far
+            Indices of the requests whose light departs from the first frame.
+
+        Returns
+        -------
+        dict
+            By index, for the requests whose light is similar then: light (groups, TWICE, views, 3)
+            by
+            few and by many paths.
+        """
         found = {}
         for one in far:
             (few,) = yield from self._reference(asked, (asked.few,), state, begin, one)
@@ -452,9 +514,26 @@ class CyclesLight:
         frame: int,
         only: int | None = None,
     ) -> Steps[list[Array]]:
-        """(groups, requests, TWICE, views, 3): what so many light paths find at a frame in this
-        `state` of the lamps, of the request of that number `only`, if told; the fewer are the first
-        ones of the more."""
+        """Return the reference's light, with several numbers of light paths.
+
+        Parameters
+        ----------
+        asked
+            The requests that share a picture.
+        stops
+            Numbers of light paths a pixel, in increasing order; each begins with the same paths.
+        state
+            The state of the lamps.
+        frame
+            The frame of the reference.
+        only
+            Index of the only request to trace, if given.
+
+        Returns
+        -------
+        list
+            For each number of paths, light (groups, requests, TWICE, views, 3).
+        """
         key = asked.pixels, state, frame, only
         known = self._references.pop(key, {})
         for before, stop in zip((0, *stops), stops, strict=False):
@@ -469,9 +548,9 @@ class CyclesLight:
         return [_twice(known[stop]) / stop for stop in stops]
 
     def _stand(self, where: str | int) -> CyclesScene:
-        """The light scene, at the present frame or that of a reference."""
+        """Return the light scene, at the present frame or at that of a reference."""
         if self._scene is not None and self._stands != where:
-            # What was frozen was hidden for a reference, and would come back in another order.
+            # Frozen copies were hidden for a reference, and would come back in another order.
             frozen = self._scene.frozen and isinstance(self._stands, int)
             if frozen or self._scene.has_stiff_films:
                 self._close_scene()
@@ -483,6 +562,7 @@ class CyclesLight:
         return self._scene
 
     def _picture(self, asked: _Asked) -> Picture:
+        """Return the picture of requests; it is made if none is stored."""
         assert self._scene is not None
         made = self._pictures.pop(asked.pixels, None)
         if made is None:
@@ -493,8 +573,11 @@ class CyclesLight:
         return made
 
     def _asks_for_frame(self) -> bool:
-        """Whether a driver asks the user's scene for its frame: no other scene can stand at the
-        first one for it. Nothing but frames changes as long as scenes are kept."""
+        """Return whether a driver reads the frame of the user's scene.
+
+        A light scene cannot be at another frame for such a driver. The answer holds while light
+        scenes are kept, since nothing but the frame changes.
+        """
         if self._looks_at_frame is None:
             self._looks_at_frame = any(
                 _asks_for_frame(curve)
@@ -507,6 +590,7 @@ class CyclesLight:
 
 
 def _asks_for_frame(curve: Any) -> bool:
+    """Return whether a driver reads the frame of a scene."""
     return any(
         target.id_type == "SCENE" and target.data_path.startswith("frame_")
         for variable in curve.driver.variables
@@ -515,15 +599,26 @@ def _asks_for_frame(curve: Any) -> bool:
 
 
 def _twice(passes: Array) -> Array:
-    """Passes (groups, requests, pixels, 3) by their two pixels of each view."""
+    """Return passes (groups, requests, pixels, 3) by the two pixels of each view."""
     return passes.reshape(*passes.shape[:2], TWICE, -1, 3)
 
 
 def _light_of(
     asked: _Asked, passes: Array, weights: Array, sources: Sequence[LightShare]
 ) -> list[Light]:
-    """The light of each request from passes (groups, requests, views, 3), and the weights
-    (groups, 3) and sources (groups) of the groups."""
+    """Return the light of each request.
+
+    Parameters
+    ----------
+    asked
+        The requests.
+    passes
+        Radiance (groups, requests, views, 3).
+    weights
+        Brightness (groups, 3) of the groups.
+    sources
+        The source of each group's light.
+    """
     light = asked.method.FACTOR * to_rec709(np.einsum("grvc,gc->rvc", passes, weights))
     colours = light if asked.method.COUNT > 1 else light[:, 0]
     apart = asked.method.FACTOR * to_rec709(np.einsum("grvc,gc->grvc", passes, weights))
@@ -535,22 +630,29 @@ def _light_of(
 
 
 def _departs(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
-    """(requests, TWICE) Whether the light `own` (groups, requests, TWICE, views, 3) differs so much
-    from the reference's that their errors have little in common, such as where somebody stands
-    close to the sensor or its lamp; each of a view's two pixels decides for itself."""
+    """Return which pixels (requests, TWICE) depart from the reference.
+
+    Their light differs so much that the errors have little in common, as where a person is close to
+    the sensor or its lamp. `own` and `few` are the light of the update and of the reference, both
+    (groups, requests, TWICE, views, 3); `weights` is (groups, 3). Each of a view's two pixels
+    decides for itself.
+    """
     change = np.einsum("grtvc,gc->rt", np.abs(own - few), np.abs(weights))
     return np.asarray(change > ALIKE * np.einsum("grtvc,gc->rt", few, np.abs(weights)))
 
 
 def _corrected(light: Array, few: Array, many: Array) -> Array:
-    """The light of few paths plus the reference's (many − few), scaled where it is darker; ≥ 0."""
+    """Return the light of few paths plus the reference's (many − few), never negative.
+
+    The difference is scaled down where the light is darker than the reference.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(light < few, light / few, 1.0)
         more = share * (many - few)
-    # The probe leaves NaN light out, and says so in the note.
+    # The probe leaves NaN light out, and adds a note.
     return light + np.nan_to_num(more, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def request_key(request: Any) -> tuple[Hashable, ...]:
-    """All that a sensor asks, to be compared."""
+    """Return all settings of a request as a key."""
     return repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()

@@ -92,8 +92,8 @@ class Frozen:
     def follow(self, depsgraph: Any) -> bool:
         """Give the new objects the present poses; return whether that was possible.
 
-        A resting object takes no time, and a moving one sets a matrix. A new shape needs new
-        objects: when a mesh is exchanged, Cycles sometimes keeps the earlier one.
+        Only the matrix of a moving object is set. A new shape needs new objects: when a mesh is
+        exchanged, Cycles sometimes keeps the earlier one.
         """
         evaluated = self._obj.evaluated_get(depsgraph)
         if self._has_instances or _seen(evaluated) != self._seen:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures whose pixels look from sensors, by Cycles; and the four views of a light sensor."""
+"""Pictures whose pixels look from sensors, by Cycles; and the four views of a light sensor.
+
+A *lid* is a square that closes a view at its far clip plane: there the view sees only the world.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ....sensor_logic.model import Array
-from ..animation import stays
+from ..animation import is_static
 from .materials import Nodes, is_clear
 from .scene import Housings, Simulated, is_left_out
 
@@ -384,7 +387,7 @@ class StillWalls:
         if not obj.visible_camera or is_left_out(obj, self._housings) or obj in self._simulated:
             return False
         data = obj.data
-        still = stays(obj) and not obj.modifiers and not getattr(data, "shape_keys", None)
+        still = is_static(obj) and not obj.modifiers and not getattr(data, "shape_keys", None)
         return still and not any(
             slot.material and is_clear(slot.material) for slot in obj.material_slots
         )

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cast rays against the solids: exactly, and only where something may have changed.
 
-The hits of a bundle of rays on still solids are stored and used again. Of the moving solids, the
-caster tests those that have changed since the bundle was last cast. It tests all frames of a batch
-together, and only where a ray crosses the bounds of a solid. Rays are transformed into the space
-of the solid, so that single precision is accurate at any distance from the world origin.
+A *bundle* is a set of rays that a sensor casts together. The hits of a bundle on still solids are
+stored and used again. Of the moving solids, the caster tests those that have changed since the
+bundle was last cast. It tests all frames of a batch together, and only where a ray crosses the
+bounds of a solid. Rays are transformed into the space of the solid, so that single precision is
+accurate at any distance from the world origin.
 """
 
 from __future__ import annotations
@@ -527,7 +528,9 @@ def _meet_changing(
         corners, face = surfaces[part.start].triangles
         may_hit = crossed[part]
         seen = rays.pictures, rays.origins, rays.directions
-        hits = changing_shapes.meet(points, corners, matrix[part], inverse[part], *seen, may_hit)
+        hits = changing_shapes.nearest_hits(
+            points, corners, matrix[part], inverse[part], *seen, may_hit
+        )
         hits = hits.at(hits.far < limits[hits.ray])
         for same in np.split(np.arange(len(hits.frame)), np.flatnonzero(np.diff(hits.frame)) + 1):
             if len(same):

@@ -75,7 +75,7 @@ class FrameHits:
         return FrameHits(self.frame[which], self.ray[which], self.far[which], self.triangle[which])
 
 
-def meet(
+def nearest_hits(
     points: Any,
     corners: Index,
     matrix: Array,

@@ -464,16 +464,20 @@ class MadeByNodes(Geometry):
                 self._slots = slots_of(seen, by_triangle=True)
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
+        """Return the copied vertex indices (m, 3) of triangles."""
         return self._triangles
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
+        """Return the copied tree."""
         assert self._built.tree is not None, "rays meet only what has bounds"
         return self._built.tree
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
+        """Return the copied index (n,) of each face's material slot."""
         return self._slots
 
     def materials(self, depsgraph: Any) -> list[int]:
+        """Return the copied session uid of each slot's material."""
         return self._materials
 
 

@@ -310,7 +310,7 @@ class Solids:
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
     def clear_noted(self) -> None:
-        """Delete the stored changes: they are read at this frame."""
+        """Delete the stored changes, which have been read at this frame."""
         self._scene_noted = False
         self.reshaped.clear()
         self._touched.clear()

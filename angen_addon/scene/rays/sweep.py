@@ -174,7 +174,7 @@ class Sweeper:
         # Relative to the beam, numbers are small, and rounding errors too.
         centre = beam.origins[0]
         points = beam.ends - centre
-        move = Movement(_about(centre, start.matrix), _about(centre, beam.matrix))
+        move = Movement(_relative_to(centre, start.matrix), _relative_to(centre, beam.matrix))
         lo, hi = _swept_bounds(move, points.reshape(-1, 3))
         everything = np.arange(len(moves.before))
         near = np.flatnonzero(_overlap(moves, everything, lo + centre, hi + centre))
@@ -188,8 +188,8 @@ class Sweeper:
                 break
             if sensor in solid.owners or not solid.geometry.lasting:
                 continue
-            matrix = _about(centre, now.matrix[row])
-            first = matrix if earlier == STANDS else _about(centre, before.matrix[earlier])
+            matrix = _relative_to(centre, now.matrix[row])
+            first = matrix if earlier == STANDS else _relative_to(centre, before.matrix[earlier])
             triangles = self._triangles_of(depsgraph, solid.geometry, now.shapes[row])
             ways = _ways(Movement(first, matrix), move, points, tolerance)
             found.append(crossings(ways, beam.length, triangles, solid.number))
@@ -301,7 +301,7 @@ def _overlap(moves: SolidMotion, rows: Rows, lo: Array, hi: Array) -> NDArray[np
     return np.asarray(((moves.lo[rows] <= hi) & (moves.hi[rows] >= lo)).all(axis=1))
 
 
-def _about(centre: Array, matrix: Array) -> Array:
+def _relative_to(centre: Array, matrix: Array) -> Array:
     """Return a matrix (4, 4) with its translation relative to a point (3,)."""
     seen = matrix.copy()
     seen[:3, 3] -= centre

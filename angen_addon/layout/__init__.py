@@ -1,3 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Puts the sensors of a layout file into the open home: `measured` reads where sensors stand,
-`plan` finds what a layout changes, `apply` does all of it or nothing."""
+"""Apply a layout file to the open home.
+
+`measured` reads the places of sensors, `plan` finds what a layout changes, and `apply` makes all
+changes or none.
+"""

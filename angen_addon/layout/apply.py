@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Applies a layout to the open home: all of it, or nothing."""
+"""Apply a layout to the open home: all of it, or nothing."""
 
 from __future__ import annotations
 
@@ -21,20 +21,22 @@ from ..authoring.of_kind import housing_of
 from ..runtime.time_base import evaluated_depsgraph
 from ..scene.instances import chain, is_sensor
 from ..scene.sensors import Sensor, unit_scale
-from .measured import of_faces
+from .measured import face_bounds
 from .plan import Planner, SensorChange
 
 EMPTY_SIZE_M = 0.1
 PLACE = ("location", "rotation", "look", "relative_to")
 CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-# Relative tolerance of sizes by which a housing is recognised.
+# Relative tolerance of the bounds by which a housing is recognised.
 SAME_SIZE = 1e-3
 
 
 class Applied(NamedTuple):
-    """The names of the sensors that a layout added, changed, left as they were and removed.
-    `cleared`: those of the removed whose objects stay, since they are more than a housing.
-    `replaced`: a sentence on values of older versions that were replaced."""
+    """The names of the sensors that a layout added, changed, left unchanged and removed.
+
+    `cleared` are the removed sensors whose objects stay, since they are more than a housing.
+    `replaced` is a sentence on values of older versions that were replaced.
+    """
 
     added: list[str]
     changed: list[str]
@@ -45,6 +47,7 @@ class Applied(NamedTuple):
 
     @property
     def text(self) -> str:
+        """The result in a sentence."""
         parts = [f"{len(self.added)} added", f"{len(self.changed)} changed"]
         parts += [f"{len(self.removed)} removed"] if self.removed else []
         found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
@@ -54,12 +57,15 @@ class Applied(NamedTuple):
 
 
 def apply_layout(path: Path, remove: bool = False) -> Applied:
-    """Adds and changes sensors in the present scene to match a layout file; with `remove`, deletes
-    those that the layout lacks. Raises InputError, having changed nothing."""
+    """Add and change sensors in the present scene to match a layout file.
+
+    With `remove`, delete the sensors that the layout lacks. Raise `InputError` if the layout is
+    wrong; then nothing is changed.
+    """
     layout = read_layout(path)
     view_layer = bpy.context.view_layer
     view_layer.update()
-    # What is deleted need not be switched.
+    # The sensors to remove need no other change.
     kept = Layout(layout.sensors) if remove else layout
     planner = Planner(kept, view_layer, evaluated_depsgraph())
     plans = planner.changes()
@@ -69,7 +75,7 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
     doing = [plan for plan in plans if plan.changes]
     changed = [plan.entry.name for plan in doing if plan.sensor is not None]
     with _Rollback() as rollback:
-        # The last of all: callbacks run in reverse.
+        # Callbacks run in reverse, so this runs last.
         rollback.callback(view_layer.update)
         _make_changes(plans, rollback)
         _check_done(doing)
@@ -82,10 +88,13 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
 
 
 class _Rollback(ExitStack):
-    """Sets properties; at the end of the `with` block restores them, and calls what else undoes a
-    change, unless `pop_all` has kept the changes."""
+    """Sets properties, and restores them at the end of the `with` block.
+
+    Other callbacks undo other changes. `pop_all` keeps the changes.
+    """
 
     def set(self, owner: Any, name: str, value: Any) -> None:
+        """Set a property, and restore its value at a rollback."""
         before = getattr(owner, name)
         if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
             before = before.copy()
@@ -105,7 +114,7 @@ def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
     for plan in plans:
         if "parent" in plan.moves:
             _set_parent(objects[id(plan)], plan.moves["parent"], rollback)
-    # A child is placed after its parent, even where only the parent moves.
+    # A child is placed after its parent, even if only the parent moves.
     for plan in sorted(plans, key=lambda plan: len(list(chain(objects[id(plan)])))):
         obj = objects[id(plan)]
         if plan.displaced or (plan.origin is not None and obj.parent and obj.is_editable):
@@ -113,7 +122,7 @@ def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
 
 
 def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
-    """The sensor's object; adds one for a new sensor."""
+    """Return the sensor's object; add one for a new sensor."""
     if plan.sensor is not None:
         return plan.sensor.object
     metres = unit_scale(bpy.context.scene)
@@ -134,14 +143,14 @@ def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
 
 
 def _usable_collection() -> Any:
-    """The active collection, or the scene's own where that is linked or excluded."""
+    """Return the active collection, or that of the scene if it is linked or excluded."""
     active = bpy.context.view_layer.active_layer_collection
     usable = active.collection.is_editable and not active.exclude
     return active.collection if usable else bpy.context.scene.collection
 
 
 def _housing(plan: SensorChange) -> Housing | None:
-    """The housing of a new sensor; None: it is an empty."""
+    """Return the housing of a new sensor; None for an empty."""
     kind, values = plan.kind, plan.entry.values
     if "bounds" not in values:
         return housing_of(kind.identifier, values.get("preset", ""))
@@ -156,7 +165,7 @@ def _box(low: list[float], high: list[float]) -> Housing:
 
 
 def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
-    """The housing of a kind, or of one of its presets, with these bounds (2, 3) in m, or None."""
+    """Return a housing of the kind with these bounds (2, 3) in m, or None."""
     for preset in ("", *(preset.identifier for preset in kind.presets)):
         housing = housing_of(kind.identifier, preset)
         points = np.array([housing.points[i] for face in housing.faces for i in face])
@@ -169,7 +178,7 @@ def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
 def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
     settings = obj.angen_sensor
     if "kind" in plan.settings:
-        # Setting the kind also sets its rate.
+        # Setting the kind also sets the update rate.
         rollback.set(settings, "update_rate", settings.update_rate)
     for name, value in plan.settings.items():
         rollback.set(settings, name, value)
@@ -182,7 +191,7 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
 
 
 def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Moves an object from its collections into the one of this name."""
+    """Move an object from its collections to the collection of this name."""
     scene = bpy.context.scene
     target = scene.collection if name is None else bpy.data.collections.get(name)
     if target is None:
@@ -203,7 +212,7 @@ def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
 
 
 def _set_parent(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Parents an object to another and keeps its world matrix."""
+    """Parent an object to another, and keep its world matrix."""
     bpy.context.view_layer.update()
     world = obj.matrix_world.copy()
     _remember_channels(obj, rollback)
@@ -219,7 +228,7 @@ def _remember_channels(obj: Any, rollback: _Rollback) -> None:
 
 
 def _place(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
-    """Moves an object to where its plan says, without scaling it."""
+    """Move an object to the pose of its plan, without a change of its scale."""
     assert plan.origin is not None and plan.axes is not None
     origin = (plan.origin / unit_scale(bpy.context.scene)).tolist()
     _remember_channels(obj, rollback)
@@ -243,8 +252,7 @@ def _close(a: Matrix, b: Matrix) -> bool:
 
 
 def _check_done(plans: list[SensorChange]) -> None:
-    """Raises InputError where Blender did not make a change, since something is locked or driven,
-    for example."""
+    """Raise `InputError` if Blender did not make a change, since it is locked, for example."""
     view_layer = bpy.context.view_layer
     view_layer.update()
     again = Planner(Layout([]), view_layer, evaluated_depsgraph())
@@ -254,21 +262,24 @@ def _check_done(plans: list[SensorChange]) -> None:
         sensor = again.sensor(entry)
         if sensor is None:
             raise plan.entry.error(
-                "its collection is not in the view layer: show that, or name another", "collection"
+                "its collection is not in the view layer: show it, or name another", "collection"
             )
         left = again.change(entry)
         what = [*left.settings, *left.parameters, *left.moves]
-        what += ["place"] if plan.displaced and not again.stands(plan, sensor) else []
+        what += ["place"] if plan.displaced and not again.has_new_pose(plan, sensor) else []
         if what:
             raise plan.entry.error(
-                f"Blender did not set its {', '.join(what)}: is that locked, driven, constrained, "
-                "or not overridable?"
+                f"Blender did not set its {', '.join(what)}, which may be locked, driven, "
+                "constrained or not overridable: free it, or leave it out"
             )
 
 
 def _delete(sensor: Sensor) -> bool:
-    """Deletes a sensor and its children, except sensors. An object that is more than a sensor, such
-    as furniture, stays and only stops being one; then returns False."""
+    """Delete a sensor and its children, except sensors.
+
+    An object that is more than a sensor, such as furniture, only stops being a sensor. Return False
+    for such an object.
+    """
     obj = sensor.object
     if not _is_only_sensor(sensor):
         obj.angen_sensor.kind = NO_KIND
@@ -285,10 +296,10 @@ def _delete(sensor: Sensor) -> bool:
 
 
 def _is_only_sensor(sensor: Sensor) -> bool:
-    """Whether an object is an empty, or has the housing of a new sensor."""
+    """Return whether an object is an empty, or has the housing of a new sensor."""
     if sensor.object.type != "MESH":
         return bool(sensor.object.type == "EMPTY")
-    box = of_faces(sensor.object.data)
+    box = face_bounds(sensor.object.data)
     if box is None:
         return True
     return _housing_of_size(sensor.kind, box * unit_scale(bpy.context.scene)) is not None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures where a sensor stands and how large it is, so that a layout can restore it exactly."""
+"""Measure the place and the size of a sensor, so that a layout can restore them exactly."""
 
 from __future__ import annotations
 
@@ -17,11 +17,16 @@ Numbers = list[float] | None
 
 
 def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
-    """A sensor's location in metres and XYZ Euler angles in radians, in world space.
+    """Return a sensor's location and rotation in the world.
 
-    Where only its own location and rotation place it, they are exact. Where a parent, a constraint
-    or an instance does, they are rounded to the accuracy with which they can be set again: 10 µm
-    and 1 µrad up to 10 m from the origin. None where the matrix has NaN or no direction.
+    If only the sensor's own location and rotation place it, they are exact. If a parent, a
+    constraint or an instance does, they are rounded to the accuracy with which they can be set
+    again: 10 µm and 1 µrad up to 10 m from the origin.
+
+    Returns
+    -------
+    location, rotation : list of float
+        In m, and XYZ Euler angles in radians. Both are None if the matrix has NaN or no direction.
     """
     metres = unit_scale(depsgraph.scene)
     matrix = sensor.world_matrix(depsgraph)
@@ -40,7 +45,7 @@ def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
 
 
 def _by_channels(own: Any, matrix: Any) -> bool:
-    """Whether only its own location, rotation and scale place an object."""
+    """Return whether only its location, rotation and scale place an object."""
     if own.rotation_mode != "XYZ" or min(own.scale) <= 0.0:
         return False
     alone = np.array(Matrix.LocRotScale(own.location, own.rotation_euler, own.scale))
@@ -54,8 +59,10 @@ def _rounded(values: Any, decimals: int) -> list[float]:
 
 
 def shortest(value: float, metres: float = 1.0) -> float:
-    """`value` times `metres` as the shortest decimal number, of at least 7 digits, that divided by
-    `metres` gives the same number in single precision, which Blender stores."""
+    """Return `value` times `metres` as a short decimal number, of at least 7 digits.
+
+    Divided by `metres` it gives the same number in single precision, which Blender stores.
+    """
     found = 0.0
     for digits in (7, 8, 9):
         found = float(f"{value * metres:.{digits}g}")
@@ -65,14 +72,16 @@ def shortest(value: float, metres: float = 1.0) -> float:
 
 
 def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
-    """The lowest and highest corner (3,) of a sensor's faces along its own axes, in metres; None
-    without faces."""
+    """Return the lowest and the highest corner (3,) of a sensor's faces along its axes, in m.
+
+    Return None without faces.
+    """
     own = sensor.object.evaluated_get(depsgraph)
     if own.type not in SURFACE_TYPES or not own.is_evaluated:
         return None
     mesh = own.to_mesh()
     try:
-        corners = of_faces(mesh) if mesh is not None else None
+        corners = face_bounds(mesh) if mesh is not None else None
     finally:
         own.to_mesh_clear()
     if corners is None:
@@ -82,8 +91,8 @@ def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
     return [[float(f"{c:.6g}") + 0.0 for c in corner] for corner in corners.tolist()]
 
 
-def of_faces(mesh: Any) -> Array | None:
-    """(2, 3): the bounds of a mesh's faces in Blender units; None without faces."""
+def face_bounds(mesh: Any) -> Array | None:
+    """Return the bounds (2, 3) of a mesh's faces in Blender units; None without faces."""
     if not mesh.polygons:
         return None
     points = np.empty(3 * len(mesh.vertices), np.float32)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares a layout with the open home, and finds its errors before anything is changed."""
+"""Compare a layout with the open home, and find its errors before any change is made."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder
 from ..scene.sensors import NotPlaced, Sensor, all_sensors, placed_matrix, pointed_at, unit_scale
 
-# Tolerances of a sensor's place: m for each m from the origin, at least 1 m (single precision), and
-# rad.
+# Tolerances of a pose: relative to its distance from the origin, or to 1 m if that is more (single
+# precision), and in radians.
 SAME_PLACE, SAME_ANGLE = 2e-6, 2e-6
 COMMON = ("room", "enabled", "update_rate")
 COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"}
@@ -33,10 +33,23 @@ COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"
 
 @dataclass
 class SensorChange:
-    """The changes of one sensor. `sensor`: None for a new one. `settings`, `parameters`: the new
-    values by name. `moves`: its new "parent" or "collection" by these words. `origin` (3,) in
-    metres and `axes` (3, 3): its new pose, None where it keeps the old one; `angles`: the axes as
-    XYZ Euler angles. `displaced`: whether the pose changes."""
+    """The changes of one sensor.
+
+    Attributes
+    ----------
+    sensor
+        The sensor, or None for a new one.
+    settings, parameters
+        The new values by name.
+    moves
+        The names of its new "parent" and "collection", by these words.
+    origin, axes
+        Its new pose (3,) in m and (3, 3), or None if it keeps the old one.
+    angles
+        The axes as XYZ Euler angles.
+    displaced
+        Whether the pose changes.
+    """
 
     entry: LayoutEntry
     kind: Kind
@@ -67,25 +80,30 @@ class Planner:
         self._sensors = all_sensors(view_layer)
 
     def changes(self) -> list[SensorChange]:
-        """The changes of each sensor of the layout, and of the others where it says so. Raises
-        InputError."""
+        """Return the changes of each sensor of the layout.
+
+        The other sensors of the home are included if the layout has settings for them. Raise
+        `InputError` if the layout is wrong.
+        """
         found = [self.change(entry) for entry in self._entries]
         self._check_parents(found)
         if self._others is not None:
             for sensor in self.left_out():
-                of = {"name": sensor.name, "library": sensor.library}
-                entry = replace(self._others, values={**of, **self._others.values})
+                names = {"name": sensor.name, "library": sensor.library}
+                entry = replace(self._others, values={**names, **self._others.values})
                 found.append(self.change(entry))
         return found
 
     def left_out(self) -> list[Sensor]:
-        """The sensors that the layout lacks. Raises InputError."""
+        """Return the sensors that the layout lacks. Raise `InputError` if a name is ambiguous."""
         listed = {sensor.uid for entry in self._entries if (sensor := self.sensor(entry))}
         return [sensor for sensor in self._sensors if sensor.uid not in listed]
 
     def to_delete(self) -> list[Sensor]:
-        """The sensors that the layout lacks. Raises InputError where one of them cannot be
-        deleted."""
+        """Return the sensors that the layout lacks.
+
+        Raise `InputError` if one of them cannot be deleted.
+        """
         found = self.left_out()
         stuck = [s for s in found if s.holders or s.object.library or s.object.override_library]
         if stuck:
@@ -97,7 +115,10 @@ class Planner:
         return found
 
     def sensor(self, entry: LayoutEntry) -> Sensor | None:
-        """The sensor that an entry of the layout names, or None. Raises InputError."""
+        """Return the sensor that an entry of the layout names, or None.
+
+        Raise `InputError` if several sensors have this name, or its library is not linked.
+        """
         library = entry.values.get("library")
         found = [
             s
@@ -117,7 +138,7 @@ class Planner:
         return found[0] if found else None
 
     def change(self, entry: LayoutEntry) -> SensorChange:
-        """The changes of the sensor of an entry. Raises InputError."""
+        """Return the changes of the sensor of an entry. Raise `InputError` if it is wrong."""
         sensor = self.sensor(entry)
         taken = None if sensor else self._same_name(entry)
         kind = self._kind(entry, sensor)
@@ -142,8 +163,10 @@ class Planner:
         return change
 
     def _same_name(self, entry: LayoutEntry) -> Any:
-        """The object of an entry's name that is not a sensor yet, or None. Raises InputError where
-        it is not in the view layer."""
+        """Return the object of an entry's name that is not a sensor yet, or None.
+
+        Raise `InputError` if it is not in the view layer.
+        """
         obj = next((o for o in bpy.data.objects if o.name == entry.name and not o.library), None)
         if obj is None or obj in set(self._view_layer.objects):
             return obj
@@ -161,7 +184,7 @@ class Planner:
         raise entry.error(f"no sensor has this name, and a new one needs a kind; {known}")
 
     def _check_new(self, entry: LayoutEntry) -> None:
-        """Raises InputError where a sensor cannot be added."""
+        """Raise `InputError` if a sensor cannot be added."""
         holder = self._view_layer.objects.get(entry.name.partition("/")[0])
         if "/" in entry.name and holder is not None and is_holder(holder):
             known = [s.name for s in self._sensors if s.holders]
@@ -175,14 +198,14 @@ class Planner:
         if "location" not in entry.values:
             raise entry.error("a new sensor needs a location")
 
-    # Its place
+    # The place of a sensor
 
     def _plan_place(self, change: SensorChange, listed: dict[str, Any]) -> None:
         entry, values = change.entry, change.entry.values
         bounds = values.get("bounds", listed.get("bounds"))
         if change.sensor is not None and not _same_bounds(bounds, listed["bounds"]):
             raise entry.error(
-                "its solid has other bounds, which a layout cannot change: scale it in Blender, "
+                "its faces have other bounds, which a layout cannot change: scale it in Blender, "
                 "delete it first, or leave bounds out",
                 "bounds",
             )
@@ -196,10 +219,10 @@ class Planner:
         as_listed = not values.keys() & {"relative_to", "look"}
         if as_listed and all(_same(values[key], listed.get(key)) for key in given):
             return
-        change.displaced = change.sensor is None or not self.stands(change)
+        change.displaced = change.sensor is None or not self.has_new_pose(change)
 
     def _object(self, entry: LayoutEntry, key: str, name: str) -> Any:
-        """The object of the view layer that an entry refers to. Raises InputError."""
+        """Return the object that an entry refers to. Raise `InputError` if there is none."""
         found = self._view_layer.objects.get(name)
         if found is None:
             known = [obj.name for obj in self._view_layer.objects]
@@ -207,7 +230,7 @@ class Planner:
         return found
 
     def _target(self, change: SensorChange) -> tuple[Array, Array, Sequence[float]]:
-        """Origin (3,) in m, axes (3, 3) and XYZ Euler angles that an entry gives."""
+        """Return the origin (3,) in m, axes (3, 3) and XYZ Euler angles that an entry gives."""
         entry, values = change.entry, change.entry.values
         metres = unit_scale(self._depsgraph.scene)
         origin, axes = np.zeros(3), np.eye(3)
@@ -222,7 +245,7 @@ class Planner:
         at = np.array(values["location"]) if "location" in values else None
         place = origin + axes @ at if at is not None else now[0] if now else origin
         if not np.isfinite(place.astype(np.float32) / np.float32(metres)).all():
-            raise entry.error("location is too far away", "location")
+            raise entry.error("location is too far away for Blender's single precision", "location")
         if "look" in values:
             turned = _looking(axes @ np.array(values["look"], float))
         elif "rotation" in values:
@@ -237,7 +260,7 @@ class Planner:
         return place, turned, tuple(Matrix(turned.tolist()).to_euler("XYZ"))
 
     def _pose(self, sensor: Sensor) -> tuple[Array, Array] | None:
-        """Origin (3,) in m and axes (3, 3) of a sensor; None where it has no direction."""
+        """Return the origin (3,) in m and axes (3, 3) of a sensor; None without a direction."""
         matrix = np.array(sensor.world_matrix(self._depsgraph))
         try:
             pose = pose_from_matrix(matrix, unit_scale(self._depsgraph.scene))
@@ -245,8 +268,8 @@ class Planner:
             return None
         return pose.origin, pose.axes
 
-    def stands(self, change: SensorChange, sensor: Sensor | None = None) -> bool:
-        """Whether `sensor`, or else that of the change, already has the new pose."""
+    def has_new_pose(self, change: SensorChange, sensor: Sensor | None = None) -> bool:
+        """Return whether `sensor`, or else the sensor of the change, has the new pose."""
         found = sensor or change.sensor
         now = self._pose(found) if found else None
         if now is None or change.origin is None or change.axes is None:
@@ -258,7 +281,7 @@ class Planner:
         )
 
     def _check_parents(self, changes: Sequence[SensorChange]) -> None:
-        """Raises InputError where parents are missing or form a loop."""
+        """Raise `InputError` if parents are missing or form a loop."""
         parents = {o.name: o.parent.name for o in self._view_layer.objects if o and o.parent}
         new = {change.entry.name for change in changes if change.sensor is None}
         for change in changes:
@@ -273,11 +296,13 @@ class Planner:
             above, seen = parents.get(change.entry.name), set()
             while above is not None and above not in seen:
                 if above == change.entry.name:
-                    raise change.entry.error("its parents would form a loop", "parent")
+                    raise change.entry.error(
+                        "its parents would form a loop: name another", "parent"
+                    )
                 seen.add(above)
                 above = parents.get(above)
 
-    # Its settings
+    # The settings of a sensor
 
     def _plan_settings(self, change: SensorChange, listed: dict[str, Any]) -> None:
         entry, kind = change.entry, change.kind
@@ -297,8 +322,10 @@ class Planner:
             self._check_parameters(change, listed)
 
     def _check_parameters(self, change: SensorChange, listed: dict[str, Any]) -> None:
-        """Looks up the objects that parameters name. Raises InputError for the problems that a
-        panel would show."""
+        """Look up the objects that parameters name.
+
+        Raise `InputError` for the problems that a panel would show.
+        """
         entry, kind = change.entry, change.kind
         merged = listed["parameters"] | change.parameters
         for name, spec in specs(kind.parameters).items():
@@ -323,7 +350,7 @@ class Planner:
 
 
 def _check_editable(change: SensorChange) -> None:
-    """Raises InputError where something linked, animated or driven would change."""
+    """Raise `InputError` if a change concerns something linked, animated or driven."""
     sensor, entry = change.sensor, change.entry
     assert sensor is not None
     if sensor.holders:
@@ -347,7 +374,7 @@ def _check_editable(change: SensorChange) -> None:
 
 
 def _same(value: Any, listed: Any) -> bool:
-    """Whether a value is equal to that of `list --json` in single precision."""
+    """Return whether a value equals that of `list --json` in single precision."""
     if isinstance(value, list):
         return isinstance(listed, list) and all(map(_same, value, listed))
     numbers = isinstance(value, float) or isinstance(listed, float)
@@ -364,7 +391,7 @@ def _same_bounds(wanted: Any, listed: Any) -> bool:
 
 
 def _axes(angles: Sequence[float]) -> Array:
-    """(3, 3) from XYZ Euler angles."""
+    """Return the axes (3, 3) of XYZ Euler angles."""
     (a, b, c), identity = angles, np.eye(3)
     turns = [
         identity if not angle else np.array(Matrix.Rotation(angle, 3, axis))
@@ -374,7 +401,7 @@ def _axes(angles: Sequence[float]) -> Array:
 
 
 def _looking(direction: Array) -> Array:
-    """(3, 3): axes that look along a direction with +Y as far up as it goes."""
+    """Return axes (3, 3) that look along a direction, with +Y as far up as possible."""
     return np.array(
         Vector(direction / np.linalg.norm(direction)).to_track_quat("-Z", "Y").to_matrix()
     )

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds what the open file needs and lacks here, so that its readings are wrong: missing libraries
-and other files, drivers that cannot run, sensors of unknown kinds."""
+"""Find what the open file needs and lacks, so that its readings would be wrong.
+
+These are missing libraries and other files, drivers that fail, and sensors of unknown kinds.
+"""
 
 from __future__ import annotations
 
@@ -21,31 +23,36 @@ from ..scene.sensors import all_sensors, simulated
 FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
 FIND = "put it back, or point Blender to it (File, External Data, Find Missing Files)"
 
-# What is wrong, and the way to mend it.
+# The problem, and the way to mend it.
 Lack = tuple[str, str]
 
 
 def lacking(view_layer: Any, light: bool) -> list[str]:
-    """A sentence for each thing that is lacking; with `light`, also for those that only light
-    sensors notice. The scene must be evaluated, since only then Blender blocks drivers."""
+    """Return a sentence for each thing that is lacking.
+
+    With `light`, include those that only light sensors notice. The scene must be evaluated, since
+    Blender blocks drivers only then.
+    """
     return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
 
 
 def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
-    """What is wrong and the way to mend it, for each thing that is lacking."""
+    """Yield the problem and the way to mend it, for each thing that is lacking."""
     yield from _unknown_kinds(view_layer)
     yield from _missing_libraries()
     yield from _missing_data()
-    yield from _missing_files("cache file", bpy.data.cache_files, "what moves by it stands still")
+    yield from _missing_files(
+        "cache file", bpy.data.cache_files, "objects that move by it stand still"
+    )
     yield from _missing_mesh_caches(view_layer)
-    yield from _standing_drivers()
+    yield from _failing_drivers()
     if light:
         images = [i for i in bpy.data.images if i.source in FILES and not i.has_data]
         yield from _missing_files("image", images, "light sensors see it as pink")
 
 
 def look(view_layer: Any) -> None:
-    """Lists what is lacking now, for the panels to show."""
+    """Store what is lacking now, for the panels to show."""
     sensors = simulated(all_sensors(view_layer))
     if sensors:
         view_layer.update()
@@ -65,8 +72,10 @@ def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:
 
 
 def _stored_kind(obj: Any) -> int:
-    """The number of the object's kind in the file. Read as a property, an unknown kind would be
-    0."""
+    """Return the number of the object's kind in the file.
+
+    Read as a property, an unknown kind would be 0.
+    """
     group = stored_settings(obj)
     return int(group.get("kind", 0)) if group is not None else 0
 
@@ -80,7 +89,7 @@ def _missing_libraries() -> Iterator[Lack]:
 
 
 def _missing_data() -> Iterator[Lack]:
-    """Datablocks that a library no longer holds, although the library itself is there."""
+    """Yield datablocks that a library no longer contains, although the library exists."""
     lost: dict[str, list[str]] = {}
     for collection in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.actions):
         for block in collection:
@@ -96,14 +105,14 @@ def _missing_data() -> Iterator[Lack]:
         )
 
 
-def _missing_files(what: str, blocks: Iterable[Any], so: str) -> Iterator[Lack]:
+def _missing_files(what: str, blocks: Iterable[Any], effect: str) -> Iterator[Lack]:
     for block in blocks:
         if getattr(block, "packed_file", None) is not None or block.users == 0:
             continue
         path = bpy.path.abspath(block.filepath, library=block.library)
-        # Of a sequence or of tiles the name holds a placeholder.
+        # The path of a sequence or of tiles contains a placeholder.
         if block.filepath and not os.path.exists(path) and "<" not in path:
-            yield f"the {what} '{block.name}' is missing ({path}), so {so}", FIND
+            yield f"the {what} '{block.name}' is missing ({path}), so {effect}", FIND
 
 
 def _missing_mesh_caches(view_layer: Any) -> Iterator[Lack]:
@@ -116,7 +125,7 @@ def _missing_mesh_caches(view_layer: Any) -> Iterator[Lack]:
                     yield text, "put it back, or choose another in the modifier"
 
 
-def _standing_drivers() -> Iterator[Lack]:
+def _failing_drivers() -> Iterator[Lack]:
     blocked: list[str] = []
     failed: list[str] = []
     for owner in all_animated():
@@ -128,11 +137,11 @@ def _standing_drivers() -> Iterator[Lack]:
                 where.append(f"{owner.name} ({curve.data_path})")
     if blocked:
         yield (
-            f"Blender blocked drivers that are Python, so what they move stands still: "
+            f"Blender blocked Python drivers, so the objects that they move stand still: "
             f"{named(blocked)}",
             "if you trust the file, allow them with --enable-autoexec, or with Trusted Source "
             "where you open it",
         )
     if failed:
-        text = f"drivers fail, so what they move stands still: {named(failed)}"
-        yield text, "mend or remove them"
+        text = f"drivers fail, so the objects that they move stand still: {named(failed)}"
+        yield text, "correct or remove them"

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Advice where something in a scene keeps a sensor from reading what the user expects; and which
-surfaces weigh with an object's mass."""
+"""Advice on what in a scene keeps a sensor from reading what the user expects.
+
+It also finds the surfaces that press on pads with the mass of an object.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,7 @@ from ..scene.sensors import Sensor, read_parameters
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
-    """Warns where a motion detector's warm-up lasts longer than the animation."""
+    """Warn if a motion detector's warm-up lasts longer than the animation."""
     seconds = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = scene.frame_end + 1 - scene.frame_start
     length = frames * scene.render.fps_base / scene.render.fps
@@ -34,8 +36,7 @@ def warm_up(sensor: Any, scene: Any) -> Advice | None:
 
 
 def background_sets(scene: Any) -> list[Advice]:
-    """Warns of scenes whose objects the viewport and renders show as well, and sensors do not
-    meet."""
+    """Warn of background sets, whose objects the viewport shows but no sensor sees."""
     sets = [scene]
     while sets[-1].background_set not in (None, *sets):
         sets.append(sets[-1].background_set)
@@ -45,7 +46,7 @@ def background_sets(scene: Any) -> list[Advice]:
         if met:
             found.append(
                 Advice(
-                    f"No sensor meets what is in the background set '{background.name}': "
+                    f"No sensor sees the objects of the background set '{background.name}': "
                     f"{named(met)}",
                     "Clear Background Set (Scene tab), and link the set's collection into this "
                     "scene",
@@ -55,8 +56,10 @@ def background_sets(scene: Any) -> list[Advice]:
 
 
 def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
-    """Warns where a sensor's output never switches on, or never off; parameters that are an error
-    are reported elsewhere."""
+    """Warn if a sensor's output can never switch on, or never off.
+
+    Wrong parameters are reported elsewhere.
+    """
     try:
         return read_parameters(sensor, sensor.settings).unreachable(lengths)
     except AngenError:
@@ -64,7 +67,7 @@ def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
 
 
 def without_surface(obj: Any) -> Advice | None:
-    """Warns where a pad has no surface to press on."""
+    """Warn if a pad has no surface to press on."""
     kind = obj.bl_rna.properties["type"].enum_items[obj.type].name.lower()
     if obj.type not in SURFACE_TYPES:
         return Advice(
@@ -76,7 +79,7 @@ def without_surface(obj: Any) -> Advice | None:
 
 
 def may_be_simulated(obj: Any) -> bool:
-    """Whether the physics engine moves the object, now or at another frame."""
+    """Return whether the physics engine moves the object, now or at another frame."""
     body = obj.rigid_body
     return (
         body is not None
@@ -87,12 +90,12 @@ def may_be_simulated(obj: Any) -> bool:
 
 
 def simulated_bodies(scene: Any) -> Iterator[Any]:
-    """The rigid bodies that the physics engine moves; a compound counts as one."""
+    """Return the rigid bodies that the physics engine moves; a compound counts as one."""
     return (obj for obj in rigid_bodies(scene) if may_be_simulated(obj))
 
 
 def sinks(pad: Any, scene: Any) -> Advice | None:
-    """Warns where a pad is an active rigid body that sinks under heavier ones."""
+    """Warn if a pad is an active rigid body that sinks under heavier ones."""
     bodies = list(simulated_bodies(scene))
     if pad not in bodies:
         return None
@@ -108,7 +111,7 @@ def sinks(pad: Any, scene: Any) -> Advice | None:
 
 
 def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
-    """Warns where no other object has a weight to press on the pad."""
+    """Warn if no other object has a weight to press on the pad."""
     if any(body != pad for body in simulated_bodies(scene)):
         return None
     if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
@@ -127,8 +130,10 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
 
 
 def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
-    """Warns where a pad measures only what has no surface that the viewport shows. Physics goes on
-    for rigid bodies that it hides."""
+    """Warn if a pad measures only objects that have no visible surface.
+
+    Rigid bodies are left out, since physics moves them although the viewport hides them.
+    """
     chosen, group = pad.parameters.partner_object, pad.parameters.partner_collection
     partners = [*([chosen] if chosen else ()), *(group.all_objects if group else ())]
     if not partners:
@@ -141,14 +146,17 @@ def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
         return None
     return Advice(
         f"It measures only {named([chosen.name if chosen else group.name])}, of which the viewport "
-        "shows no surface: it reads 0 N",
+        "shows no surface, so it reads 0 N",
         "Show it (eye or monitor icon in the Outliner), or choose another partner",
     )
 
 
 def of_several(advices: dict[str, Advice]) -> str:
-    """The advice on several pads as one line: how many pads, their first names, and the text of the
-    first; it says so if the other texts differ."""
+    """Return the advice on several pads as one line.
+
+    It gives the number of pads, their first names and the text of the first. It says so if the
+    other texts differ.
+    """
     names = list(advices)
     text = uncapitalized(advices[names[0]].text)
     if len(names) == 1:
@@ -158,19 +166,18 @@ def of_several(advices: dict[str, Advice]) -> str:
 
 
 def outdated_cache(scene: Any) -> Advice | None:
-    """Warns where the rigid-body cache is older than the last edit."""
+    """Warn if the rigid-body cache is older than the last edit."""
     world = scene.rigidbody_world
     if not any(simulated_bodies(scene)) or not world.point_cache.is_outdated:
         return None
     return Advice(
-        "The rigid-body cache is out of date, live readings are not valid",
-        f"Play from frame {world.point_cache.frame_start}, or simulate the sensors, which does so "
-        "by itself",
+        "The rigid-body cache is out of date, so live readings are not valid",
+        f"Play from frame {world.point_cache.frame_start}, or simulate the sensors",
     )
 
 
 def short_cache(scene: Any) -> Advice | None:
-    """Warns where the rigid-body cache ends before the scene."""
+    """Warn if the rigid-body cache ends before the scene."""
     if not any(simulated_bodies(scene)):
         return None
     cache = scene.rigidbody_world.point_cache
@@ -185,17 +192,15 @@ def short_cache(scene: Any) -> Advice | None:
 
 
 def opaque_glass(view_layer: Any) -> Iterator[Advice]:
-    """Warns of glass that keeps lamps and the sun from light sensors."""
+    """Warn of glass that keeps lamps and the sun from light sensors."""
     for name, material in materials.opaque_glass(view_layer).items():
         yield Advice(
             f"Light sensors see no lamp and no sun through the glass '{material}' of '{name}', "
-            "which is no thin, flat, plain pane",
+            "since it is not a thin, flat, plain pane",
             "Make it a pane of at most 5 cm without textures, keys and volume, or mix its shader "
             "with a Transparent BSDF by Light Path, Is Shadow Ray",
         )
 
-
-# Finds the surfaces that weigh with the mass of an object.
 
 # Types of objects that have a surface, or can be the parent or armature of one.
 BEARER_TYPES = SURFACE_TYPES | {"ARMATURE", "EMPTY", "LATTICE"}
@@ -203,15 +208,18 @@ BEARER_TYPES = SURFACE_TYPES | {"ARMATURE", "EMPTY", "LATTICE"}
 
 @dataclass(frozen=True)
 class Weighed:
-    """`surfaces`: those that weigh with an object's mass. `apart`: its other parts, which have a
-    mass of their own or of something nearer, each with the object that has that mass."""
+    """The surfaces that press on pads with the mass of an object.
+
+    `apart` are its other parts, whose mass is their own or that of a nearer object. Each comes with
+    the object that has the mass.
+    """
 
     surfaces: list[Any]
     apart: list[tuple[Any, Any]]
 
 
 def weighed_with(obj: Any, view_layer: Any) -> Weighed:
-    """The surfaces that weigh with the mass of `obj`, or would if it had one."""
+    """Return the surfaces that press with the mass of `obj`, or would if it had one."""
     found = Weighed([], [])
     for surface in _surfaces(view_layer):
         possible = list(candidates(surface))

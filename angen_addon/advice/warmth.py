@@ -16,16 +16,16 @@ from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor
 from ..scene.surfaces import collection_parents, inherited_warmth
 
-# Materials with one of these in their name are bare skin.
+# A material is bare skin if its name contains one of these words.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")
 SKIN_CELSIUS = 33.0
-# Hz: with fewer updates the signal of a walker is more than 5 % too low.
+# Hz. At a lower update rate the signal of a walker is more than 5 % too low.
 ENOUGH_RATE = 20.0
 
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual temperature of one sort of thing (°C), and its emissivity."""
+    """The usual temperature of a sort of thing (°C), and its emissivity."""
 
     identifier: str
     label: str
@@ -37,10 +37,12 @@ class Usual:
 USUAL: dict[str, Usual] = {
     usual.identifier: usual
     for usual in (
-        Usual("PERSON", "Person", "Clothing 28 °C, and materials named as skin 33 °C", 28.0),
-        Usual("PET", "Pet", "A cat's or dog's fur, 27 °C", 27.0),
-        Usual("HEATER", "Heater", "A radiator that heats, 50 °C", 50.0),
-        Usual("KETTLE", "Kettle", "A kettle of painted metal or plastic that boils, 90 °C", 90.0),
+        Usual(
+            "PERSON", "Person", "Clothing at 28 °C, and materials with names of skin at 33 °C", 28.0
+        ),
+        Usual("PET", "Pet", "The fur of a cat or dog, 27 °C", 27.0),
+        Usual("HEATER", "Heater", "A warm radiator, 50 °C", 50.0),
+        Usual("KETTLE", "Kettle", "A boiling kettle of plastic or painted metal, 90 °C", 90.0),
         Usual("SCREEN", "Warm screen", "A screen that is on, 35 °C", 35.0),
         Usual("SUN", "Sunlit patch", "Floor or furniture in the sun, 35 °C", 35.0),
         Usual("COLD", "Cold window", "A window pane in winter, 12 °C", 12.0),
@@ -49,7 +51,7 @@ USUAL: dict[str, Usual] = {
 
 
 def surfaces_of(obj: Any, view_layer: Any) -> list[Any]:
-    """The surfaces that are part of an object: itself, its children, and what it deforms."""
+    """Return the surfaces of an object: itself, its children, and the meshes that it deforms."""
     return [
         other
         for other in view_layer.objects
@@ -58,8 +60,10 @@ def surfaces_of(obj: Any, view_layer: Any) -> list[Any]:
 
 
 def warm(obj: Any, usual: Usual, view_layer: Any) -> tuple[list[Any], list[Any]]:
-    """Gives all surfaces of an object their usual temperature. Returns those surfaces, and the
-    materials that it gave the temperature of skin."""
+    """Give all surfaces of an object their usual temperature.
+
+    Return the surfaces, and the materials that got the temperature of skin.
+    """
     surfaces = [surface for surface in surfaces_of(obj, view_layer) if surface.is_editable]
     skins = []
     for surface in surfaces:
@@ -81,7 +85,7 @@ def _set(owner: Any, celsius: float, emissivity: float) -> None:
 
 
 def warm_things(view_layer: Any) -> Iterator[Any]:
-    """The visible surfaces with a temperature of their own, or a material that has one."""
+    """Yield the visible surfaces that have a temperature, or a material with one."""
     parents = collection_parents()
     for obj, handle in with_instanced(view_layer):
         ignored = obj.type not in SURFACE_TYPES or obj.angen_ignored
@@ -97,27 +101,27 @@ def warm_things(view_layer: Any) -> Iterator[Any]:
 
 
 def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """The sensors that sense warmth."""
+    """Return the sensors that sense warmth."""
     return [s for s in sensors if s.kind.requires(WARMTH, s.parameters)]
 
 
 def nothing_warm(view_layer: Any) -> Advice | None:
-    """Warns where nothing in the scene has a temperature."""
+    """Warn if nothing in the scene has a temperature."""
     if next(warm_things(view_layer), None) is not None:
         return None
     return Advice(
-        "Nothing in the scene has a temperature: everything is as warm as the room, and "
+        "Nothing in the scene has a temperature: everything is as warm as the room, so "
         "detectors sense no movement",
         "Select the person, then Physics tab, Temperature, Set Usual, Person",
     )
 
 
 def too_slow(sensor: Sensor) -> Advice | None:
-    """Warns where a detector updates too seldom for its signal."""
+    """Warn if a detector updates too rarely for its signal."""
     if sensor.settings.update_rate >= ENOUGH_RATE:
         return None
     return Advice(
-        f"At {sensor.settings.update_rate:g} updates a second the signal of a walker is up to "
+        f"At {sensor.settings.update_rate:g} updates per second the signal of a walker is up to "
         "10 % too low",
         "Set the update rate to the frame rate",
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds what makes the sensors of a home read nonsense, each with the way to mend it."""
+"""Find mistakes in a home that make its sensors read nonsense, each with the way to mend it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ...sensor_logic.wording import plural
 from . import building, sensors
 from .examined import Check, Examined, Finding
 
-# In the order in which they are reported: first what makes other checks fail too.
+# In the order of the report: first the checks whose findings make other checks fail.
 CHECKS: dict[str, Check] = {
     "scale": building.scale,
-    "files": building.lacks,
+    "files": building.missing_data,
     "names": building.same_names,
     "hidden": building.hidden_but_rendered,
     "background": building.background_sets,
@@ -45,19 +45,19 @@ CHECKS: dict[str, Check] = {
 
 
 def examine(scene: Any, view_layer: Any, depsgraph: Any) -> list[Finding]:
-    """The findings of all checks of an evaluated scene."""
+    """Return the findings of all checks of an evaluated scene."""
     home = Examined(scene, view_layer, depsgraph)
     return [Finding(name, *found) for name, check in CHECKS.items() for found in check(home)]
 
 
 def findings() -> list[Finding]:
-    """The findings in the scene of the present context."""
+    """Return the findings in the scene of the present context."""
     context = bpy.context
     return examine(context.scene, context.view_layer, context.evaluated_depsgraph_get())
 
 
 def as_text(found: list[Finding], as_json: bool) -> str:
-    """Two lines for each finding, what is wrong and the way to mend it; or a JSON list."""
+    """Return two lines for each finding, what is wrong and the way to mend it; or a JSON list."""
     if as_json:
         entries = [finding._asdict() for finding in found]
         return json.dumps(entries, indent=1, ensure_ascii=False) + "\n"
@@ -65,6 +65,7 @@ def as_text(found: list[Finding], as_json: bool) -> str:
 
 
 def count(found: list[Finding]) -> str:
+    """Return the number of findings in words."""
     return f"{plural(len(found), 'thing')} to mend" if found else "nothing to mend was found"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of a home's size, of walls that rays pass through, of doors, missing files and names."""
+"""Checks of the size of a home, of walls that rays pass, of doors, files and names."""
 
 from __future__ import annotations
 
@@ -23,59 +23,62 @@ from ..scene.rays.solids import SURFACE_TYPES, invertible
 from ..scene.timed import INSTANCING_MODIFIERS
 from .examined import Examined, Found
 
-# m: a larger home with a larger median object is too large, a smaller one with a smaller median
-# object too small.
+# m. A home is too large if it and its median object are larger than this, and too small if both are
+# smaller.
 LARGE, LARGE_THINGS = 100.0, 8.0
 SMALL, SMALL_THINGS = 3.0, 0.1
-# m: usual length of a home, and of the median object in it.
+# m. The usual length of a home, and of the median object in it.
 USUAL, USUAL_THING = 12.0, 1.0
-# m: an object that is longer, thinner and higher than this is a wall. If all objects are below LOW,
-# nobody walks upright between the walls.
+# m. An object that is longer, thinner and higher than this is a wall. If all objects are lower than
+# LOW, nobody can walk upright between the walls.
 WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
 UPRIGHT = 2.4
-# Metres in the other units that files often have.
+# Metres in other units that files often have.
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
-# Penalty in `_unlikely` for units that files seldom have.
+# Penalty in `_unlikely` for units that files rarely have.
 RARE = {"inches": 1.5, "feet": 1.5}
 BUNDLE = -40
 DIRECTIONS = 600
-# A home is open where more than this share of the directions from a sensor lead out; an open door
-# or a window without a pane is less.
+# A room is open if more than this share of the directions from a sensor lead out of the home. An
+# open door, or a window without a pane, is less.
 OPEN = 0.08
 SIDES = ("+X", "-X", "+Y", "-Y", "above", "below")
 
 
 def scale(home: Examined) -> Iterator[Found]:
-    """Reports a home that is some 100 times too large or too small, or too low to walk in."""
+    """Report a home that is some 100 times too large or too small, or too low to walk in."""
     lo, hi = home.home.lo, home.home.hi
-    there = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
-    if not there.any():
+    is_finite = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
+    if not is_finite.any():
         return
-    sizes = (hi - lo)[there].max(axis=1)
-    whole = float((hi[there].max(axis=0) - lo[there].min(axis=0)).max())
+    sizes = (hi - lo)[is_finite].max(axis=1)
+    whole = float((hi[is_finite].max(axis=0) - lo[is_finite].min(axis=0)).max())
     things = float(np.median(sizes))
     large = whole > LARGE and things > LARGE_THINGS
     small = whole < SMALL / 2 or (whole < SMALL and things < SMALL_THINGS)
     if not (large or small):
-        yield from _low_walls(home, (hi - lo)[there])
+        yield from _low_walls(home, (hi - lo)[is_finite])
         return
     much = "large" if large else "small"
     yield (
-        f"The home is too {much}: {_length(whole)} from end to end, and half of its things are "
+        f"The home is too {much}: {_length(whole)} from end to end, and half of its objects are "
         f"{'larger' if large else 'smaller'} than {_length(things)}",
         _other_unit(home.metres, whole, things, large),
     )
 
 
 def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
-    """Reports a home at half its size, as files for games often are; `size` (n, 3) m of its
-    objects."""
+    """Report a home at half its size, as files for games often are.
+
+    `size` (n, 3) is the size of its objects in m.
+    """
     along, across = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
     walls = (along > WALL_LONG) & (across < WALL_THIN) & (size[:, 2] > WALL_HIGH)
     highest = float(size[walls, 2].max(initial=0.0))
     if walls.sum() > 1 and size[:, 2].max() < LOW:
         yield (
-            f"The walls are no higher than {_length(highest)}: nobody walks upright between them",
+            f"The walls are no higher than {_length(highest)}, so nobody can walk upright between "
+            "them",
             f"Scale all of it up {UPRIGHT / highest:.2g} times under one empty, or set Unit Scale "
             f"to {home.metres * UPRIGHT / highest:.2g} (Scene tab, Units)",
         )
@@ -90,9 +93,9 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
         unit = min(UNITS, key=lambda name: _unlikely(name, whole, things))
         return (
             f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
-            "Units), or scale all of it down by that and apply the scale"
+            "Units), or scale all of it by that and apply the scale"
         )
-    # At least ten, or the advice would change nothing.
+    # A factor below ten would hardly change the size.
     factor = 10.0 ** max(round(math.log10(1.0 / things)), 1) if things > 0.0 else 100.0
     return (
         f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale all of it up "
@@ -101,13 +104,13 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
 
 
 def _unlikely(unit: str, whole: float, things: float) -> float:
-    """How unusual a home would be that was drawn in this unit, by its length and median object."""
+    """Return how unusual a home drawn in this unit is, by its length and its median object."""
     size = math.log(whole * UNITS[unit] / USUAL) ** 2
     return size + math.log(things * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
 
 
 def hidden_but_rendered(home: Examined) -> Iterator[Found]:
-    """Reports objects that renders show and sensors cannot meet."""
+    """Report objects that renders show but no sensor sees."""
     hidden = [
         obj.name
         for obj in home.view_layer.objects
@@ -118,22 +121,22 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
     ]
     if hidden:
         yield (
-            "Hidden from the viewport but rendered, so that no sensor meets it: "
+            "Hidden in the viewport but shown in renders, so that no sensor sees it: "
             f"{named(sorted(hidden))}",
-            "Show it (eye or monitor icon in the Outliner, of its collection too), or hide it from "
-            "renders as well (camera icon)",
+            "Show it (eye or monitor icon in the Outliner, also of its collection), or hide it in "
+            "renders too (camera icon)",
             tuple(sorted(hidden)),
         )
 
 
 def background_sets(home: Examined) -> Iterator[Found]:
-    """Reports background sets, whose objects the viewport shows and sensors do not meet."""
+    """Report background sets, whose objects the viewport shows but no sensor sees."""
     if home.sensors:
         yield from advice.background_sets(home.scene)
 
 
 def without_faces(home: Examined) -> Iterator[Found]:
-    """Reports meshes without faces."""
+    """Report meshes without faces."""
     bare = []
     for obj in home.shown():
         if obj.type == "MESH" and not obj.is_instancer:
@@ -144,14 +147,17 @@ def without_faces(home: Examined) -> Iterator[Found]:
     if bare:
         yield (
             f"No faces, so that every ray passes: {named(sorted(bare))}",
-            "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if it is a mark",
+            "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if the mesh only "
+            "marks something",
             tuple(sorted(bare)),
         )
 
 
 def flattened(home: Examined) -> Iterator[Found]:
-    """Reports surfaces of scale 0 along an axis, which rays pass; keys that shrink something away
-    mean to."""
+    """Report surfaces of scale 0 along an axis, which rays pass.
+
+    Surfaces with keys on their scale are left out, since these may shrink them on purpose.
+    """
     flat = [
         obj.name
         for obj, matrix in home.seen
@@ -163,12 +169,12 @@ def flattened(home: Examined) -> Iterator[Found]:
     if flat:
         yield (
             f"Scale 0 along an axis, so that rays and light pass: {named(sorted(flat))}",
-            "Apply the scale (Ctrl+A), which keeps the shape; or set it to 1 there (N, Item)",
+            "Apply the scale (Ctrl+A), which keeps the shape, or set that scale to 1 (N, Item)",
         )
 
 
 def holes(home: Examined) -> Iterator[Found]:
-    """Reports rooms that rays leave without a hit."""
+    """Report rooms that rays leave without a hit."""
     directions = _all_directions()
     open_to: dict[str, list[str]] = {}
     for sensor in [s for s in home.sensors if s.kind.in_room]:
@@ -183,13 +189,14 @@ def holes(home: Examined) -> Iterator[Found]:
         place = side if side in {"above", "below"} else f"towards {side}"
         yield (
             f"The room is open {place}, seen from {named(sensors)}: rays leave the home there",
-            "Close it with faces: a ceiling, a floor, panes in windows; or show what closes it",
+            "Close it with faces (a ceiling, a floor, panes in windows), or show the objects that "
+            "close it",
             tuple(sensors),
         )
 
 
 def _all_directions() -> Array:
-    """(n, 3): unit vectors evenly in all directions (golden spiral)."""
+    """Return unit vectors (n, 3) evenly in all directions (golden spiral)."""
     at = np.arange(DIRECTIONS) + 0.5
     up = 1.0 - 2.0 * at / DIRECTIONS
     turn = np.pi * (1.0 + math.sqrt(5.0)) * at
@@ -198,17 +205,17 @@ def _all_directions() -> Array:
 
 
 def _reach(home: Examined, origin: Array) -> float:
-    """A distance in Blender units beyond which there is nothing."""
+    """Return a distance in Blender units beyond which the home has no surface."""
     lo, hi = home.home.caster.solids.lo, home.home.caster.solids.hi
-    there = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
-    if not there.any():
+    is_finite = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
+    if not is_finite.any():
         return 1.0
-    corners = np.concatenate([lo[there], hi[there]])
+    corners = np.concatenate([lo[is_finite], hi[is_finite]])
     return 2.0 * float(np.abs(corners - origin).max()) + 1.0
 
 
 def _side(directions: Array) -> str:
-    """The side towards which most of the directions lead."""
+    """Return the side towards which most of the directions lead."""
     axis = np.abs(directions).argmax(axis=1)
     counts = [
         int(((axis == number // 2) & ((directions[:, number // 2] < 0) == bool(number % 2))).sum())
@@ -217,25 +224,25 @@ def _side(directions: Array) -> str:
     return SIDES[int(np.argmax(counts))]
 
 
-# Checks of doors: those without a hinge, and those with a switch that never move.
+# Checks of doors.
 
 WORD = re.compile(r"door|tür|tuer|dörr|porte|puerta|deur", re.IGNORECASE)
-# Parts and surroundings of doors, whose names hold the word too.
+# Parts and surroundings of doors, whose names also contain the word.
 PARTS = (
     "frame", "mat", "handle", "knob", "lock", "bell", "flag", "hinge", "jamb", "lining", "panel",
     "stop", "glass", "outdoor", "indoor",
 )  # fmt: skip
 PART = re.compile("|".join(PARTS), re.IGNORECASE)
-# m: limits of the height, width and thickness of a door's leaf.
+# m. Limits of the height, width and thickness of a door's leaf.
 HEIGHT, WIDTH, THICK = (1.6, 3.0), (0.4, 1.8), 0.3
-# An origin nearer to the middle than this share of the width is not at a hinge.
+# An origin is not at a hinge if it is nearer to the middle than this share of the width.
 MIDDLE = 0.3
-# m: a switch this near to a leaf watches it.
+# m. A switch that is this near to a leaf belongs to the door.
 NEAR = 0.5
 
 
 def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
-    """The leaves of doors, found by name and size, with their world bounds lo, hi (3,) in m."""
+    """Yield the leaves of doors, with their bounds `lo` and `hi` (3,) in the world, in m."""
     for obj, matrix in home.seen:
         if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
             continue
@@ -249,7 +256,7 @@ def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
 
 
 def without_hinges(home: Examined) -> Iterator[Found]:
-    """Reports leaves that turn about their middle, or would."""
+    """Report leaves that turn, or would turn, about their middle."""
     bad = []
     for leaf, *_ in leaves(home):
         moved = [part for part in chain(leaf) if any(motion_paths(part))]
@@ -266,7 +273,7 @@ def without_hinges(home: Examined) -> Iterator[Found]:
 
 
 def standing_still(home: Examined) -> Iterator[Found]:
-    """Reports doors with switches if none of them ever moves, nor is marked for residents."""
+    """Report doors with switches if none of these doors ever moves."""
     switches = [
         np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
         for s in home.sensors
@@ -289,7 +296,7 @@ def standing_still(home: Examined) -> Iterator[Found]:
 
 
 def _is_middle(leaf: Any, pivot: Any, home: Examined) -> bool:
-    """Whether a pivot's origin is near the middle of the leaf's width."""
+    """Return whether the pivot's origin is near the middle of the leaf's width."""
     corners = np.array(leaf.bound_box, np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     place = leaf.evaluated_get(home.depsgraph).matrix_world.inverted_safe() @ (
@@ -305,17 +312,17 @@ def _scale(obj: Any) -> Array:
     return np.abs(np.array(obj.matrix_world.to_scale(), np.float64))
 
 
-# Checks of missing files, and of names.
+# Checks of files and of names.
 
 
-def lacks(home: Examined) -> Iterator[Found]:
-    """Reports missing libraries and files, drivers that cannot run, sensors of unknown kinds."""
+def missing_data(home: Examined) -> Iterator[Found]:
+    """Report missing libraries and files, failing drivers, and sensors of unknown kinds."""
     for text, mend in lacking.lacks(home.view_layer, bool(home.requiring(LIGHT))):
         yield capital(text), capital(mend)
 
 
 def same_names(home: Examined) -> Iterator[Found]:
-    """Reports sensors of the same name, which a log cannot tell apart."""
+    """Report sensors of the same name, which a log cannot tell apart."""
     for name, count in Counter(sensor.name for sensor in home.sensors).items():
         if count > 1:
             files = [s.library or "this file" for s in home.sensors if s.name == name]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene as checks examine it, and what they find."""
+"""The scene as checks examine it, and their findings."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_s
 
 
 class Finding(NamedTuple):
-    """`check`: the name of the check; `text`: what is wrong, in a sentence; `mend`: the way to
-    mend it; `objects`: the names of the objects that it is about."""
+    """A finding of a check.
+
+    `check` is the name of the check. `text` says what is wrong, and `mend` how to mend it.
+    `objects` are the names of the objects with the problem.
+    """
 
     check: str
     text: str
@@ -26,8 +29,8 @@ class Finding(NamedTuple):
     objects: tuple[str, ...] = ()
 
 
-# Each finds objects of a scene and view layer that move without keys; parts of the extension that
-# move some add theirs.
+# Functions of a scene and a view layer that return objects which move without keys. Parts of the
+# extension that move objects add their functions here.
 MOVED_WITHOUT_KEYS: list[Callable[[Any, Any], list[Any]]] = []
 
 
@@ -41,18 +44,18 @@ class Examined:
 
     @cached_property
     def sensors(self) -> list[Sensor]:
-        """The sensors that are switched on and that Blender places."""
+        """The sensors that are switched on and that Blender evaluates."""
         found = simulated(all_sensors(self.view_layer))
         return [sensor for sensor in found if is_evaluated(sensor, self.depsgraph)]
 
     @property
     def unplaced(self) -> list[Sensor]:
-        """The other sensors that are switched on."""
+        """The sensors that are switched on and that Blender does not evaluate."""
         found = simulated(all_sensors(self.view_layer))
         return [sensor for sensor in found if sensor not in self.sensors]
 
     def requiring(self, *needs: str) -> list[Sensor]:
-        """The sensors whose kinds need one of these quantities (kind.RAYS …) of the scene."""
+        """Return the sensors whose kinds need one of these quantities, such as `kind.RAYS`."""
         return [s for s in self.sensors if any(s.kind.requires(need) for need in needs)]
 
     @cached_property
@@ -62,17 +65,20 @@ class Examined:
 
     @cached_property
     def moved_without_keys(self) -> list[Any]:
-        """The objects that something else than their animation moves."""
+        """The objects that move without an animation, such as residents."""
         return [obj for find in MOVED_WITHOUT_KEYS for obj in find(self.scene, self.view_layer)]
 
     @property
     def metres(self) -> float:
+        """Metres in a Blender unit."""
         return unit_scale(self.scene)
 
     @cached_property
     def seen(self) -> list[tuple[Any, Array]]:
-        """All visible objects that sensors do not ignore, with their world matrices (4, 4); objects
-        in instances come once for each instance."""
+        """Visible objects that sensors do not ignore, with their world matrices (4, 4).
+
+        An object in instances comes once for each instance.
+        """
         found = []
         for instance in self.depsgraph.object_instances:
             original = instance.object.original
@@ -83,10 +89,10 @@ class Examined:
         return found
 
     def shown(self) -> list[Any]:
-        """Visible objects with a surface, each once."""
+        """Return the visible objects with a surface, each once."""
         return list(dict.fromkeys(obj for obj, _ in self.seen if obj.type in SURFACE_TYPES))
 
 
-# What a check yields: what is wrong, the way to mend it, and the names of the objects.
+# What a check yields: the problem, the way to mend it, and the names of the objects.
 Found = tuple[str, str] | tuple[str, str, tuple[str, ...]]
 Check = Callable[[Examined], Iterable[Found]]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of where sensors are, and of whether there is anything for them to notice; of pads and
-what presses on them, and of the light on light sensors."""
+"""Checks of the places of sensors, of pads and of light.
+
+They also check whether anything moves, presses or shines that the sensors could notice.
+"""
 
 from __future__ import annotations
 
@@ -33,31 +35,32 @@ from ..scene.timed import frames_to_step_from, may_follow_frame
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
-# m: a solid that opposite rays hit at distances of together less than this is a wall.
+# m. A solid is a wall if two opposite rays hit it at ranges whose sum is less than this.
 THICKEST = 0.6
-# More than this share of a sensor's rays hit something too near: it is built in, or faces a wall.
+# A sensor is built in, or faces a wall, if more than this share of its rays hit something too near.
 BLOCKED = 0.25
-# m: half of the width of the thinnest gap that a beam passes whole. Both its sides are equally far
-# from the sensor, within LEVEL, and what is seen through it is BEHIND them.
+# m. A real beam does not pass a slit of twice SLIT. The sides of a slit are equally far from the
+# sensor, within LEVEL, and the hit through it is at least BEHIND them.
 SLIT, LEVEL, BEHIND = 0.01, 0.15, 0.5
-# Datablocks whose animation moves no surface.
+# Types of datablocks whose animation moves no surface.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
 
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
-    """Reports detectors of movement in a scene where nothing moves, and nobody by a routine."""
+    """Report sensors of movement in a scene where nothing moves and no resident acts."""
     sensors = home.requiring(RAYS, WARMTH, POSES)
     if sensors and not home.moved_without_keys and not _moves(home):
         yield (
-            f"Nothing in the scene is animated: {named(s.name for s in sensors)} will report "
-            "nothing but their first reading",
-            "Key a person's or a door's place (I in the 3D view), bring in a walk cycle, or add a "
-            "resident, mark places, and let `angen day` run a routine",
+            f"Nothing in the scene is animated: {named(s.name for s in sensors)} will publish "
+            "only their first reading",
+            "Key the location of a person or a door (I in the 3D view), import a walk cycle, or "
+            "add a resident, mark places and run a routine with `angen day`",
             tuple(s.name for s in sensors),
         )
 
 
 def _moves(home: Examined) -> bool:
+    """Return whether anything in the scene moves."""
     if frames_to_step_from(home.scene):
         return True
     owners = [evaluated.original for evaluated in home.depsgraph.ids]
@@ -67,7 +70,7 @@ def _moves(home: Examined) -> bool:
 
 
 def _is_animated(datablock: Any) -> bool:
-    """Whether keys, strips or drivers that play move something, other than lamps and outputs."""
+    """Return whether keys, strips or drivers move something other than lamps and outputs."""
     if getattr(datablock, "animation_data", None) is None or datablock.id_type in BY_LIGHT_ALONE:
         return False
     curves, strips = playing(datablock)
@@ -75,7 +78,7 @@ def _is_animated(datablock: Any) -> bool:
 
 
 def keys_that_do_not_play(home: Examined) -> Iterator[Found]:
-    """Reports keys, strips and drivers that are there and do nothing."""
+    """Report keys, strips and drivers that have no effect."""
     scene = home.scene
     found: dict[tuple[str, str], list[str]] = {}
     for owner in dict.fromkeys(evaluated.original for evaluated in home.depsgraph.ids):
@@ -86,20 +89,23 @@ def keys_that_do_not_play(home: Examined) -> Iterator[Found]:
 
 
 def inside_walls(home: Examined) -> Iterator[Found]:
-    """Reports sensors inside something solid."""
+    """Report sensors inside something solid."""
     for sensor in home.requiring(RAYS, WARMTH, LIGHT):
         inside = _surrounded_by(home, sensor)
         if inside:
             yield (
-                f"'{sensor.name}' is inside '{inside}': it sees nothing but that",
-                "Move it out of the wall, or place it anew: Shift+A, Sensor, … on Surface",
+                f"'{sensor.name}' is inside '{inside}', so it sees nothing else",
+                "Move it out, or place it again with Shift+A, Sensor, … on Surface",
                 (sensor.name, inside),
             )
 
 
 def _surrounded_by(home: Examined, sensor: Sensor) -> str:
-    """The name of the solid that a sensor is inside, or empty: opposite rays both hit it nearby,
-    and each leaves it through an odd number of faces, whichever way these point."""
+    """Return the name of the solid that a sensor is inside, or empty.
+
+    Two opposite rays both hit this solid nearby, and each leaves it through an odd number of faces.
+    The normals of the faces do not matter.
+    """
     matrix = sensor.world_matrix(home.depsgraph)
     axes = np.concatenate([np.eye(3), np.array(matrix.to_3x3().normalized(), np.float64).T])
     directions = np.concatenate([axes, -axes])
@@ -120,7 +126,7 @@ def _surrounded_by(home: Examined, sensor: Sensor) -> str:
 
 
 def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) -> int:
-    """The number of a solid's faces along a ray; 0 where they are too many to count."""
+    """Return the number of a solid's faces along a ray; 0 if they are too many to count."""
     inverse = home.home.caster.solids.inverse[solid.row]
     tree = solid.geometry.tree(home.depsgraph)
     point = inverse[:3, :3] @ origin + inverse[:3, 3] - solid.geometry.pivot
@@ -130,12 +136,12 @@ def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) ->
 
 
 def looks_into_something(home: Examined) -> Iterator[Found]:
-    """Reports sensors with surfaces nearer than their range min, which they cannot see."""
+    """Report sensors with surfaces nearer than their range min, which they cannot see."""
     for sensor in home.requiring(RAYS):
         try:
             sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
         except AngenError as error:
-            yield str(error), "Mend its parameters in the sidebar, Active Sensor", (sensor.name,)
+            yield str(error), "Correct its parameters in the sidebar, Active Sensor", (sensor.name,)
             continue
         if sight is None or not sight.bundles:
             continue
@@ -150,15 +156,15 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
             name = home.home.caster.solids.name_of(int(numbers[counts.argmax()]))
             yield (
                 f"'{sensor.name}' looks into '{name}', nearer than its range min of "
-                f"{shortest * 100:g} cm: {percent(blocked.mean())} of its rays pass it unseen",
-                f"Move it away from '{name}' or turn it (it looks along its -Z axis); or parent "
-                "to it what is its own housing",
+                f"{shortest * 100:g} cm: {percent(blocked.mean())} of its rays pass through it",
+                f"Move the sensor away from '{name}', or turn it (it looks along its -Z axis). If "
+                f"'{name}' is its housing, parent that to the sensor",
                 (sensor.name, name),
             )
 
 
 def slits(home: Examined) -> Iterator[Found]:
-    """Reports slits that a motion detector's rays pass, which are thinner than a real beam."""
+    """Report slits that the rays of a motion detector pass but a real beam would not."""
     for sensor in home.requiring(RAYS):
         if not any(field.quantity == "motion" for field in sensor.kind.events):
             continue
@@ -167,14 +173,14 @@ def slits(home: Examined) -> Iterator[Found]:
             for one, other in _slits(home, sight) if sight is not None else ():
                 yield (
                     f"'{sensor.name}' sees through a slit between '{one}' and '{other}', thinner "
-                    f"than {2000.0 * SLIT:.0f} mm: it notices what moves behind them",
-                    "Let one overlap the other, as a door's frame does its leaf",
+                    f"than {2000.0 * SLIT:.0f} mm: it notices movements behind them",
+                    "Let one overlap the other, as the frame of a door overlaps its leaf",
                     (sensor.name, one, other),
                 )
 
 
 def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
-    """Names of the solids on both sides of each slit."""
+    """Return the names of the solids on both sides of each slit."""
     rays, caster, sensor = sight.rays(home.metres), home.home.caster, sight.sensor
     directions, reach = np.ascontiguousarray(rays.directions), rays.reach
     if not len(directions):
@@ -195,14 +201,14 @@ def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
         passed = (np.abs(one - two) * home.metres < LEVEL) & (beside + BEHIND < far * home.metres)
         for pair in zip(met_one[passed].tolist(), met_two[passed].tolist(), strict=True):
             names = sorted(caster.solids.name_of(number) for number in pair)
-            # Through what is open in itself, such as a chair's back, real beams pass too.
+            # Real beams also pass an object with openings, such as the back of a chair.
             if names[0] != names[1]:
                 found[names[0], names[1]] = None
     return list(found)
 
 
 def names_nothing(home: Examined) -> Iterator[Found]:
-    """Reports sensors that need an object and have none, such as contacts without a magnet."""
+    """Report sensors that need an object and have none, such as contacts without a magnet."""
     for sensor in home.requiring(POSES):
         for name, spec in specs(sensor.kind.parameters).items():
             if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
@@ -214,8 +220,10 @@ def names_nothing(home: Examined) -> Iterator[Found]:
 
 
 def unplaced(home: Examined) -> Iterator[Found]:
-    """Reports sensors that Blender does not place, and objects without a place that sensors, lamps
-    or residents name."""
+    """Report sensors that Blender does not evaluate, and objects without a place.
+
+    The objects are those that sensors, lamps or residents refer to.
+    """
     for sensor in home.unplaced:
         yield (
             f"'{sensor.name}' is disabled in viewports, so Blender does not place it",
@@ -229,7 +237,7 @@ def unplaced(home: Examined) -> Iterator[Found]:
 
 
 def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
-    """Names of sensors, lamps and residents, each with an object that it points at."""
+    """Yield names of sensors, lamps and residents, each with an object it refers to."""
     for sensor in home.sensors:
         for name, spec in specs(sensor.kind.parameters).items():
             used = getattr(sensor.parameters, name) if spec.pointer == "Object" else None
@@ -242,7 +250,7 @@ def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
 
 
 def nothing_warm(home: Examined) -> Iterator[Found]:
-    """Reports pyroelectric detectors where nothing is warm."""
+    """Report pyroelectric detectors where nothing is warm."""
     found = warmth.pyroelectric(home.sensors)
     warning = warmth.nothing_warm(home.view_layer) if found else None
     if warning:
@@ -251,7 +259,7 @@ def nothing_warm(home: Examined) -> Iterator[Found]:
 
 
 def unreachable(home: Examined) -> Iterator[Found]:
-    """Reports sensors whose parameters never let the output switch on, or never off."""
+    """Report sensors whose output can never switch on, or never off."""
     for sensor in home.sensors:
         for found in sensing.unreachable(sensor, lengths_of(home.scene)):
             text = f"'{sensor.name}': {uncapitalized(found.problem)}"
@@ -261,12 +269,12 @@ def unreachable(home: Examined) -> Iterator[Found]:
 # Checks of pressure pads, and of the rigid bodies that press on them.
 
 BUNDLE = -41
-# m: a pad with nothing this near below it hangs in the air.
+# m. A pad hangs in the air if nothing is this near below it.
 GAP = 0.05
 
 
 def advised(home: Examined) -> Iterator[Found]:
-    """Reports pads that nothing can press on, or that sink."""
+    """Report pads that nothing can press on, or that sink."""
     for pad in home.requiring(FORCES):
         for warning in (
             advice.without_surface(pad.object),
@@ -279,8 +287,10 @@ def advised(home: Examined) -> Iterator[Found]:
 
 
 def margins(home: Examined) -> Iterator[Found]:
-    """Reports active meshes, whose collision margin pads feel: readings are not valid while they
-    hop."""
+    """Report active rigid bodies of shape Mesh.
+
+    Their collision margin makes them hop on pads, and readings are not valid meanwhile.
+    """
     if not home.requiring(FORCES):
         return
     margins = {
@@ -291,14 +301,14 @@ def margins(home: Examined) -> Iterator[Found]:
     }
     if margins:
         yield (
-            f"Active meshes, which Blender holds off pads by their collision margin (up to "
-            f"{max(margins.values()):.3g} mm) and lets hop: {named(sorted(margins))}",
+            f"Active rigid bodies of shape Mesh, which hop on pads at their collision margin (up "
+            f"to {max(margins.values()):.3g} mm): {named(sorted(margins))}",
             "Choose Convex Hull or Compound as their shape (Physics tab, Collisions)",
         )
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
-    """Reports pads that nothing is below and that are fixed to nothing."""
+    """Report pads without a parent, a rigid body or a surface below."""
     for pad in home.requiring(FORCES):
         if pad.object.parent is not None or pad.object.rigid_body is not None:
             continue
@@ -315,30 +325,29 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
         if met[0] == NOTHING:
             yield (
                 f"'{pad.name}' hangs in the air: nothing is within {GAP * 100:g} cm below it",
-                "Lower it onto the floor (its faces may be missing or hidden), or parent it to "
-                "what it is part of",
+                "Lower it onto the floor (the floor may have no faces or be hidden), or parent it "
+                "to the object that it is part of",
                 (pad.name,),
             )
 
 
 def caches(home: Examined) -> Iterator[Found]:
-    """Reports a rigid-body cache that is too short, or older than the last edit."""
+    """Report a rigid-body cache that is too short, or older than the last edit."""
     if home.requiring(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))
 
 
 # Checks of the light on light sensors.
 
-# W of light: no household lamp emits more. The electrical power of a lamp is several times its
-# light.
+# W of light. No household lamp emits more, but the electrical power of a lamp is often greater.
 MOST_WATTS = 50.0
-# W/m² of light: the sun gives no more.
+# W/m² of light. The sun gives no more.
 MOST_SUN = 150.0
 USUAL_LUMENS = 800
 
 
 def electrical_watts(home: Examined) -> Iterator[Found]:
-    """Reports lamps that seem to be set to their electrical power."""
+    """Report lamps that seem to be set to their electrical power."""
     if not home.requiring(LIGHT):
         return
     efficacy = home.scene.angen_luminous_efficacy
@@ -360,26 +369,26 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
 
 
 def none_lit(home: Examined) -> Iterator[Found]:
-    """Reports light sensors in a scene without any light."""
+    """Report light sensors in a scene without any light."""
     sensors = home.requiring(LIGHT)
     lit = any(lamp.data.energy > 0 or is_animated(lamp.data, "energy") for lamp in _lamps(home))
     if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
         return
     yield (
-        f"No lamp, no sky and nothing that glows lights {named(s.name for s in sensors)}",
-        "Add a lamp (Shift+A, Light) or a sky (World tab, Color), or show those that are hidden",
+        f"No lamp, sky or glowing surface lights {named(s.name for s in sensors)}",
+        "Add a lamp (Shift+A, Light) or a sky (World tab, Color), or show hidden lamps",
         tuple(s.name for s in sensors),
     )
 
 
 def opaque_glass(home: Examined) -> Iterator[Found]:
-    """Reports glass that keeps lamps and the sun from light sensors."""
+    """Report glass that keeps lamps and the sun from light sensors."""
     if home.requiring(LIGHT):
         yield from sensing.opaque_glass(home.view_layer)
 
 
 def eevee_cannot_run(home: Examined) -> Iterator[Found]:
-    """Reports light sensors that are set to EEVEE where it cannot run."""
+    """Report light sensors that are set to EEVEE where it cannot run."""
     sensors = [s for s in home.requiring(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
     reason = why_no_eevee() if sensors else ""
     if reason:
@@ -388,13 +397,13 @@ def eevee_cannot_run(home: Examined) -> Iterator[Found]:
 
 
 def _lamps(home: Examined) -> list[Any]:
-    """The visible lamps."""
+    """Return the visible lamps."""
     lamps = dict.fromkeys(obj for obj, _ in home.seen if obj.type == "LIGHT")
     return [lamp for lamp in lamps if not is_portal(lamp)]
 
 
 def _peak(lamp: Any) -> float:
-    """Its greatest power among its setting and its keys."""
+    """Return a lamp's greatest power among its setting and its keys."""
     keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
     return float(max([lamp.energy, *keyed]))
 
@@ -408,7 +417,7 @@ def _world_shines(world: Any) -> bool:
 
 
 def _shines(node: Any) -> bool:
-    """Whether an emission or background node gives light, or may, since an input is linked."""
+    """Return whether an emission or background node gives light; a linked input may."""
     strength = next((s for s in node.inputs if s.name in {"Strength", "Emission Strength"}), None)
     names = {"Color", "Emission Color", "Emission"}
     colour = next((s for s in node.inputs if s.name in names), None)

@@ -188,7 +188,7 @@ weightless = setting("Person", "angen_load.mass", 0.0)
 in_the_air = setting("Mat", "location", (0.0, 0.0, 0.6))
 BAD = {
     "flattened": (flat, "Scale 0 along an axis, so that rays and light pass: 'Chair 1'", "Ctrl+A"),
-    "background": (background, "in the background set 'Street': 'House'", "Clear Background Set"),
+    "background": (background, "of the background set 'Street': 'House'", "Clear Background Set"),
     "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
     "hidden": (hidden, "'Chair 1'", "Show it"),
@@ -238,7 +238,7 @@ def test_where_nothing_moves_the_doors_do_not_either(home, examine):
     still()
     found = {finding.check: finding for finding in examine()}
     assert set(found) == {"movement", "still_doors"}
-    assert "'Detector', 'Switch' will report nothing" in found["movement"].text
+    assert "'Detector', 'Switch' will publish only their first reading" in found["movement"].text
 
 
 def test_a_home_in_centimetres_is_told_with_its_unit_scale(home, examine):
@@ -282,7 +282,7 @@ def test_a_short_rigid_body_cache_is_told(home, physics, examine):
 def test_an_active_mesh_is_told_with_its_margin(home, physics, examine):
     crate = physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0, shape="MESH")
     (finding,) = [one for one in examine() if one.check == "margins"]
-    assert "(up to 40 mm) and lets hop: 'Crate'" in finding.text
+    assert "hop on pads at their collision margin (up to 40 mm): 'Crate'" in finding.text
     crate.rigid_body.collision_shape = "CONVEX_HULL"
     assert "margins" not in {one.check for one in examine()}
 

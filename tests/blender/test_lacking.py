@@ -57,8 +57,8 @@ def test_blocked_drivers(driven, tmp_path, panel):
     assert "blocked" in line and "--enable-autoexec" in line
     assert line.count("'wall (location)'") == 1
     assert len(log.read_text().splitlines()) == 2, "the wall stood still"
-    assert "Blender blocked drivers" in page.read_text(encoding="utf-8")
-    assert "Blender blocked drivers" in panel()
+    assert "Blender blocked Python drivers" in page.read_text(encoding="utf-8")
+    assert "Blender blocked Python drivers" in panel()
     failed = told_by("check", driven, log)
     assert failed.returncode == 1 and "the check fails" in failed.stderr
 

@@ -98,13 +98,13 @@ def _checked(count: int, seconds: float) -> dict[str, Any]:
             progress("days", len(found["stretches"]), 2 * count, found["stretches"][-1])
             stretch = household, number, (begin, begin + seconds)
             fast, skipping_s = _stretch(*stretch)
-            find, most = skipping.find, living.MOST_MOVEMENT
-            skipping.find = lambda *_: skipping.Stillness(np.empty((0, 2)), ("as a reference",))
+            find, most = skipping.find_stillness, living.MOST_MOVEMENT
+            skipping.find_stillness = lambda *_: skipping.Stillness(np.empty((0, 2)), ("as a reference",))
             living.MOST_MOVEMENT = 1e9
             try:
                 plain, plain_s = _stretch(*stretch)
             finally:
-                skipping.find, living.MOST_MOVEMENT = find, most
+                skipping.find_stillness, living.MOST_MOVEMENT = find, most
             found["seconds"] += seconds
             found["sensors"] += len(plain)
             found["same"] += sum(plain[name] == fast[name] for name in plain)

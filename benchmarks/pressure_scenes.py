@@ -139,7 +139,7 @@ def follow(scene: Any, watched: Sequence[Any] = ()) -> Followed:
     runners = [SensorRunner(sensor, clock) for sensor in sensors_of()]
     pads = [runner.sensor for runner in runners]
     probes = Probes(scene)
-    probes.serve(runner.sensor for runner in runners)
+    probes.set_sensors(runner.sensor for runner in runners)
     done = Followed({pad.name: Track() for pad in pads}, [], {})
     poses = defaultdict[str, list[Array]](list)
     waiting: list[Any] = []

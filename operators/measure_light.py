@@ -10,7 +10,7 @@ import bpy
 from bpy.types import Context, Operator
 
 from ..angen_addon.runtime.live import live_of
-from ..angen_addon.runtime.playhead import recorded_here
+from ..angen_addon.runtime.playhead import fresh_recording
 from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.wording import listed
@@ -42,7 +42,7 @@ class ANGEN_OT_measure_light(LongWork, Operator):
             can_look(cls, context)
             and needs(cls, is_light, "Select a light sensor")
             and needs(cls, scene.angen_live, "Live is off: switch it on to see values")
-            and needs(cls, recorded_here(scene) is None, "The light of this frame is recorded")
+            and needs(cls, fresh_recording(scene) is None, "The light of this frame is recorded")
         )
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:

@@ -336,8 +336,8 @@ _marking = _Marking()
 
 
 def register() -> None:
-    handlers.tell(_marking)
+    handlers.add_view(_marking)
 
 
 def unregister() -> None:
-    handlers.tell_no_more(_marking)
+    handlers.remove_view(_marking)

@@ -43,7 +43,7 @@ class Replay:
         self._set_up(scene, sensor, recording)
         self._trace.keeps = True
         self._probes = probes or Probes(scene)
-        self._probes.serve([sensor])
+        self._probes.set_sensors([sensor])
         self._driven = all_sensors(bpy.context.view_layer) if state.are_driven() else []
 
     def _set_up(
@@ -125,7 +125,7 @@ class Replay:
         """
         assert taken.request is not None
         layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
-        alone = not handlers.others_follow_frames()
+        alone = not handlers.has_other_frame_handlers()
         what = self.scene, layer, depsgraph, [taken.request]
         taken.give_light(finished(self.probes.measure(*what, alone)))
 
@@ -259,7 +259,7 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
     frame, subframe = scene.frame_current, scene.frame_subframe
     view_layer = bpy.context.view_layer
     before = [(s, s.settings.active, s.settings.value) for s in all_sensors(view_layer)]
-    handlers.ensure()
+    handlers.restore_handlers()
     state.CACHE.running = True
     replay = None
     try:

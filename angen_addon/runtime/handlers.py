@@ -22,7 +22,7 @@ from ..scene.former_choices import replace_former_choices
 from ..scene.light.scene import remove_left
 from . import playhead, state
 from .live import live_of
-from .playhead import recorded_here
+from .playhead import fresh_recording
 
 # Work that is too slow while scrubbing waits until the playhead and the user rest.
 
@@ -34,31 +34,35 @@ BUSY = 1.0
 NEXT = 0.02
 
 
-def soon() -> None:
+def schedule_sensing() -> None:
     """Start the timer that senses once the playhead and the user rest."""
     state.CACHE.shown_at = time.monotonic()
-    if not bpy.app.background and not bpy.app.timers.is_registered(_look):
-        bpy.app.timers.register(_look, first_interval=REST)
+    if not bpy.app.background and not bpy.app.timers.is_registered(_sense_at_rest):
+        bpy.app.timers.register(_sense_at_rest, first_interval=REST)
 
 
-def _look() -> float | None:
+def _sense_at_rest() -> float | None:
     """Sense what is outdated; return the seconds until the next call, None if there is none."""
     context = bpy.context
     scene, view_layer = context.scene, context.view_layer
-    if scene is None or not scene.angen_live or (not state.CACHE.running and recorded_here(scene)):
+    if (
+        scene is None
+        or not scene.angen_live
+        or (not state.CACHE.running and fresh_recording(scene))
+    ):
         # No live readings are shown.
         return None
-    stood = time.monotonic() - state.CACHE.shown_at
-    if stood < REST:
-        return REST - stood
+    idle = time.monotonic() - state.CACHE.shown_at
+    if idle < REST:
+        return REST - idle
     if state.CACHE.running or _is_busy():
         return BUSY
-    following = live_of(scene)
-    if following.is_old(scene):
-        following.catch_up(scene, view_layer)
-    elif following.left_to_do:
+    live = live_of(scene)
+    if live.is_old(scene):
+        live.catch_up(scene, view_layer)
+    elif live.has_waiting_light:
         # One sensor at a time, so that the window can react in between.
-        following.do_the_rest(scene, view_layer, at_most=1)
+        live.measure_waiting(scene, view_layer, at_most=1)
     else:
         return None
     for window in _windows():
@@ -80,9 +84,9 @@ def _windows() -> list[bpy.types.Window]:
     return list(bpy.context.window_manager.windows)
 
 
-def cancel() -> None:
-    if bpy.app.timers.is_registered(_look):
-        bpy.app.timers.unregister(_look)
+def cancel_sensing() -> None:
+    if bpy.app.timers.is_registered(_sense_at_rest):
+        bpy.app.timers.unregister(_sense_at_rest)
 
 
 class View(Protocol):
@@ -100,12 +104,12 @@ class View(Protocol):
 _views: list[View] = []
 
 
-def tell(view: View) -> None:
+def add_view(view: View) -> None:
     """Register a view, whose methods are called at frame changes and edits from now on."""
     _views.append(view)
 
 
-def tell_no_more(view: View) -> None:
+def remove_view(view: View) -> None:
     """Remove a registered view."""
     _views.remove(view)
 
@@ -116,18 +120,18 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
     if depsgraph.mode == "RENDER":
         return
     # Blender does not report what handlers of other code change after this one.
-    state.CACHE.note(depsgraph, edited=others_follow_frames(), by_frame=True)
+    state.CACHE.note(depsgraph, edited=has_other_frame_handlers(), by_frame=True)
     if state.CACHE.running or not _is_shown(scene, depsgraph):
         return
     view_layer = scene.view_layers[depsgraph.view_layer.name]
-    for kept in state.CACHE.followed(scene):
-        kept.note_frame(scene, depsgraph, *state.CACHE.sensors_now(view_layer))
+    for recording in state.CACHE.followed(scene):
+        recording.note_frame(scene, depsgraph, *state.CACHE.sensors_and_revision(view_layer))
     publish = not playhead.show_recorded(scene, view_layer) and scene.angen_live
     if publish or any(view.wants_rays(scene) for view in _views):
-        following = live_of(scene)
-        following.follow(scene, view_layer, depsgraph, publish)
-        if publish and following.left_to_do:
-            soon()
+        live = live_of(scene)
+        live.follow(scene, view_layer, depsgraph, publish)
+        if publish and live.has_waiting_light:
+            schedule_sensing()
     for view in _views:
         view.follow(scene, view_layer, depsgraph)
 
@@ -148,25 +152,27 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
     """Mark what the edit makes stale, and plan the next sensing."""
     if depsgraph.mode == "RENDER":
         return
-    own = state.CACHE.publishing and not others_follow_edits()
-    state.CACHE.note(depsgraph, edited=not own)
+    by_run = state.CACHE.publishing and not has_other_edit_handlers()
+    state.CACHE.note(depsgraph, edited=not by_run)
     if state.CACHE.running:
         return
     playing = any(w.screen.is_animation_playing for w in bpy.context.window_manager.windows)
     followed = state.CACHE.followed(scene) if _is_shown(scene, depsgraph) else []
-    for kept in followed:
+    for recording in followed:
         view_layer = scene.view_layers[depsgraph.view_layer.name]
-        kept.note_edit(scene, depsgraph, *state.CACHE.sensors_now(view_layer), playing)
-    state.CACHE.note_elsewhere(scene, depsgraph)
-    if _holds_an_edit(depsgraph.updates, playing):
+        recording.note_edit(
+            scene, depsgraph, *state.CACHE.sensors_and_revision(view_layer), playing
+        )
+    state.CACHE.note_other_scene(scene, depsgraph)
+    if _has_edit(depsgraph.updates, playing):
         state.CACHE.outdate_live()
     if state.CACHE.live is not None and state.CACHE.live.outdated:
-        soon()
+        schedule_sensing()
     for view in _views:
         view.note_edit(scene)
 
 
-def _holds_an_edit(updates: Any, playing: bool) -> bool:
+def _has_edit(updates: Any, playing: bool) -> bool:
     """Whether the user changed something; playback starts with an update of all actions."""
     if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
         return False
@@ -201,11 +207,11 @@ def after_load(*_: Any) -> None:
     recording_store.restore()
     if replaced:
         recording_store.report(replaced)
-    _look_again()
+    _verify_again()
     _show_recorded()
     if bpy.context.scene is not None:
         lacking.look(bpy.context.view_layer)
-    soon()
+    schedule_sensing()
 
 
 @persistent
@@ -226,21 +232,21 @@ def before_undo(*_: Any) -> None:
 def after_undo(*_: Any) -> None:
     """Check recording and coverage map again, and show the recording."""
     remove_left()
-    _look_again()
+    _verify_again()
     _show_recorded()
     if bpy.context.scene is not None:
         live_of(bpy.context.scene).hold_light()
-        soon()
+        schedule_sensing()
 
 
-def _look_again() -> None:
+def _verify_again() -> None:
     """Compare the recording and the coverage map of the shown scene with the scene.
 
     Those of other scenes are compared once such a scene is evaluated.
     """
     scene = bpy.context.scene
-    for kept in state.CACHE.followed(scene) if scene is not None else ():
-        kept.verify(scene, bpy.context.evaluated_depsgraph_get())
+    for recording in state.CACHE.followed(scene) if scene is not None else ():
+        recording.verify(scene, bpy.context.evaluated_depsgraph_get())
     for view in _views if scene is not None else ():
         view.note_edit(scene)
 
@@ -292,7 +298,7 @@ HANDLERS = (
 )
 
 
-def others_follow_frames() -> bool:
+def has_other_frame_handlers() -> bool:
     """Whether other code has handlers that can change the scene at a frame change."""
     return any(
         handler is not on_frame_change
@@ -301,7 +307,7 @@ def others_follow_frames() -> bool:
     )
 
 
-def others_follow_edits() -> bool:
+def has_other_edit_handlers() -> bool:
     """Whether other code has handlers that can change the scene when it is evaluated."""
     return any(
         handler not in (on_edit, on_frame_change)
@@ -310,7 +316,7 @@ def others_follow_edits() -> bool:
     )
 
 
-def ensure() -> None:
+def restore_handlers() -> None:
     """Add handlers again that other code has removed: without them changes go unnoticed."""
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
@@ -319,7 +325,7 @@ def ensure() -> None:
 
 
 def register() -> None:
-    ensure()
+    restore_handlers()
 
 
 def unregister() -> None:
@@ -327,6 +333,6 @@ def unregister() -> None:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:
             registered.remove(handler)
-    cancel()
+    cancel_sensing()
     facts.forget_types()
     state.CACHE.clear()

@@ -50,18 +50,18 @@ class Live:
         self.readings: dict[str, Published] = {}
         self.outdated = True
         # Whether sensors may have moved since the frame before; the uids of their objects.
-        self.told = True
+        self._sensors_moved = True
         self._objects: set[int] = set()
         # The last frame whose readings were shown; None if there is none.
         self._frame: int | None = None
-        self._held = False
+        self._is_light_held = False
         # Whether readings are shown; else rays are cast for views alone.
         self._publishes = True
-        self._looked_at: int | None = None
+        self._sensed_frame: int | None = None
         self._outputs: list[bool] = []
         self._probes = Probes(scene)
         self._waiting: dict[Uid, PendingUpdates] = {}
-        self._lit: dict[str, PendingUpdates] = {}
+        self._light_updates: dict[str, PendingUpdates] = {}
         self._clock: Clock
         self._runners: list[SensorRunner] = []
         self._by_uid: dict[Uid, SensorRunner] = {}
@@ -72,9 +72,9 @@ class Live:
 
         Without `publish`, because a recording is shown, only cast the rays, for the views.
         """
-        self._publishes, self._looked_at = publish, None
-        played = self._frame == scene.frame_current - 1
-        self._frame, self._held = scene.frame_current if publish else None, False
+        self._publishes, self._sensed_frame = publish, None
+        is_next_frame = self._frame == scene.frame_current - 1
+        self._frame, self._is_light_held = scene.frame_current if publish else None, False
         # A handler cannot evaluate subframes: live sensing is at whole frames.
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
@@ -89,29 +89,29 @@ class Live:
         runners = [s for s in self._runners if publish or s.casts]
         due = [(s, *update) for s in runners if (update := self._due(s, step))]
         pads = [runner.sensor for runner, _, _ in due if runner.sensor.kind.requires_forces]
-        frame = scene.frame_current if pads or (publish and self._motion_matters(step)) else None
-        self.told = self._probes.caster.solids.has_noted(self._objects)
-        if self.told:
+        frame = scene.frame_current if pads or (publish and self._is_motion_needed(step)) else None
+        self._sensors_moved = self._probes.caster.solids.has_noted(self._objects)
+        if self._sensors_moved:
             self._probes.note_edits()
         watching = [s for s in self._runners if s.watches]
         if due or watching or frame is not None:
             self._probes.look(depsgraph, frame, pads)
-        self._looked_at = scene.frame_current
+        self._sensed_frame = scene.frame_current
         self._watch(watching, [s for s, _, _ in due], step, depsgraph)
         if not publish:
             for one in due:
-                self._follow_one(*one, step, depsgraph)
-            self._forget_driven()
+                self._update_sensor(*one, step, depsgraph)
+            self._relist_if_driven()
             return
-        changed = [self._finish(runner, step) for runner in self._runners]
-        changed += [self._follow_one(*update, step, depsgraph) for update in due]
-        if not played:
-            changed += self._show_again()
+        changed = [self._show_waiting(runner, step) for runner in self._runners]
+        changed += [self._update_sensor(*update, step, depsgraph) for update in due]
+        if not is_next_frame:
+            changed += self._restore_outputs()
         if any(changed) and state.CACHE.outputs_are_driven():
             # Blender does not report what drivers now change.
             self._probes.caster.solids.forget()
 
-    def _forget_driven(self) -> None:
+    def _relist_if_driven(self) -> None:
         """List the solids anew if drivers read recorded outputs that have changed.
 
         Blender does not report what drivers do with these outputs.
@@ -133,17 +133,17 @@ class Live:
             self._list(view_layer, clock)
             self.outdated = True
         self._probes.look(depsgraph, None)
-        self._looked_at = None
+        self._sensed_frame = None
         for runner in self._runners:
             found = None
             with suppress(AngenError):
                 found = all_rays(runner.sensor, runner.clock, depsgraph, self._probes)
-            runner.trace.take_over(found or Trace(runner.sensor))
-        self._forget_driven()
+            runner.trace.copy_bundles(found or Trace(runner.sensor))
+        self._relist_if_driven()
 
     def places_are_kept(self, scene: Any) -> bool:
         """Whether steady sensors are known to be where they were, at the present frame."""
-        return self._looked_at == scene.frame_current and not self.told
+        return self._sensed_frame == scene.frame_current and not self._sensors_moved
 
     def runner(self, uid: Uid) -> SensorRunner | None:
         """The runner of a sensor; None if the sensor is off or has invalid parameters."""
@@ -155,17 +155,17 @@ class Live:
 
     def hold_light(self) -> None:
         """Measure no light until the playhead moves: after each edit it would take too long."""
-        self._held = True
+        self._is_light_held = True
 
     def catch_up(self, scene: Any, view_layer: Any) -> None:
         """Sense at the present frame after an edit; do not call this method in a handler."""
         # Objects that were removed since the last evaluation are still listed, but freed.
         view_layer.update()
-        hold = self._held or bool(self.readings)
+        was_held = self._is_light_held or bool(self.readings)
         state.CACHE.running = True
         try:
             self.follow(scene, view_layer, view_layer.depsgraph)
-            self._held = hold
+            self._is_light_held = was_held
             # Writing the outputs must not count as an edit.
             view_layer.update()
         finally:
@@ -185,9 +185,9 @@ class Live:
 
     def why_unlit(self, sensor: Sensor) -> str:
         """Why a sensor's last light is outdated, as a text for the user; empty if it is not."""
-        if sensor.name not in self._lit:
+        if sensor.name not in self._light_updates:
             return ""
-        return LIGHT_BEFORE if self._held else LIGHT_AT_REST
+        return LIGHT_BEFORE if self._is_light_held else LIGHT_AT_REST
 
     @property
     def edits(self) -> int:
@@ -225,14 +225,14 @@ class Live:
             else:
                 self._runners.append(SensorRunner(sensor, clock))
         self._by_uid = {runner.uid: runner for runner in self._runners}
-        self._probes.serve(runner.sensor for runner in self._runners)
+        self._probes.set_sensors(runner.sensor for runner in self._runners)
 
     def _forget(self) -> None:
         self.problems.clear()
         self.readings.clear()
         self._last_update.clear()
         self._waiting.clear()
-        self._lit.clear()
+        self._light_updates.clear()
 
     def _due(self, runner: SensorRunner, step: int) -> tuple[int, bool] | None:
         """Return the number of the update to make now, and whether it follows the one before.
@@ -259,7 +259,7 @@ class Live:
         published = self.readings.get(sensor.name)
         return published is not None and self._frame is not None and published.frame > self._frame
 
-    def _motion_matters(self, step: int) -> bool:
+    def _is_motion_needed(self, step: int) -> bool:
         """Whether a sensor that needs the motion has an update at this step or beside it."""
         schedules = [s.schedule for s in self._runners if s.sensor.kind.requires_forces]
         return any(
@@ -278,53 +278,55 @@ class Live:
                 if runner not in due:
                     runner.watch(step, depsgraph, self._probes)
 
-    def _follow_one(
+    def _update_sensor(
         self, runner: SensorRunner, number: int, follows: bool, step: int, depsgraph: Any
     ) -> bool:
         """Make one update of a sensor; return whether its binary output changed."""
         name, uid = runner.sensor.name, runner.uid
-        self._lit.pop(name, None)
+        self._light_updates.pop(name, None)
         try:
-            taken = runner.take(number, step, depsgraph, self._probes)
+            update = runner.take(number, step, depsgraph, self._probes)
         except AngenError as error:
             self.problems[name] = str(error)
             self.readings.pop(name, None)
             self._last_update.pop(uid)
             return False
-        if taken is None:
+        if update is None:
             self.problems.pop(name, None)
             self.readings.pop(name, None)
             return False
-        if taken.request is not None:
+        if update.request is not None:
             # A frame handler must not render.
-            self._lit[name] = taken
+            self._light_updates[name] = update
             return False
         if runner.sensor.kind.requires_forces and follows:
             # After a jump there is no frame before to compare with, so nothing to wait for.
-            self._waiting[uid] = taken
+            self._waiting[uid] = update
             return False
-        return self._show(taken)
+        return self._show(update)
 
     def _fail(self, lit: Iterable[PendingUpdates], error: AngenError) -> None:
         """Replace the readings of these light sensors by the error."""
-        for taken in lit:
-            name = taken.runner.sensor.name
-            self._lit.pop(name, None)
+        for update in lit:
+            name = update.runner.sensor.name
+            self._light_updates.pop(name, None)
             self.readings.pop(name, None)
             self.problems[name] = str(error)
 
     @property
-    def left_to_do(self) -> bool:
+    def has_waiting_light(self) -> bool:
         """Whether light sensors wait to be measured."""
-        return bool(self._lit) and not self._held
+        return bool(self._light_updates) and not self._is_light_held
 
-    def do_the_rest(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
+    def measure_waiting(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
         """Measure the light of waiting sensors at the present frame, selected sensors first.
 
         `at_most` limits the number of sensors.
         """
         view_layer.update()
-        waiting = sorted(self._lit.values(), key=lambda taken: not taken.runner.sensor.selected)
+        waiting = sorted(
+            self._light_updates.values(), key=lambda update: not update.runner.sensor.selected
+        )
         lit = waiting[:at_most]
         try:
             finished(self._measure(scene, view_layer, lit))
@@ -341,29 +343,29 @@ class Live:
         if self.is_old(scene):
             self.catch_up(scene, view_layer)
         for number, sensor in enumerate(sensors):
-            taken = self._taken_now(scene, view_layer, sensor)
-            for words in self._measure(scene, view_layer, [taken]):
+            update = self._light_update_now(scene, view_layer, sensor)
+            for words in self._measure(scene, view_layer, [update]):
                 text = ", ".join(filter(None, (sensor.name, words)))
                 yield Doing(number / len(sensors), text, slow=True)
         yield len(sensors)
 
-    def _taken_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:
+    def _light_update_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:
         """Return the update of a light sensor at the present frame. Raise AngenError."""
         if scene.frame_current < scene.frame_start:
             raise AngenError(BEFORE_THE_START)
         runner = self.runner(sensor.uid)
         if sensor.name in self.problems or runner is None:
             raise AngenError(self.problems.get(sensor.name, f"'{sensor.name}' is switched off"))
-        taken = self._lit.get(sensor.name)
-        if taken is None:
+        update = self._light_updates.get(sensor.name)
+        if update is None:
             step = scene.frame_current - scene.frame_start
             runner.reset()
             self._probes.look(view_layer.depsgraph, None)
             number = runner.schedule.last_update(step)
-            taken = runner.take(number, step, view_layer.depsgraph, self._probes)
-        if taken is None or taken.request is None:
+            update = runner.take(number, step, view_layer.depsgraph, self._probes)
+        if update is None or update.request is None:
             raise AngenError(f"'{sensor.name}' is hidden, so that it measures no light")
-        return taken
+        return update
 
     def _measure(
         self, scene: Any, view_layer: Any, lit: Sequence[PendingUpdates]
@@ -376,24 +378,26 @@ class Live:
         try:
             depsgraph = view_layer.depsgraph
             paths = scene.angen_light_reference
-            asked = [as_exact(taken.request, paths) for taken in lit if taken.request is not None]
+            asked = [
+                as_exact(update.request, paths) for update in lit if update.request is not None
+            ]
             found = yield from self._probes.measure(scene, view_layer, depsgraph, asked)
-            for taken in lit:
-                self._lit.pop(taken.runner.sensor.name, None)
-                taken.give_light(found)
-                taken.runner.reset()
-                self._show(taken, scene.frame_current)
+            for update in lit:
+                self._light_updates.pop(update.runner.sensor.name, None)
+                update.give_light(found)
+                update.runner.reset()
+                self._show(update, scene.frame_current)
         finally:
             # Outputs and the data for a picture must not count as an edit.
             view_layer.update()
             state.CACHE.running = False
 
-    def _finish(self, runner: SensorRunner, step: int) -> bool:
+    def _show_waiting(self, runner: SensorRunner, step: int) -> bool:
         """Show an update that waited for this frame; return whether the binary output changed."""
-        taken = self._waiting.pop(runner.uid, None)
-        return taken is not None and step == taken.steps[0] + 1 and self._show(taken)
+        update = self._waiting.pop(runner.uid, None)
+        return update is not None and step == update.steps[0] + 1 and self._show(update)
 
-    def _show_again(self) -> list[bool]:
+    def _restore_outputs(self) -> list[bool]:
         """Write the last readings to outputs that differ, as after baked keys were removed.
 
         Return for each sensor whether its binary output changed.
@@ -404,14 +408,14 @@ class Live:
             if (published := self.readings.get(runner.sensor.name)) is not None
         ]
 
-    def _show(self, taken: PendingUpdates, frame: int | None = None) -> bool:
+    def _show(self, update: PendingUpdates, frame: int | None = None) -> bool:
         """Publish the reading of an update; return whether the binary output changed.
 
         `frame` is the frame of the reading, by default that of the update.
         """
-        reading, sensor = taken.reading(), taken.runner.sensor
+        reading, sensor = update.reading(), update.runner.sensor
         if frame is None:
-            frame = self._clock.frame_and_subframe(taken.steps[0])[0]
+            frame = self._clock.frame_and_subframe(update.steps[0])[0]
         self.readings[sensor.name] = Published(reading, frame)
         problem = reading.fields.get("problem", "")
         if problem:
@@ -433,7 +437,7 @@ def as_exact(request: LightRequest, reference: int) -> LightRequest:
 
 def live_of(scene: Any) -> Live:
     """Return the live sensors of a scene, made anew if those in the cache are of another scene."""
-    following = state.CACHE.live
-    if not isinstance(following, Live) or following.scene_uid != scene.session_uid:
-        following = state.CACHE.live = Live(scene)
-    return following
+    live = state.CACHE.live
+    if not isinstance(live, Live) or live.scene_uid != scene.session_uid:
+        live = state.CACHE.live = Live(scene)
+    return live

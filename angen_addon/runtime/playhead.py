@@ -60,7 +60,7 @@ def why_not_recorded(sensor: Sensor) -> str:
     return "This sensor is not in the recording: simulate again"
 
 
-def recorded_here(scene: Any) -> Recording | None:
+def fresh_recording(scene: Any) -> Recording | None:
     """Return the recording if it is fresh and covers the playhead's frame, else None."""
     recording = state.CACHE.recording(scene)
     frame = scene.frame_current + scene.frame_subframe
@@ -69,7 +69,7 @@ def recorded_here(scene: Any) -> Recording | None:
 
 def show_recorded(scene: Any, view_layer: Any) -> bool:
     """Write the recorded outputs of the playhead's frame; return whether there are any."""
-    recording = recorded_here(scene)
+    recording = fresh_recording(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
         state.show_recorded(recording, state.CACHE.sensors(view_layer), frame)
@@ -85,24 +85,28 @@ class Playhead:
     def __init__(self, scene: Any) -> None:
         self.frame = scene.frame_current + scene.frame_subframe
         self._base, self._rate = scene.render.fps_base, scene.render.fps
-        recording = recorded_here(scene)
+        recording = fresh_recording(scene)
         self._is_recorded = recording is not None
         self._tracks = {t.uid: t for t in recording.tracks.values()} if recording else {}
         live = state.CACHE.live
-        known = live is not None and live.scene_uid == scene.session_uid
-        self._live = live if known and scene.angen_live else None
+        is_same_scene = live is not None and live.scene_uid == scene.session_uid
+        self._live = live if is_same_scene and scene.angen_live else None
         self._nothing = NOT_YET if scene.angen_live else LIVE_IS_OFF
         self._old = self._live.why_old(scene) if self._live is not None else ""
 
     def of(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
         """Return the reading of a sensor; `quantity` is the field of its main reading."""
-        told = self._recorded(sensor) if self._is_recorded else self._lively(sensor, quantity)
+        found = (
+            self._recorded_reading(sensor)
+            if self._is_recorded
+            else self._live_reading(sensor, quantity)
+        )
         if sensor.holders or not state.output_curves(sensor.object):
-            return told
+            return found
         keys = Reading(sensor.settings.active, sensor.settings.value, {})
-        if told.reading is None and not told.problem:
-            return PlayheadReading(BAKED, keys, self.frame, old=told.old, keys=keys)
-        return told._replace(keys=keys)
+        if found.reading is None and not found.problem:
+            return PlayheadReading(BAKED, keys, self.frame, old=found.old, keys=keys)
+        return found._replace(keys=keys)
 
     def source(self, sensor: Sensor, least_age: float) -> Any:
         """Return all that the reading of a sensor depends on, to compare it with an earlier state.
@@ -128,7 +132,7 @@ class Playhead:
         """Return a number of frames in seconds."""
         return float(frames * self._base / self._rate)
 
-    def _recorded(self, sensor: Sensor) -> PlayheadReading:
+    def _recorded_reading(self, sensor: Sensor) -> PlayheadReading:
         track = self._tracks.get(sensor.uid)
         index = track.at(self.frame) if track else None
         if track is None or index is None:
@@ -139,7 +143,7 @@ class Playhead:
         age = self.seconds(self.frame - read_at)
         return PlayheadReading(RECORDED, reading, read_at, age, fields.get("problem", ""))
 
-    def _lively(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
+    def _live_reading(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
         live = self._live
         if live is None:
             return PlayheadReading(NOTHING, old=self._nothing)

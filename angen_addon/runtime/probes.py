@@ -43,19 +43,18 @@ class Probes:
     """
 
     def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
-        self.caster = caster or make_caster(scene)
+        self.caster = used = caster or make_caster(scene)
         # Blender's own ray cast, the reference for ranges, returns no surfaces.
-        own = self.caster
-        self._exact = own if isinstance(own, RayCaster) else RayCaster(own.solids)
+        self._exact = used if isinstance(used, RayCaster) else RayCaster(used.solids)
         self.warmth = Warmth(self._exact)
         self.reflectance = Reflectance(self._exact)
         self.sweeper = Sweeper(self.caster)
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
         self._pads: list[Pad] = []
-        self._told = 0
+        self._edits = 0
         self.names: dict[int, str] = {}
-        self._named = -1
+        self._named_listing = -1
         # Forces of the pad that senses now, by whole frames.
         self.known_forces: dict[int, PadForces] = {}
         # The index of a single frame among the stored frames.
@@ -67,21 +66,21 @@ class Probes:
         self._light = CyclesLight()
         state.CACHE.watch(self._lighting)
 
-    def serve(self, sensors: Iterable[Sensor]) -> None:
+    def set_sensors(self, sensors: Iterable[Sensor]) -> None:
         """Set the sensors; the probes prepare only what these sensors need."""
         self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.requires_forces]
 
     @property
     def edits(self) -> int:
         """The number of changes so far that may be more than a change of frame."""
-        return self._solids.edits + self._told
+        return self._solids.edits + self._edits
 
     def note_edits(self) -> None:
         """Count a possible edit, after the caller of the run could change the scene.
 
         Blender reports such an edit only at the next evaluation.
         """
-        self._told += 1
+        self._edits += 1
 
     def look(self, depsgraph: Any, frame: int | None, due: Sequence[Sensor] = ()) -> None:
         """Update the probes to the evaluated scene.
@@ -109,12 +108,12 @@ class Probes:
             self.caster.frames.show(self._solids, frame)
 
     @property
-    def full(self) -> bool:
+    def is_full(self) -> bool:
         """Whether the memory for stored frames is full, so that they must be sensed now."""
         return self._copies is None or self._copies.full
 
     @property
-    def follows(self) -> bool:
+    def can_store_next(self) -> bool:
         """Whether the next frame can be stored with the present list of solids."""
         return self._copies is not None and not self.must_list
 
@@ -123,15 +122,15 @@ class Probes:
         """Whether objects may have come or gone since the solids were listed."""
         return self._solids.must_list
 
-    def keep(self, watched: Any) -> bool:
+    def store_frame(self, watched: Any) -> bool:
         """Store a frame for later queries; return False if objects may have come or gone.
 
-        Call `keep_first` then, to list the solids anew. `watched` is the depsgraph of the scene, or
-        of its moving objects, from which the poses are stored.
+        Call `store_first_frame` then, to list the solids anew. `watched` is the depsgraph of the
+        scene, or of its moving objects, from which the poses are stored.
         """
         return self._copies is not None and self._copies.add(watched)
 
-    def keep_first(self, depsgraph: Any, watched: Any) -> None:
+    def store_first_frame(self, depsgraph: Any, watched: Any) -> None:
         """Store the first frame of a batch, with a new list of solids.
 
         `depsgraph` is that of the whole scene at this frame, `watched` the one of later frames.
@@ -154,15 +153,15 @@ class Probes:
         if self._exact is not self.caster:
             self._exact.update(depsgraph)
 
-    def develop(self, depsgraph: Any) -> None:
+    def query_stored_frames(self, depsgraph: Any) -> None:
         """Answer queries at the stored frames from now on."""
         if self._copies is not None and len(self._copies):
             self.caster.show(depsgraph, self._copies.finish())
 
-    def met(self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
+    def hits(self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
         """Return the hits of the last cast at `count` updates, as read-only `RayHits`."""
-        if self._named != self._solids.listing:
-            self._named = self._solids.listing
+        if self._named_listing != self._solids.listing:
+            self._named_listing = self._solids.listing
             self.names |= {solid.number: solid.name for solid in self._solids.solids}
         if self._exact is self.caster:
             return self._exact.seen
@@ -174,7 +173,7 @@ class Probes:
         scene: Any,
         view_layer: Any,
         depsgraph: Any,
-        asked: list[LightRequest],
+        requests: list[LightRequest],
         keep: bool = False,
     ) -> Steps[dict[str, LightSample]]:
         """Measure the requested light; render only where it can have changed.
@@ -183,7 +182,7 @@ class Probes:
 
         Parameters
         ----------
-        asked
+        requests
             The requests of the light sensors.
         keep
             Whether nothing but the frame changes until the next call, so that the light scene can
@@ -202,16 +201,18 @@ class Probes:
         AngenError
             If the light cannot be rendered.
         """
-        how = scene.angen_luminous_efficacy, scene.angen_light_reference
-        state = self._lighting.look(view_layer, depsgraph, self.edits, how)
-        keys = {r.name: (state.light, request_key(r)) for r in asked}
-        due = [r for r in asked if self._measured.get(r.name, NOT_MEASURED)[0] != keys[r.name]]
-        if due:
-            efficacy, self._light.reference = how
+        settings = scene.angen_luminous_efficacy, scene.angen_light_reference
+        state = self._lighting.look(view_layer, depsgraph, self.edits, settings)
+        keys = {r.name: (state.light, request_key(r)) for r in requests}
+        changed = [
+            r for r in requests if self._measured.get(r.name, NOT_MEASURED)[0] != keys[r.name]
+        ]
+        if changed:
+            efficacy, self._light.reference = settings
             kept = self._light if keep else None
-            found = yield from measuring(scene, view_layer, due, efficacy, kept, state)
-            self._measured |= {r.name: (keys[r.name], found[r.name]) for r in due}
-        return {r.name: self._measured[r.name][1] for r in asked}
+            found = yield from measuring(scene, view_layer, changed, efficacy, kept, state)
+            self._measured |= {r.name: (keys[r.name], found[r.name]) for r in changed}
+        return {r.name: self._measured[r.name][1] for r in requests}
 
     def recall_light(self, references: dict[Any, Any]) -> None:
         """Begin with the light references of an earlier run of the same scene, and add to them."""

@@ -51,100 +51,100 @@ from ..scene.sensors import (
     unit_scale,
 )
 from .probes import Probes
-from .trace import CAST, Question, RaysMet, Read, Swept, Trace
+from .trace import CAST, Query, RaysMet, Read, Swept, Trace
 
 # Answers to models' queries. A new quantity is a function here and an entry in `ANSWERS`.
 
 
-def ranges(asked: Question, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
+def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
     """Return the ranges of rays in m."""
-    frames = asked.frames if which is None else asked.frames[which]
-    cast, in_units = asked.probes.caster.cast_at, asked.read.rays_in_units(*rays)
-    found = cast(asked.sensor.uid, asked.bundle(bundle), in_units, frames)
-    return Answers([asked.read.in_metres(one) for one in found.table], found.rows)
+    frames = query.frames if which is None else query.frames[which]
+    cast, in_units = query.probes.caster.cast_at, query.read.rays_in_units(*rays)
+    found = cast(query.sensor.uid, query.bundle(bundle), in_units, frames)
+    return Answers([query.read.in_metres(one) for one in found.table], found.rows)
 
 
-def surfaces(
-    name: str, asked: Question, bundle: int, *rays: Array, which: Index | None = None
+def answer_surfaces(
+    name: str, query: Query, bundle: int, *rays: Array, which: Index | None = None
 ) -> Answers:
     """Return what the probe `name` knows of the surfaces that rays hit."""
-    frames = asked.frames if which is None else asked.frames[which]
-    known = asked.sensor.uid, asked.bundle(bundle)
-    in_units = asked.read.rays_in_units(*rays)
-    found: Answers = getattr(asked.probes, name).see(asked.depsgraph, *known, in_units, frames)
+    frames = query.frames if which is None else query.frames[which]
+    known = query.sensor.uid, query.bundle(bundle)
+    in_units = query.read.rays_in_units(*rays)
+    found: Answers = getattr(query.probes, name).see(query.depsgraph, *known, in_units, frames)
     return found
 
 
-def poses(asked: Question, name: str, which: Index | None = None) -> Answers:
+def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:
     """Return the pose of the object in the parameter `name`; None if the parameter is empty."""
-    assert asked.read.beside is not None
-    count = len(asked.steps) if which is None else len(which)
-    return Answers([asked.read.beside[POSES][name]], np.zeros(count, np.intp))
+    assert query.read.at_step is not None
+    count = len(query.steps) if which is None else len(which)
+    return Answers([query.read.at_step[POSES][name]], np.zeros(count, np.intp))
 
 
-def crossings(
-    asked: Question, origins: Array, directions: Array, length: Array, which: Index | None = None
+def answer_crossings(
+    query: Query, origins: Array, directions: Array, length: Array, which: Index | None = None
 ) -> Answers:
     """Return what crossed the rays since the step before."""
-    chosen = np.arange(len(asked.steps)) if which is None else which
+    chosen = np.arange(len(query.steps)) if which is None else which
     rays = origins, directions, length
-    found = [_swept_at(asked, asked.steps[i], int(asked.frames[i]), rays) for i in chosen.tolist()]
+    found = [_sweep(query, query.steps[i], int(query.frames[i]), rays) for i in chosen.tolist()]
     return Answers(found, np.arange(len(found)))
 
 
-def _swept_at(
-    asked: Question, step: int, frame: int, rays: tuple[Array, Array, Array]
+def _sweep(
+    query: Query, step: int, frame: int, rays: tuple[Array, Array, Array]
 ) -> RayCrossings | None:
-    before, metres = asked.trace.swept, asked.read.metres
-    beam = SweptRays(matrix_of(asked.read.pose, metres), *asked.read.rays_in_units(*rays))
+    before, metres = query.trace.swept, query.read.metres
+    beam = SweptRays(matrix_of(query.read.pose, metres), *query.read.rays_in_units(*rays))
     if before is not None and before.beam.same(beam):
         # The earlier beam has computed its bounds.
         beam = before.beam
-    sweeper = asked.probes.sweeper
+    sweeper = query.probes.sweeper
     now = sweeper.solids_at(frame)
-    asked.trace.swept = Swept(step, beam, now)
+    query.trace.swept = Swept(step, beam, now)
     if before is None or before.step != step - 1:
         return None
     found = sweeper.sweep(
-        asked.depsgraph, asked.sensor.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
+        query.depsgraph, query.sensor.uid, before.solids, now, before.beam, beam, TOLERANCE / metres
     )
-    near, far = map(asked.read.in_metres, (found.near, found.far))
+    near, far = map(query.read.in_metres, (found.near, found.far))
     return replace(found, near=near, far=far)
 
 
-def contact(asked: Question, which: Index | None = None) -> Answers:
+def answer_contact(query: Query, which: Index | None = None) -> Answers:
     """Return the forces on a pad, which are known after the next frame."""
-    assert asked.read.beside is not None
-    weight, chosen = asked.read.beside[FORCES]
+    assert query.read.at_step is not None
+    weight, chosen = query.read.at_step[FORCES]
     table: list[PadContact] = []
     rows = []
-    for step in asked.steps:
-        whole = asked.clock.frame_and_subframe(step)[0]
-        forces = asked.probes.forces(asked.sensor.uid, whole)
+    for step in query.steps:
+        whole = query.clock.frame_and_subframe(step)[0]
+        forces = query.probes.forces(query.sensor.uid, whole)
         if not table or table[-1].forces is not forces:
             table.append(PadContact(forces, weight, chosen))
         rows.append(len(table) - 1)
     return Answers(table, np.array(rows, np.intp))
 
 
-def light(asked: Question, which: Index | None = None) -> Answers:
+def answer_light(query: Query, which: Index | None = None) -> Answers:
     """Return the measured light, which is the same at all the steps."""
-    assert asked.light is not None
-    return Answers([asked.light], np.zeros(len(asked.steps), np.intp))
+    assert query.light is not None
+    return Answers([query.light], np.zeros(len(query.steps), np.intp))
 
 
 ANSWERS: dict[str, Callable[..., Answers]] = {
-    RAYS: ranges,
-    WARMTH: partial(surfaces, WARMTH),
-    REFLECTANCE: partial(surfaces, REFLECTANCE),
-    CROSSINGS: crossings,
-    FORCES: contact,
-    LIGHT: light,
-    POSES: poses,
+    RAYS: answer_ranges,
+    WARMTH: partial(answer_surfaces, WARMTH),
+    REFLECTANCE: partial(answer_surfaces, REFLECTANCE),
+    CROSSINGS: answer_crossings,
+    FORCES: answer_contact,
+    LIGHT: answer_light,
+    POSES: answer_poses,
 }
 
 
-def beside_of(
+def read_at_step(
     sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float
 ) -> dict[str, Any] | None:
     """Return the answers that must be read at this step: own weight and partners, and named poses.
@@ -232,7 +232,7 @@ def light_request(
 
 
 @dataclass(frozen=True)
-class Dates:
+class SensorSteps:
     """The `steps` (n,) at which one sensor senses, and the `numbers` (n,) of its updates.
 
     At steps between two updates `due` (n,) is false, and the number is that of the next update.
@@ -243,15 +243,15 @@ class Dates:
     due: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, step: int, number: int, due: bool = True) -> Dates:
+    def of(cls, step: int, number: int, due: bool = True) -> SensorSteps:
         """Return a single step."""
         return cls(np.array([step]), np.array([number]), np.array([due]))
 
-    def part(self, which: slice) -> Dates:
+    def part(self, which: slice) -> SensorSteps:
         """Return a slice of the steps."""
-        return Dates(self.steps[which], self.numbers[which], self.due[which])
+        return SensorSteps(self.steps[which], self.numbers[which], self.due[which])
 
-    def between(self, first: int, last: int) -> Dates:
+    def between(self, first: int, last: int) -> SensorSteps:
         """Return the steps from `first` to `last`."""
         return self.part(slice(*np.searchsorted(self.steps, (first, last + 1))))
 
@@ -269,17 +269,17 @@ class PendingUpdates:
     steps: list[int]
     parameters: Any
     updates: Updates
-    question: Question | None = None
+    query: Query | None = None
 
     @property
     def request(self) -> LightRequest | None:
         """The light probe's request; None for other kinds than light sensors."""
-        return self.question.request if self.question is not None else None
+        return self.query.request if self.query is not None else None
 
     def give_light(self, found: Mapping[str, LightSample]) -> None:
         """Set the measured light, from all measured light by the sensor's name."""
-        assert self.question is not None
-        self.question.light = found[self.runner.sensor.name]
+        assert self.query is not None
+        self.query.light = found[self.runner.sensor.name]
 
     def readings(self) -> Readings:
         """Compute the readings of the updates that are due."""
@@ -348,7 +348,7 @@ class SensorRunner:
         known, metres = self._read, unit_scale(depsgraph.scene)
         if self._edits != edits:
             self._edits, self._steady = edits, None
-        elif known is not None and known.metres == metres and known.beside is None and self.steady:
+        elif known is not None and known.metres == metres and known.at_step is None and self.steady:
             return known
         self._read = None
         evaluated = self.sensor.object.evaluated_get(depsgraph)
@@ -358,8 +358,8 @@ class SensorRunner:
         check_evaluated(self.sensor, depsgraph)
         parameters = read_parameters(self.sensor, settings)
         pose = read_pose(self.sensor, self.sensor.world_matrix(depsgraph), metres)
-        beside = beside_of(self.sensor, evaluated, depsgraph, metres)
-        read = Read(metres, parameters, pose, beside, self._changes)
+        at_step = read_at_step(self.sensor, evaluated, depsgraph, metres)
+        read = Read(metres, parameters, pose, at_step, self._changes)
         if known is None or not known.same(read):
             self._changes += 1
             read = replace(read, change=self._changes)
@@ -375,7 +375,7 @@ class SensorRunner:
         """
         read, frame = self.read(depsgraph, probes.edits), np.array([probes.frame])
         return next(
-            self.pending(Dates.of(step, number, due), frame, [read], depsgraph, probes), None
+            self.pending(SensorSteps.of(step, number, due), frame, [read], depsgraph, probes), None
         )
 
     def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
@@ -387,7 +387,7 @@ class SensorRunner:
 
     def pending(
         self,
-        dates: Dates,
+        steps: SensorSteps,
         frames: Index,
         reads: Sequence[Read | None],
         depsgraph: Any,
@@ -399,7 +399,7 @@ class SensorRunner:
 
         Parameters
         ----------
-        dates
+        steps
             The steps (n,) of the updates.
         frames
             The index (n,) of each step's frame among the stored frames.
@@ -408,37 +408,37 @@ class SensorRunner:
         """
         changes = [None if read is None else read.change for read in reads]
         begins = [i for i in range(len(reads)) if i == 0 or changes[i] != changes[i - 1]]
-        ends = [*begins[1:], len(dates.steps)]
+        ends = [*begins[1:], len(steps.steps)]
         for begin, end in zip(begins, ends, strict=True):
             read, part = reads[begin], slice(begin, end)
             if read is None:
                 self.reset()
             else:
-                yield self._pending(read, dates.part(part), frames[part], depsgraph, probes)
+                yield self._pending(read, steps.part(part), frames[part], depsgraph, probes)
 
     def _pending(
-        self, read: Read, dates: Dates, frames: Index, depsgraph: Any, probes: Probes
+        self, read: Read, steps: SensorSteps, frames: Index, depsgraph: Any, probes: Probes
     ) -> PendingUpdates:
-        when = self.clock, read, dates.steps.tolist(), frames
-        question = Question(self.sensor, *when, depsgraph, probes, self.trace)
+        when = self.clock, read, steps.steps.tolist(), frames
+        query = Query(self.sensor, *when, depsgraph, probes, self.trace)
         if self.sensor.kind.requires_light:
-            question.request = light_request(
+            query.request = light_request(
                 self.sensor, read.parameters, read.pose, read.metres, self.steady
             )
         needs = self.sensor.kind.needs
         scene, name = depsgraph.scene, self.sensor.stands_for or self.sensor.name
         updates = Updates(
-            dates.numbers,
-            self.clock.times_and_frames(dates.steps)[0],
-            dates.due,
+            steps.numbers,
+            self.clock.times_and_frames(steps.steps)[0],
+            steps.due,
             read.pose,
-            {need: partial(ANSWERS[need], question) for need in needs},
+            {need: partial(ANSWERS[need], query) for need in needs},
             partial(generator, scene.angen_seed, name),
             partial(generator, scene.angen_seed, f"{name}, part", 0),
         )
-        due = dates.steps[dates.due].tolist()
-        updates = self.trace.listen(question, updates)
-        return PendingUpdates(self, due, read.parameters, updates, question)
+        due = steps.steps[steps.due].tolist()
+        updates = self.trace.record(query, updates)
+        return PendingUpdates(self, due, read.parameters, updates, query)
 
 
 def all_rays(
@@ -451,23 +451,24 @@ def all_rays(
     affected. Without `probes` nothing is cast: the rays of RAYS queries are listed as if the scene
     was empty. Raise AngenError.
     """
-    apart, needs = SensorRunner(sensor, clock), CAST
+    runner, needs = SensorRunner(sensor, clock), CAST
     casts_views = probes is not None and sensor.kind.requires_light
     if probes is None:
         # New probes, whose scene is empty.
         probes, needs = Probes(depsgraph.scene, RayCaster()), {RAYS}
-    read, trace = apart.read(depsgraph, probes.edits), apart.trace
+    read, trace = runner.read(depsgraph, probes.edits), runner.trace
     if read is None:
         return None
-    trace.aim(read.parameters, read.pose)
+    trace.set_pose(read.parameters, read.pose)
     if casts_views:
         _cast_views(read, trace, probes)
-    elif apart.casts and any(sensor.kind.requires(need, read.parameters) for need in needs):
+    elif runner.casts and any(sensor.kind.requires(need, read.parameters) for need in needs):
         number, known = 0, -1
         while len(trace.bundles) > known:
             known = len(trace.bundles)
-            dates, frame = Dates.of(apart.schedule.step(number), number), np.array([probes.frame])
-            apart._pending(read, dates, frame, depsgraph, probes).readings()
+            steps = SensorSteps.of(runner.schedule.step(number), number)
+            frame = np.array([probes.frame])
+            runner._pending(read, steps, frame, depsgraph, probes).readings()
             number += 1
     return trace
 

@@ -138,7 +138,7 @@ def simulate(
     recording.clock = clock
     run = _Run(scene, runners, first, last, frame_end, recording, exchanges, follow)
     run.references = references
-    return run.progress()
+    return run.run()
 
 
 def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
@@ -175,20 +175,20 @@ class _Run:
         self._exchanges = {self._clock.first_step(e.frame): e for e in exchanges}
         self._still = skipping.Stillness(skipping.NEVER)
         self._moving_scene: MovingScene | None = None
-        self._kept: set[str] = set()
+        self._stored: set[str] = set()
         self._steps = self._evaluated = 0
         self._moving = ""
         self.references: dict[Any, Any] | None = None
         self._reference, self._reference_done = self._share_of_reference(), 0.0
 
-    def progress(self) -> Generator[Progress, None, None]:
+    def run(self) -> Generator[Progress, None, None]:
         """Run, and yield the progress."""
         scene = self._scene
         frame_before, subframe_before = scene.frame_current, scene.frame_subframe
-        handlers.ensure()
+        handlers.restore_handlers()
         state.CACHE.running = True
         # Other code may change the scene at a frame in ways that Blender does not report.
-        alone = not handlers.others_follow_frames()
+        alone = not handlers.has_other_frame_handlers()
         removed = explained(
             "something that the run needs was removed during it", ReferenceError, raised=AngenError
         )
@@ -196,7 +196,7 @@ class _Run:
             with removed, _idle_outputs(self._runners) as driven:
                 agenda = Agenda(scene, self._runners, self._clock, self._first, self._last)
                 batches = alone and not driven and agenda.allows_batches
-                self._kept = agenda.kept
+                self._stored = agenda.stored
                 try:
                     self._find_what_moves(self._frame(self._first), alone, batches)
                     stage = Stage(scene, self._runners, batches, self._moving_scene)
@@ -207,27 +207,27 @@ class _Run:
                     finally:
                         stage.close()
                 finally:
-                    self._leave_moving_scene()
+                    self._close_moving_scene()
             self._recording.frame_end = self._frame_end
         finally:
-            _put_back(scene, frame_before, subframe_before)
+            _restore_frame(scene, frame_before, subframe_before)
 
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
         """Find when objects can move from a frame on, and make a temporary scene of them."""
         needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
-        still = self._still = skipping.find(self._scene, needs, not alone)
+        still = self._still = skipping.find_stillness(self._scene, needs, not alone)
         self._moving = still.why
         if batches:
-            what = self._scene, self._runners, self._kept
+            what = self._scene, self._runners, self._stored
             self._moving_scene = moving_scene(*what, still, frame)
 
-    def _leave_moving_scene(self) -> None:
+    def _close_moving_scene(self) -> None:
         moving, self._moving_scene = self._moving_scene, None
         if moving is not None:
             moving.close()
 
     def _exchange(self, exchange: Exchange, stage: Stage, alone: bool, batches: bool) -> None:
-        self._leave_moving_scene()
+        self._close_moving_scene()
         exchange.put()
         # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
@@ -237,9 +237,9 @@ class _Run:
     def _resume(self, step: int, stage: Stage, alone: bool, batches: bool) -> None:
         """Continue after a yield, at which the caller may have edited the scene."""
         if stage.resume():
-            self._leave_moving_scene()
+            self._close_moving_scene()
             self._find_what_moves(self._frame(step), alone, batches)
-            stage.go(step)
+            stage.evaluate(step)
             stage.begin_anew(self._moving_scene)
 
     def _over_frames(
@@ -251,7 +251,7 @@ class _Run:
                 self._exchange(exchange, stage, alone, batches)
             fresh = agenda.fresh(window, self._still)
             try:
-                for steps, is_fresh in _alike(window.steps, fresh):
+                for steps, is_fresh in _group_unchanged(window.steps, fresh):
                     step = steps[-1]
                     self._steps += len(steps)
                     self._evaluated += is_fresh
@@ -265,16 +265,16 @@ class _Run:
                         # The caller may undo, so no stored frame may be left.
                         for ready in stage.sense(window, evaluated_depsgraph()):
                             self._record(ready, driven)
-                        self._let_drivers_follow(driven)
+                        self._evaluate_drivers(driven)
                         self._note_reference(stage.probes.reference_done)
                         yield self._at(step, doing)
-                    for lit in stage.take_lit():
+                    for measured in stage.take_light_updates():
                         self._note_reference(1.0)
-                        self._record(lit, driven)
+                        self._record(measured, driven)
                     if stage.has_sensed_all:
                         # The caller may change the scene, so no stored frame may be left.
                         self._recording.frame_end = min(self._frame(step), self._frame_end)
-                        self._let_drivers_follow(driven)
+                        self._evaluate_drivers(driven)
                         yield self._at(step)
                         self._resume(step, stage, alone, batches)
             finally:
@@ -285,11 +285,11 @@ class _Run:
                 if last is not None:
                     self._recording.frame_end = min(self._frame(last), self._frame_end)
             if last is not None:
-                self._let_drivers_follow(driven)
+                self._evaluate_drivers(driven)
                 yield self._at(last)
                 self._resume(last, stage, alone, batches)
 
-    def _let_drivers_follow(self, driven: bool) -> None:
+    def _evaluate_drivers(self, driven: bool) -> None:
         """Evaluate what reads the outputs before the caller gets control.
 
         So this evaluation does not count as an edit, which would make the run list all solids anew.
@@ -343,14 +343,14 @@ class _Run:
             state.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 
 
-def _alike(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
+def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
     """Yield each group of steps without changes, and whether its first step is fresh."""
     for part in np.split(np.arange(len(steps)), np.flatnonzero(fresh)):
         if len(part):
             yield steps[part].tolist(), bool(fresh[part[0]])
 
 
-def _put_back(scene: Any, frame: int, subframe: float) -> None:
+def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
     """Restore the frame; handlers must do nothing until then."""
     try:
         scene.frame_set(frame, subframe=subframe)

@@ -31,7 +31,7 @@ from ..scene.timed import is_timeless_driver
 from ..scene.timed import reasons as timed_reasons
 from . import state
 from .probes import Probes
-from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
+from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
 
 # Quantities that do not depend on SHADING, unless a driver reads it.
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
@@ -86,10 +86,10 @@ class Stillness:
         return np.concatenate([[True], begun > ended])
 
 
-def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillness:
+def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = False) -> Stillness:
     """Return when something that sensors with these `needs` read can change.
 
-    `others_act` says that other code has handlers, which may change anything at any frame.
+    `other_handlers` says that other code has handlers, which may change anything at any frame.
     """
     owners = [owner for owner in all_animated() if _is_evaluated(owner, scene)]
     shading = not BLIND_TO_SHADING.issuperset(needs) or any(
@@ -98,21 +98,21 @@ def find(scene: Any, needs: Iterable[str], others_act: bool = False) -> Stillnes
         for curve in _drivers(owner, shading=False)
         for target in _targets(curve.driver)
     )
-    reasons = ["other code acts at each frame (a frame handler)"] if others_act else []
+    reasons = ["other code acts at each frame (a frame handler)"] if other_handlers else []
     if state.are_driven():
         reasons.append("drivers read what sensors say")
     reasons += [
-        *_of_drivers(owners, shading),
+        *_driver_reasons(owners, shading),
         *timed_reasons(scene, shading),
     ]
     parts, timed = [], bool(reasons)
     for owner in owners:
-        spans = _spans_of(owner, shading)
+        spans = _busy_spans(owner, shading)
         if np.isinf(spans).any():
             reasons.append(f"keys of '{owner.name}' go on without end (modifiers, extrapolation)")
         parts.append(spans)
     every = tuple(dict.fromkeys(reasons))
-    return Stillness(_joined(parts), every, time_stretch(scene), timed)
+    return Stillness(_join_spans(parts), every, time_stretch(scene), timed)
 
 
 def _is_evaluated(owner: Any, scene: Any) -> bool:
@@ -124,7 +124,7 @@ def _is_evaluated(owner: Any, scene: Any) -> bool:
     return not isinstance(owner, bpy.types.CompositorNodeTree)
 
 
-def _counts(owner: Any, curve: Any, shading: bool) -> bool:
+def _affects_sensors(owner: Any, curve: Any, shading: bool) -> bool:
     """Whether a curve or driver sets something that sensors can read.
 
     The warmth of a material does not count as its shading. The outputs of sensors do not count
@@ -137,32 +137,32 @@ def _counts(owner: Any, curve: Any, shading: bool) -> bool:
     return curve.data_path not in {state.ACTIVE_PATH, state.VALUE_PATH}
 
 
-def _spans_of(owner: Any, shading: bool) -> Array:
+def _busy_spans(owner: Any, shading: bool) -> Array:
     """Return the spans in which keys and strips may change a datablock."""
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
-    curves = [curve for curve in found if _counts(owner, curve, shading)]
+    curves = [curve for curve in found if _affects_sensors(owner, curve, shading)]
     parts = [_curve_spans(curve) for curve in curves]
     tracks = animation.nla_tracks
     if len(tracks):
         # The action then acts as a strip, which may have no effect before and after its keys.
         playing = [s for track in tracks if track.is_solo or not track.mute for s in track.strips]
-        parts += [_strip_spans(playing), *(_reach(curve) for curve in found)]
+        parts += [_strip_spans(playing), *(_key_range(curve) for curve in found)]
     if animation.use_tweak_mode:
         parts.append(ALWAYS)
-    return _joined(parts)
+    return _join_spans(parts)
 
 
 def _drivers(owner: Any, shading: bool) -> list[Any]:
     found = owner.animation_data.drivers
-    return [c for c in found if not c.mute and _counts(owner, c, shading)]
+    return [c for c in found if not c.mute and _affects_sensors(owner, c, shading)]
 
 
 def _targets(driver: Any) -> Iterator[Any]:
     return (target for variable in driver.variables for target in variable.targets)
 
 
-def _of_drivers(owners: Iterable[Any], shading: bool) -> Iterator[str]:
+def _driver_reasons(owners: Iterable[Any], shading: bool) -> Iterator[str]:
     for owner in owners:
         for curve in _drivers(owner, shading):
             driver = curve.driver
@@ -225,7 +225,7 @@ def _strip_spans(strips: Any) -> Array:
     return np.array(ends) if ends else NEVER
 
 
-def _reach(curve: Any) -> Array:
+def _key_range(curve: Any) -> Array:
     """Return a span around all keys of an F-curve, in which an action acts beside NLA strips."""
     points = curve.keyframe_points
     if not len(points):
@@ -233,7 +233,7 @@ def _reach(curve: Any) -> Array:
     return np.array([[points[0].co[0] - 1.0, points[-1].co[0] + 1.0]])
 
 
-def _joined(parts: Sequence[Array]) -> Array:
+def _join_spans(parts: Sequence[Array]) -> Array:
     """Return the spans in order, without overlaps."""
     spans = np.concatenate([NEVER, *parts])
     if not len(spans):
@@ -267,11 +267,11 @@ class MovingScene:
         handlers = list(bpy.app.handlers.frame_change_post)
         bpy.app.handlers.frame_change_post.clear()
         try:
-            self.go(scene.frame_current, 0.0)
+            self.evaluate(scene.frame_current, 0.0)
         finally:
             bpy.app.handlers.frame_change_post.extend(handlers)
 
-    def go(self, frame: int, subframe: float) -> Any:
+    def evaluate(self, frame: int, subframe: float) -> Any:
         """Evaluate the scene at a frame, and return its depsgraph."""
         self._scene.frame_set(frame, subframe=subframe)
         return self._scene.view_layers[0].depsgraph
@@ -285,28 +285,29 @@ class MovingScene:
 
 
 def moving_scene(
-    scene: Any, runners: Sequence[SensorRunner], kept: set[str], still: Stillness, first: int
+    scene: Any, runners: Sequence[SensorRunner], stored: set[str], still: Stillness, first: int
 ) -> MovingScene | None:
     """Return a scene of the moving objects for a run that begins at frame `first`.
 
-    Return None if the result could differ from the user's scene, or if little time is saved. `kept`
-    names the quantities that are stored by frame; light is always measured in the user's scene.
+    Return None if the result could differ from the user's scene, or if little time is saved.
+    `stored` names the quantities that are stored by frame. Light is always measured in the user's
+    scene.
     """
-    keeping = [r for r in runners if set(r.sensor.kind.needs) <= kept]
-    if not keeping or still.timed or not _stands_alone(scene, keeping):
+    keeping = [r for r in runners if set(r.sensor.kind.needs) <= stored]
+    if not keeping or still.timed or not _can_move_alone(scene, keeping):
         return None
-    moved = _moved(scene, first)
+    moved = _find_moving(scene, first)
     view_layer = bpy.context.view_layer
     # Blender may not report an object that is hidden now and shown later.
     shown = [
         obj for obj in view_layer.objects if obj and (obj in moved or may_set(obj, "hide_viewport"))
     ]
-    if len(view_layer.objects) - len(shown) < LEAST_OBJECTS or any(map(_looks_around, shown)):
+    if len(view_layer.objects) - len(shown) < LEAST_OBJECTS or any(map(_depends_on_scene, shown)):
         return None
     return MovingScene(scene, [obj for obj in shown if obj.type in SURFACE_TYPES])
 
 
-def _stands_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
+def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
     """Whether no physics, driver, instance or moving sensor depends on the whole scene."""
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
@@ -317,7 +318,7 @@ def _stands_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
     return not any(obj.mode != "OBJECT" or obj.instance_type != "NONE" for obj in scene.objects)
 
 
-def _looks_around(obj: Any) -> bool:
+def _depends_on_scene(obj: Any) -> bool:
     """Whether an object may hold instances or depend on its scene, as metaballs join there."""
     return (
         obj.type == "META"
@@ -326,7 +327,7 @@ def _looks_around(obj: Any) -> bool:
     )
 
 
-def _moved(scene: Any, first: int) -> set[Any]:
+def _find_moving(scene: Any, first: int) -> set[Any]:
     """Return the objects that can change, which Blender reports at any change of frame."""
     found: set[Any] = set()
 
@@ -362,7 +363,7 @@ class _Pad:
         The state of the scene by step, at the last steps at which the motion was needed.
     due
         The state that decides the forces, by the step of an update.
-    asked
+    needed
         The steps at which forces have to be computed, with their states.
     forces
         The computed forces by state.
@@ -373,9 +374,9 @@ class _Pad:
     runner: SensorRunner
     states: dict[int, State] = field(default_factory=dict)
     due: dict[int, State] = field(default_factory=dict)
-    asked: dict[int, State] = field(default_factory=dict)
+    needed: dict[int, State] = field(default_factory=dict)
     forces: dict[State, PadForces] = field(default_factory=dict)
-    waiting: list[tuple[Dates, list[Read | None]]] = field(default_factory=list)
+    waiting: list[tuple[SensorSteps, list[Read | None]]] = field(default_factory=list)
 
     @property
     def size(self) -> int:
@@ -388,38 +389,41 @@ class _Pad:
             near = [self.states.get(step + self.size * i) for i in (-1, 0, 1)]
             still = near[0] is not None and near[0] == near[1] == near[2]
             state = self.due[step] = (near[1] if still else None) or (step,)
-            if state not in self.forces and state not in self.asked.values():
-                self.asked[step] = state
+            if state not in self.forces and state not in self.needed.values():
+                self.needed[step] = state
 
-    def ready(self) -> Iterator[tuple[Dates, list[Read | None]]]:
+    def ready(self) -> Iterator[tuple[SensorSteps, list[Read | None]]]:
         """Yield the updates whose forces are computed."""
         waiting, self.waiting = self.waiting, []
-        for dates, reads in waiting:
-            known = [self.state_at(step) in self.forces for step in dates.steps.tolist()]
+        for sensor_steps, reads in waiting:
+            known = [self.state_at(step) in self.forces for step in sensor_steps.steps.tolist()]
             count = known.index(False) if False in known else len(known)
             if count:
-                yield dates.part(slice(count)), reads[:count]
+                yield sensor_steps.part(slice(count)), reads[:count]
             if count < len(known):
                 rest = reads[count:] if len(reads) > 1 else reads
-                self.waiting.append((dates.part(slice(count, None)), rest))
+                self.waiting.append((sensor_steps.part(slice(count, None)), rest))
 
     def state_at(self, step: int) -> State | None:
         return self.due.get(step - step % self.size)
 
-    def known(self, dates: Dates) -> dict[int, PadForces]:
+    def known(self, sensor_steps: SensorSteps) -> dict[int, PadForces]:
         """Return the computed forces of updates, by whole frame."""
-        clock, steps = self.runner.clock, dates.steps.tolist()
+        clock, steps = self.runner.clock, sensor_steps.steps.tolist()
         found = {step: self.forces[self.due[step - step % self.size]] for step in steps}
         return {clock.frame_and_subframe(step)[0]: forces for step, forces in found.items()}
 
     def forget(self) -> None:
         """Forget what later updates do not need, except the last forces."""
         self.states = {step: self.states[step] for step in sorted(self.states)[-2:]}
-        first = min((dates.steps[0] for dates, _ in self.waiting), default=max(self.due, default=0))
+        first = min(
+            (sensor_steps.steps[0] for sensor_steps, _ in self.waiting),
+            default=max(self.due, default=0),
+        )
         self.due = {step: state for step, state in self.due.items() if step >= first - self.size}
         last = [*self.forces][-1:]
-        kept = {*self.due.values(), *last}
-        self.forces = {state: self.forces[state] for state in self.forces if state in kept}
+        needed = {*self.due.values(), *last}
+        self.forces = {state: self.forces[state] for state in self.forces if state in needed}
 
 
 class Pads:
@@ -430,9 +434,11 @@ class Pads:
         self._probes = probes
         self._clock = clock
 
-    def wait(self, runner: SensorRunner, dates: Dates, reads: list[Read | None]) -> None:
+    def wait(
+        self, runner: SensorRunner, sensor_steps: SensorSteps, reads: list[Read | None]
+    ) -> None:
         """Add updates of a pad, with its parameters and pose at each."""
-        self._pads[runner].waiting.append((dates, reads))
+        self._pads[runner].waiting.append((sensor_steps, reads))
 
     def sense(
         self, steps: Index, frames: Index, due: dict[SensorRunner, Index], depsgraph: Any
@@ -456,25 +462,27 @@ class Pads:
         for runner, pad in self._pads.items():
             pad.states |= states
             pad.note_due(due[runner].tolist())
-            needed.update(step + pad.size * i for step in pad.asked for i in (-1, 0, 1))
+            needed.update(step + pad.size * i for step in pad.needed for i in (-1, 0, 1))
         for step, frame in zip(steps.tolist(), frames.tolist(), strict=True):
             if step in needed:
                 self._look(step, frame, depsgraph)
         self._probes.show(-1)
         for runner, pad in self._pads.items():
-            for dates, reads in pad.ready():
-                self._probes.known_forces = pad.known(dates)
-                yield from runner.pending(dates, dates.steps * 0, reads, depsgraph, self._probes)
+            for sensor_steps, reads in pad.ready():
+                self._probes.known_forces = pad.known(sensor_steps)
+                yield from runner.pending(
+                    sensor_steps, sensor_steps.steps * 0, reads, depsgraph, self._probes
+                )
                 self._probes.known_forces = {}
             pad.forget()
 
     def _look(self, step: int, frame: int, depsgraph: Any) -> None:
         """Read the motion at a step, and compute the forces at the frame before."""
-        due = [pad.runner.sensor for pad in self._pads.values() if step in pad.asked]
+        due = [pad.runner.sensor for pad in self._pads.values() if step in pad.needed]
         whole = self._clock.frame_and_subframe(step)[0]
         self._probes.show(frame)
         self._probes.look_at_motion(depsgraph, whole, due)
         for pad in self._pads.values():
-            state = pad.asked.pop(step - self._clock.substeps, None)
+            state = pad.needed.pop(step - self._clock.substeps, None)
             if state is not None:
                 pad.forces[state] = self._probes.forces(pad.runner.uid, whole - 1)

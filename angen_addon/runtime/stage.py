@@ -25,14 +25,14 @@ from ..scene.animation import all_animated, may_set
 from ..scene.surfaces import changes_by_itself, colours_change
 from ..scene.timed import frames_to_step_from
 from .probes import Probes
-from .sensor_runner import Dates, PendingUpdates, Read, SensorRunner
+from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
 from .skipping import MovingScene, Pads, Stillness
 from .time_base import clock_of, evaluated_depsgraph
 
 # The steps of a run, and the sensors due at them.
 
 # Quantities that are stored by frame in any scene, so that queries can be answered later.
-KEPT = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
+STORED = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
 # Parts of data paths that a weight depends on, beside poses and shapes.
 WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
 # Number of steps in a window, to bound memory.
@@ -47,9 +47,9 @@ class Window:
     ----------
     steps
         The steps (n,) to evaluate, in order.
-    looked
+    sensed
         The steps at which sensors sense; at the others the scene is only evaluated.
-    dates
+    sensor_steps
         The steps of each sensor.
     motion
         The steps (m,) of the whole frames at which the motion is needed.
@@ -61,8 +61,8 @@ class Window:
 
     begin: int
     steps: Index
-    looked: Container[int]
-    dates: dict[SensorRunner, Dates]
+    sensed: Container[int]
+    sensor_steps: dict[SensorRunner, SensorSteps]
     motion: Index
     pads: dict[SensorRunner, Index]
     read: dict[int, list[SensorRunner]]
@@ -83,13 +83,13 @@ class Agenda:
         self._first, self._last = first, last
         self._substeps = clock.substeps
         self._frame_start = clock.frame_start
-        self._until: Index = np.zeros(0, np.intp)
-        self._from: int | None = None
+        self._last_step: Index = np.zeros(0, np.intp)
+        self._stepped_from: int | None = None
         # Quantities that are stored by frame; all others are read from the scene at its frame.
-        self.kept = KEPT | ({FORCES} if _weights_stay(scene) else set())
+        self.stored = STORED | ({FORCES} if _weights_stay(scene) else set())
         starts = frames_to_step_from(scene)
         if starts:
-            self._from = (min(starts) - clock.frame_start) * self._substeps
+            self._stepped_from = (min(starts) - clock.frame_start) * self._substeps
 
     @property
     def allows_batches(self) -> bool:
@@ -98,8 +98,8 @@ class Agenda:
         They cannot if the scene must be stepped through in order, or if a pad must be read at its
         frame.
         """
-        pads = any(runner.sensor.kind.requires_forces for runner in self._runners)
-        return self._from is None and (not pads or FORCES in self.kept)
+        has_pads = any(runner.sensor.kind.requires_forces for runner in self._runners)
+        return self._stepped_from is None and (not has_pads or FORCES in self.stored)
 
     def windows(self, cuts: Iterable[int] = ()) -> Iterator[Window]:
         """Yield all parts of the run in order.
@@ -110,18 +110,18 @@ class Agenda:
         begin, end = self._first - self._first % substeps, self._last + 1
         if any(runner.sensor.kind.requires_forces for runner in self._runners):
             begin, end = begin - substeps, end + 2 * substeps
-        if self._from is not None:
-            begin = min(begin, self._from)
+        if self._stepped_from is not None:
+            begin = min(begin, self._stepped_from)
         size = WINDOW - WINDOW % substeps
         inside = [cut for cut in cuts if begin < cut < end]
         for start, stop in pairwise(sorted({*range(begin, end, size), *inside, end})):
             if start in inside:
-                self._until = self._until[:0]
+                self._last_step = self._last_step[:0]
             yield self._window(start, stop)
 
     def fresh(self, window: Window, still: Stillness) -> NDArray[np.bool_]:
         """Return at which of the window's steps (n,) something may differ from the step before."""
-        last, self._until = self._until, window.steps[-1:]
+        last, self._last_step = self._last_step, window.steps[-1:]
         steps = np.concatenate([last, window.steps])
         if not len(steps):
             return np.zeros(0, bool)
@@ -130,30 +130,32 @@ class Agenda:
 
     def _window(self, begin: int, end: int) -> Window:
         """Return the part of the run from `begin` to before `end`."""
-        dates = [self._dates(runner, begin, end - 1) for runner in self._runners]
-        parts = [own.steps for own in dates]
+        sensor_steps = [self._sensor_steps(runner, begin, end - 1) for runner in self._runners]
+        parts = [steps_of.steps for steps_of in sensor_steps]
         motion: list[Index] = []
         pads: dict[SensorRunner, Index] = {}
         read: dict[int, list[SensorRunner]] = {}
-        for runner, own in zip(self._runners, dates, strict=True):
+        for runner, steps_of in zip(self._runners, sensor_steps, strict=True):
             if runner.sensor.kind.requires_forces:
                 frames = pads[runner] = self._frames_moved(runner, begin, end)
                 motion += [frames - self._substeps, frames, frames + self._substeps]
-            if not (runner.steady and set(runner.sensor.kind.needs) <= self.kept):
-                for step in own.steps.tolist():
+            if not (runner.steady and set(runner.sensor.kind.needs) <= self.stored):
+                for step in steps_of.steps.tolist():
                     read.setdefault(step, []).append(runner)
         # No sensor senses before step 0.
         parts += [steps[steps >= 0] for steps in motion]
-        looked: Container[int] = range(begin, end)
-        if self._from is not None:
-            through = np.arange(max(begin, self._from), min(end, self._last + 1), self._substeps)
-            looked = frozenset(np.concatenate([through[:0], *parts]).tolist())
-            parts.append(through)
+        sensed: Container[int] = range(begin, end)
+        if self._stepped_from is not None:
+            stepped = np.arange(
+                max(begin, self._stepped_from), min(end, self._last + 1), self._substeps
+            )
+            sensed = frozenset(np.concatenate([stepped[:0], *parts]).tolist())
+            parts.append(stepped)
         steps = np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))
         steps = steps[(steps >= begin) & (steps < end)]
         moved = np.unique(np.concatenate([steps[:0], *motion]))
-        every = dict(zip(self._runners, dates, strict=True))
-        return Window(begin, steps, looked, every, moved, pads, read)
+        every = dict(zip(self._runners, sensor_steps, strict=True))
+        return Window(begin, steps, sensed, every, moved, pads, read)
 
     def _frames_moved(self, runner: SensorRunner, begin: int, end: int) -> Index:
         """Return the steps of whole frames with updates in a window, or close to it."""
@@ -161,7 +163,7 @@ class Agenda:
         steps = runner.schedule.between(first, min(last, self._last))[1]
         return np.unique(steps - steps % self._substeps)
 
-    def _dates(self, runner: SensorRunner, first: int, last: int) -> Dates:
+    def _sensor_steps(self, runner: SensorRunner, first: int, last: int) -> SensorSteps:
         """Return a sensor's steps from `first` to `last`, also between updates if it watches."""
         schedule = runner.schedule
         first, last = max(first, self._first), min(last, self._last)
@@ -175,7 +177,7 @@ class Agenda:
             spacing = schedule.steps_per_update
             numbers = every * spacing.denominator // spacing.numerator + ~due
             steps = every
-        return Dates(steps, numbers, due)
+        return SensorSteps(steps, numbers, due)
 
 
 def _weights_stay(scene: Any) -> bool:
@@ -224,8 +226,8 @@ class FrameBatch:
 class Stage:
     """The sensors of a scene, and the probes that read the scene for them.
 
-    `lit` has the updates of light sensors whose light is not measured yet. With `batches`, frames
-    are stored and sensed later, many at once.
+    `light_updates` has the updates of light sensors whose light is not measured yet. With
+    `batches`, frames are stored and sensed later, many at once.
     """
 
     def __init__(
@@ -241,8 +243,8 @@ class Stage:
         # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
         self.probes = Probes(scene)
-        self.probes.serve(runner.sensor for runner in runners)
-        self.lit: list[PendingUpdates] = []
+        self.probes.set_sensors(runner.sensor for runner in runners)
+        self.light_updates: list[PendingUpdates] = []
         sensors = [runner.sensor for runner in runners]
         warm = any(sensor.kind.requires(WARMTH, sensor.parameters) for sensor in sensors)
         coloured = any(sensor.kind.requires(REFLECTANCE, sensor.parameters) for sensor in sensors)
@@ -282,7 +284,7 @@ class Stage:
         self.probes.note_edits()
         self._moving = moving if self._batches else None
 
-    def go(self, step: int) -> Any:
+    def evaluate(self, step: int) -> Any:
         """Evaluate the scene at a step, and return the depsgraph."""
         frame, subframe = self._clock.frame_and_subframe(step)
         self.scene.frame_set(frame, subframe=subframe)
@@ -292,64 +294,66 @@ class Stage:
         """Evaluate the scene at steps between which nothing changes, and store the frame.
 
         Yield the updates whose readings can be computed by then; those of light sensors go to
-        `lit`. Without `fresh`, the scene is as at the step before. Raise AngenError.
+        `light_updates`. Without `fresh`, the scene is as at the step before. Raise AngenError.
         """
-        looked = [step for step in steps if step in window.looked]
-        depsgraph, watched, is_whole = self._evaluate(window, steps[0], looked, fresh)
-        if not looked:
+        sensed = [step for step in steps if step in window.sensed]
+        depsgraph, watched, is_whole = self._evaluate(window, steps[0], sensed, fresh)
+        if not sensed:
             return
         if not self._batches:
             self.probes.look(depsgraph, None)
-        elif not self.probes.keep(watched):
+        elif not self.probes.store_frame(watched):
             if not self.has_sensed_all:
                 # Objects came or went: sense the stored frames while their solids are listed.
-                yield from self.sense(window, self.go(self._batch.last))
+                yield from self.sense(window, self.evaluate(self._batch.last))
                 is_whole = False
             # New objects are not in the scene at the earlier frame.
-            depsgraph = depsgraph if is_whole else self.go(steps[0])
-            self.probes.keep_first(depsgraph, watched)
+            depsgraph = depsgraph if is_whole else self.evaluate(steps[0])
+            self.probes.store_first_frame(depsgraph, watched)
         before = self._batch.last
-        self._batch.steps.append(looked[0])
-        self._batch.last = looked[-1]
+        self._batch.steps.append(sensed[0])
+        self._batch.last = sensed[-1]
         try:
-            self._take_down(window, looked, depsgraph)
+            self._read_sensors(window, sensed, depsgraph)
         except AngenError:
             # The frames stored before can still be sensed.
             self._batch.steps.pop()
             self._batch.last = before
             raise
-        if self.is_due or self.probes.full:
+        if self.is_due or self.probes.is_full:
             yield from self.sense(window, depsgraph)
 
     def _evaluate(
-        self, window: Window, step: int, looked: list[int], fresh: bool
+        self, window: Window, step: int, sensed: list[int], fresh: bool
     ) -> tuple[Any, Any, bool]:
         """Evaluate the scene at a step, or only the moving objects if no sensor is read there.
 
         Return the depsgraph of the scene, the depsgraph from which frames are stored, and whether
         the scene is at the step.
         """
-        is_read = any(at in window.read for at in looked)
+        is_read = any(at in window.read for at in sensed)
         self.probes.expect_light(is_read)
         if self._moving is None:
-            depsgraph = self.go(step) if fresh else evaluated_depsgraph()
+            depsgraph = self.evaluate(step) if fresh else evaluated_depsgraph()
             return depsgraph, depsgraph, True
-        whole = is_read or not self.probes.follows
-        depsgraph = self.go(step) if whole else evaluated_depsgraph()
+        whole = is_read or not self.probes.can_store_next
+        depsgraph = self.evaluate(step) if whole else evaluated_depsgraph()
         # Light depends on the user's scene, not on the scene of moving objects.
         self.probes.expect_light(False)
-        return depsgraph, self._moving.go(*self._clock.frame_and_subframe(step)), whole
+        return depsgraph, self._moving.evaluate(*self._clock.frame_and_subframe(step)), whole
 
-    def _take_down(self, window: Window, looked: list[int], depsgraph: Any) -> None:
+    def _read_sensors(self, window: Window, sensed: list[int], depsgraph: Any) -> None:
         """Read the sensors that must be read at these steps, between which nothing changes."""
         frame = len(self._batch.steps) - 1
-        for runner in {r: None for step in looked for r in window.read.get(step, ())}:
+        for runner in {r: None for step in sensed for r in window.read.get(step, ())}:
             read = runner.read(depsgraph, self.probes.edits)
             self._batch.reads[runner, frame] = read
             if runner.sensor.kind.requires_light:
-                dates = window.dates[runner].between(looked[0], looked[-1])
-                frames = self._batch.frames(dates.steps)
-                self.lit.extend(runner.pending(dates, frames, [read], depsgraph, self.probes))
+                sensor_steps = window.sensor_steps[runner].between(sensed[0], sensed[-1])
+                frames = self._batch.frames(sensor_steps.steps)
+                self.light_updates.extend(
+                    runner.pending(sensor_steps, frames, [read], depsgraph, self.probes)
+                )
 
     def sense(self, window: Window, depsgraph: Any) -> Iterator[PendingUpdates]:
         """Yield the updates at the steps of the batch, and begin the next batch.
@@ -359,9 +363,9 @@ class Stage:
         batch, self._batch = self._batch, FrameBatch()
         if not batch.steps:
             return
-        self.probes.develop(depsgraph)
-        for runner, dates in window.dates.items():
-            kind, due = runner.sensor.kind, dates.between(batch.steps[0], batch.last)
+        self.probes.query_stored_frames(depsgraph)
+        for runner, sensor_steps in window.sensor_steps.items():
+            kind, due = runner.sensor.kind, sensor_steps.between(batch.steps[0], batch.last)
             if kind.requires_light or not len(due.steps):
                 continue
             frames = batch.frames(due.steps)
@@ -384,19 +388,19 @@ class Stage:
         frame changes until the end of the run. Raise AngenError.
         """
         # A sensor that is due at several steps without changes has one request.
-        asked = {p.request.name: p.request for p in self.lit if p.request is not None}
+        asked = {p.request.name: p.request for p in self.light_updates if p.request is not None}
         if asked:
             # To render light, Blender evaluates the scene anew: this comes last.
             view_layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
             what = self.scene, view_layer, depsgraph, [*asked.values()]
             found = yield from self.probes.measure(*what, alone)
-            for pending in self.lit:
+            for pending in self.light_updates:
                 pending.give_light(found)
 
-    def take_lit(self) -> list[PendingUpdates]:
+    def take_light_updates(self) -> list[PendingUpdates]:
         """Return the updates of light sensors whose light was measured, and forget them here."""
-        lit, self.lit = self.lit, []
-        return lit
+        found, self.light_updates = self.light_updates, []
+        return found
 
     def close(self) -> None:
         """Remove the temporary data of the probes from the file."""

@@ -94,7 +94,7 @@ UNDONE, UNDONE_BYTES = 4, 1 << 28
 CLEARED = -1
 
 
-class Watching(Protocol):
+class Listener(Protocol):
     """A listener for evaluations; `edited` is false if only the frame has changed."""
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool) -> None: ...
@@ -152,7 +152,7 @@ class Cache:
         self._kept: dict[int, dict[int, StoredRecording]] = {}
         # The coverage maps, by the session uid of their scenes.
         self._maps: dict[int, FollowedMap] = {}
-        self._watching: weakref.WeakSet[Watching] = weakref.WeakSet()
+        self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
         self.references = LightReferences()
 
     @property
@@ -160,9 +160,9 @@ class Cache:
         """A number that grows with each change of the scene except by the playhead."""
         return self._revision
 
-    def watch(self, probe: Watching) -> None:
+    def watch(self, probe: Listener) -> None:
         """Notify `probe` of changes from now on, as long as it lives."""
-        self._watching.add(probe)
+        self._listeners.add(probe)
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool = False) -> None:
         """Notify all listeners; call this method at each evaluation.
@@ -172,7 +172,7 @@ class Cache:
         """
         if edited or depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
             self._revision += 1
-        for probe in self._watching:
+        for probe in self._listeners:
             probe.note(depsgraph, edited, by_frame)
 
     def sensors(self, view_layer: Any) -> list[Sensor]:
@@ -181,9 +181,9 @@ class Cache:
         For handlers and drawing, since Blender has then reported all edits. Elsewhere use
         `all_sensors`.
         """
-        return self.sensors_now(view_layer)[0]
+        return self.sensors_and_revision(view_layer)[0]
 
-    def sensors_now(self, view_layer: Any) -> tuple[list[Sensor], int]:
+    def sensors_and_revision(self, view_layer: Any) -> tuple[list[Sensor], int]:
         """Return all sensors, listed once for each revision of the scene, and the revision."""
         layer = view_layer.id_data.session_uid, view_layer.name
         known, sensors = self._sensors
@@ -208,9 +208,9 @@ class Cache:
 
     def kept(self, scene: Any) -> StoredRecording | None:
         """Return the last recording of a scene, stale or not; None if it was cleared."""
-        return self._of_mark(scene.session_uid, scene.angen_recording)
+        return self._recording_of_mark(scene.session_uid, scene.angen_recording)
 
-    def _of_mark(self, uid: int, mark: int) -> StoredRecording | None:
+    def _recording_of_mark(self, uid: int, mark: int) -> StoredRecording | None:
         """Return the recording with this mark, else the first one; None if it was cleared."""
         made = self._kept.get(uid, {})
         return None if mark == CLEARED else made.get(mark) or next(iter(made.values()), None)
@@ -264,14 +264,14 @@ class Cache:
         found = {scene.session_uid: self.kept(scene) for scene in bpy.data.scenes}
         return {uid: kept for uid, kept in found.items() if kept is not None}
 
-    def note_elsewhere(self, scene: Any, depsgraph: Any) -> None:
+    def note_other_scene(self, scene: Any, depsgraph: Any) -> None:
         """Note an update of data that other scenes share, whose recordings it can make stale.
 
         Blender does not report it again once the other scene is shown.
         """
         for uid, kept in self._all_followed():
             if uid != scene.session_uid:
-                kept.note_elsewhere(depsgraph)
+                kept.note_other_scene(depsgraph)
 
     def settings_changed(self, owner: Any) -> None:
         """Compare recordings with the changed settings of `owner`, an object or scene."""
@@ -293,7 +293,7 @@ class Cache:
         self.overlay = self.arrows = None
         self._revision += 1
         self._sensors = None, []
-        self._watching = weakref.WeakSet()
+        self._listeners = weakref.WeakSet()
         for _, kept in self._all_followed():
             kept.unsure = True
 

@@ -56,13 +56,13 @@ class Read:
     metres: float
     parameters: Any
     pose: Pose
-    beside: dict[str, Any] | None
+    at_step: dict[str, Any] | None
     change: int = 0
 
     def same(self, other: Read) -> bool:
         """Whether another step has the same values, and none that can be read at its step alone."""
         same = self.metres == other.metres and self.parameters == other.parameters
-        return same and self.beside is other.beside is None and self.pose.same(other.pose)
+        return same and self.at_step is other.at_step is None and self.pose.same(other.pose)
 
     def rays_in_units(self, origins: Array, directions: Array, length: Array) -> Rays:
         """Return rays in Blender units, from origins (n, 3) and lengths (n,) in m."""
@@ -74,7 +74,7 @@ class Read:
 
 
 @dataclass
-class Question:
+class Query:
     """What the answers to a model's queries depend on: the sensor, its steps and the probes.
 
     `frames` (n,) has the index of each step's frame among the stored frames. `light` is the light
@@ -154,7 +154,7 @@ class Hits(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _RecordedQuery:
     """A recorded query with its answers.
 
     `which` (k,) lists the updates that the query is about, None for all of them. `bundle` tells
@@ -176,13 +176,13 @@ class _Asked:
 
 
 @dataclass(frozen=True)
-class _Sensed:
+class _RecordedUpdates:
     """Recorded updates at `steps` (n,) in order, and their queries."""
 
     steps: list[int]
     parameters: Any
     updates: Updates
-    asked: list[_Asked] = field(default_factory=list)
+    asked: list[_RecordedQuery] = field(default_factory=list)
 
 
 class Trace:
@@ -210,7 +210,7 @@ class Trace:
         self.sensor = sensor
         self.keeps = False
         self.revision = 0
-        self._updates: deque[_Sensed] = deque()
+        self._updates: deque[_RecordedUpdates] = deque()
         self._count = 0
         # The hits of the last query's rays, and the names of solids by their numbers.
         self._met: Any = None
@@ -228,22 +228,22 @@ class Trace:
         self.swept: Swept | None = None
         self._sensed: dict[int, Array] = {}
 
-    def listen(self, question: Question, updates: Updates) -> Updates:
+    def record(self, query: Query, updates: Updates) -> Updates:
         """Return the same updates, whose queries are recorded from now on."""
-        sensed = _Sensed(question.steps, question.read.parameters, updates)
+        sensed = _RecordedUpdates(query.steps, query.read.parameters, updates)
         if self.keeps:
             self._updates.append(sensed)
             self._count += len(sensed.steps)
             while self._count - len(self._updates[0].steps) >= KEPT:
                 self._count -= len(self._updates.popleft().steps)
         asks = updates.scene.items()
-        scene = {need: partial(self._ask, question, sensed, need, ask) for need, ask in asks}
+        scene = {need: partial(self._ask, query, sensed, need, ask) for need, ask in asks}
         return replace(updates, scene=scene)
 
     def _ask(
         self,
-        question: Question,
-        sensed: _Sensed,
+        query: Query,
+        sensed: _RecordedUpdates,
         need: str,
         ask: Ask,
         *asked: Any,
@@ -254,31 +254,31 @@ class Trace:
         met = None
         if need in CAST and len(answers.rows):
             bundle, origins, directions, length = asked
-            read, known = question.read, (question.sensor.uid, question.bundle(bundle))
-            last = question.steps[-1 if which is None else int(which[-1])]
+            read, known = query.read, (query.sensor.uid, query.bundle(bundle))
+            last = query.steps[-1 if which is None else int(which[-1])]
             if need == RAYS:
                 ranges = answers[-1]
             else:
-                ranges = read.in_metres(getattr(question.probes, need).ranges(*known))
-            self.aim(read.parameters, read.pose)
+                ranges = read.in_metres(getattr(query.probes, need).ranges(*known))
+            self.set_pose(read.parameters, read.pose)
             self._note(last, bundle, RaysMet(origins, directions, length, ranges))
             if self.keeps:
-                probes, count = question.probes, len(answers.rows)
+                probes, count = query.probes, len(answers.rows)
                 in_units = read.rays_in_units(origins, directions, length)
-                met = probes.met(question.depsgraph, *known, in_units, count)
+                met = probes.hits(query.depsgraph, *known, in_units, count)
                 self._met, self._names = met[-1], probes.names
         if self.keeps:
-            sensed.asked.append(_Asked(need, _bundle(asked), which, answers, met))
+            sensed.asked.append(_RecordedQuery(need, _bundle(asked), which, answers, met))
         return answers
 
-    def aim(self, parameters: Any, pose: Pose | None) -> None:
+    def set_pose(self, parameters: Any, pose: Pose | None) -> None:
         """Set the parameters and the pose of the bundles to come; None if there are none."""
-        if not self._is_aimed(parameters, pose):
+        if not self._is_same_pose(parameters, pose):
             self.bundles = {}
             self.revision += 1
         self.parameters, self.pose = parameters, pose
 
-    def _is_aimed(self, parameters: Any, pose: Pose | None) -> bool:
+    def _is_same_pose(self, parameters: Any, pose: Pose | None) -> bool:
         """Whether the parameters and the pose are the present ones."""
         known = self.pose
         if known is None or pose is None:
@@ -301,9 +301,9 @@ class Trace:
             self.bundles[number] = met
             self.revision += 1
 
-    def take_over(self, other: Trace) -> None:
+    def copy_bundles(self, other: Trace) -> None:
         """Take the bundles of another trace of this sensor, in place of all bundles."""
-        self.aim(other.parameters, other.pose)
+        self.set_pose(other.parameters, other.pose)
         for number, met in other.bundles.items():
             self.show(number, met)
         for number in self.bundles.keys() - other.bundles.keys():
@@ -345,7 +345,12 @@ class Trace:
         raise NotNoted
 
     def _answer(
-        self, sensed: _Sensed, update: int, need: str, *asked: Any, which: Index | None = None
+        self,
+        sensed: _RecordedUpdates,
+        update: int,
+        need: str,
+        *asked: Any,
+        which: Index | None = None,
     ) -> Answers:
         """Return the recorded answer to a query about one update. Raise NotNoted."""
         bundle = _bundle(asked)

@@ -62,7 +62,7 @@ def test_a_day_reads_what_every_frame_of_it_does(
     assert len(keys.shown) > 3 and found.steps.evaluated < 0.2 * found.steps.steps
 
     every = skipping.Stillness(np.empty((0, 2)), ("as a reference",))
-    monkeypatch.setattr(skipping, "find", lambda *_: every)
+    monkeypatch.setattr(skipping, "find_stillness", lambda *_: every)
     monkeypatch.setattr(run, "MOST_MOVEMENT", 1e9)
     whole = day_home.BoxKeys()
     plain = run_day(world, acted, seed, whole)
@@ -177,7 +177,7 @@ def test_a_random_stretch_reads_what_every_frame_of_it_does(
     monkeypatch.setattr(run, "MOST_MOVEMENT", 3.0)
     found, steps = stretch()
     every = skipping.Stillness(np.empty((0, 2)), ("as a reference",))
-    monkeypatch.setattr(skipping, "find", lambda *_: every)
+    monkeypatch.setattr(skipping, "find_stillness", lambda *_: every)
     monkeypatch.setattr(run, "MOST_MOVEMENT", 1e9)
     plain, plain_steps = stretch()
     assert steps.evaluated < plain_steps.evaluated == plain_steps.steps == steps.steps, told

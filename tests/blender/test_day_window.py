@@ -160,7 +160,7 @@ def test_playback_jumps_over_the_time_in_which_nothing_moves(scene: Any, addon_p
     scene.frame_set(begin + 1)
     assert scene.frame_current == begin + 1
     # Nothing that makes runs slow is left on.
-    assert not addon_part("angen_addon.runtime.handlers").others_follow_frames()
+    assert not addon_part("angen_addon.runtime.handlers").has_other_frame_handlers()
     still.play()
     frames = [begin - 1]
     scene.frame_set(frames[0])

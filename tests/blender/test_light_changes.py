@@ -352,7 +352,7 @@ def test_each_edit_is_measured_once_the_playhead_moved(room, what):
             EDITS[what]()
             room.update()
         room.scene.frame_set(frame)
-        state.CACHE.live.do_the_rest(room.scene, bpy.context.view_layer)
+        state.CACHE.live.measure_waiting(room.scene, bpy.context.view_layer)
         shown.append(meter.angen_sensor.value)
     assert shown[0] == shown[1]
     again = room.series(room.run(3, 3), "meter", "illuminance_lux")
@@ -408,7 +408,7 @@ KINDS = (
 @pytest.fixture
 def each_frame_is_told(monkeypatch):
     """Report each frame, as for frames that take long."""
-    monkeypatch.setattr(stage, "TELL_EVERY", -1.0)
+    monkeypatch.setattr(stage, "PROGRESS_INTERVAL", -1.0)
 
 
 @pytest.fixture

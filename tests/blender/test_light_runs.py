@@ -136,9 +136,9 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     assert label == ("lux", "at rest"), "it says why it has no value"
     assert not lamp.angen_sensor.active and not calls
     following = state.CACHE.live
-    assert following.left_to_do
-    following.do_the_rest(world.scene, bpy.context.view_layer)
-    assert len(calls) == 1 and not following.left_to_do
+    assert following.has_waiting_light
+    following.measure_waiting(world.scene, bpy.context.view_layer)
+    assert len(calls) == 1 and not following.has_waiting_light
     assert lamp.angen_sensor.value == pytest.approx(recorded[4], rel=1e-6)
     assert lamp.angen_sensor.active
     assert not following.outdated, "showing a value is no edit"
@@ -152,7 +152,7 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     world.scene.frame_set(2)
     assert told(world).text == f"{measured.text}, at frame 5"
     world.scene.frame_set(20)
-    following.do_the_rest(world.scene, bpy.context.view_layer)
+    following.measure_waiting(world.scene, bpy.context.view_layer)
     assert lamp.angen_sensor.value == 0.0 and not lamp.angen_sensor.active
     assert told(world).icon == readings.IDLE
 
@@ -172,7 +172,7 @@ def test_at_rest_as_many_paths_are_traced_as_a_reference_has(world, lamp):
     state.CACHE.clear()
     world.scene.angen_live = True
     world.scene.frame_set(1)
-    state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer)
+    state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer)
     assert lamp.angen_sensor.value == pytest.approx(exact, rel=1e-6)
 
 
@@ -183,11 +183,11 @@ def test_at_rest_the_selected_sensor_comes_first(world, lamp):
     world.scene.angen_live = True
     world.update()
     world.scene.frame_set(5)
-    state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer, at_most=1)
+    state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
     texts = {s.name: readings.shown(s, world.scene).text for s in world.sensors()}
     assert texts["lux"].startswith("Lit") and texts["a"] == "Measured at rest"
-    state.CACHE.live.do_the_rest(world.scene, bpy.context.view_layer, at_most=1)
-    assert not state.CACHE.live.left_to_do
+    state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
+    assert not state.CACHE.live.has_waiting_light
     assert all(readings.shown(s, world.scene).old == "" for s in world.sensors())
 
 
@@ -202,7 +202,7 @@ def test_measure_now_measures_at_this_frame_after_an_edit(world, lamp):
     bpy.data.objects["lamp"].location.z = 1.0
     world.update()
     state.CACHE.live.catch_up(world.scene, bpy.context.view_layer)
-    assert "Measure Now" in told(world).old and not state.CACHE.live.left_to_do
+    assert "Measure Now" in told(world).old and not state.CACHE.live.has_waiting_light
     assert bpy.ops.angen.measure_light() == {"FINISHED"}
     assert told(world).old == "" and told(world).fields["illuminance_lux"] > 1.5 * first
     assert bpy.ops.angen.measure_light() == {"FINISHED"}, "again, though nothing has changed"
@@ -221,7 +221,11 @@ def test_measure_now_by_esc_leaves_the_reading_of_before(world, lamp):
     with pytest.raises(Enough):
         run.throw(Enough)
     assert live.why_old(world.scene) == ""
-    assert told(world).text == "Measured at rest" and live.left_to_do and not state.CACHE.running
+    assert (
+        told(world).text == "Measured at rest"
+        and live.has_waiting_light
+        and not state.CACHE.running
+    )
     assert len(bpy.data.scenes) == 1
 
 
@@ -244,14 +248,14 @@ def test_what_was_pending_does_not_overwrite_a_recording(world, lamp, monkeypatc
     world.scene.angen_live = True
     world.update()
     world.scene.frame_set(5)
-    assert state.CACHE.live.left_to_do
+    assert state.CACHE.live.has_waiting_light
     bpy.ops.angen.simulate()
     recorded = lamp.angen_sensor.value
     before = told(world)
     assert before.recorded and before.fields["illuminance_lux"] == pytest.approx(recorded)
     calls = counted(monkeypatch)
     state.CACHE.shown_at = 0.0
-    assert handlers._look() is None and not calls
+    assert handlers._sense_at_rest() is None and not calls
     assert (told(world).text, told(world).recorded) == (before.text, True)
     assert lamp.angen_sensor.value == recorded
 

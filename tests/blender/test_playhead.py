@@ -97,7 +97,7 @@ def rest():
     """Follow the scene as if the playhead and the user had come to rest in a window."""
     for _ in range(20):
         cache().shown_at = 0.0
-        if handlers._look() is None:
+        if handlers._sense_at_rest() is None:
             return
     raise AssertionError("it never comes to rest")
 

@@ -99,7 +99,7 @@ def test_each_way_of_running_reads_the_same(
     if skips is not None:
         evaluated, steps = progress.evaluated, progress.steps
         assert (evaluated < steps / 1.3) == skips, f"{evaluated} of {steps}"
-    monkeypatch.setattr(stage, "TELL_EVERY", 1e9)
+    monkeypatch.setattr(stage, "PROGRESS_INTERVAL", 1e9)
     for batches, (most, least) in BATCHES.items():
         monkeypatch.setattr(frames, "MOST_FRAMES", most)
         monkeypatch.setattr(skipping, "LEAST_OBJECTS", least)
@@ -357,8 +357,8 @@ def shown(world: Any, *beside: str) -> dict[Any, Any]:
     for frame in range(1, 7):
         world.scene.frame_set(frame)
         live = state.CACHE.live
-        if live.left_to_do:
-            live.do_the_rest(world.scene, bpy.context.view_layer)
+        if live.has_waiting_light:
+            live.measure_waiting(world.scene, bpy.context.view_layer)
         for name, reading in live.readings.items():
             if name not in beside:
                 found[name, frame] = repr(reading), live_problem(name)

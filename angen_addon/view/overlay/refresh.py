@@ -120,9 +120,9 @@ def cancel() -> None:
 
 
 def register() -> None:
-    handlers.tell(sys.modules[__name__])
+    handlers.add_view(sys.modules[__name__])
 
 
 def unregister() -> None:
-    handlers.tell_no_more(sys.modules[__name__])
+    handlers.remove_view(sys.modules[__name__])
     cancel()

@@ -176,8 +176,8 @@ def _outline(home: EvaluatedHome, sensor: Sensor) -> Any:
 
     Return None for an empty.
     """
-    own = home.caster.solids.owned_by(sensor.uid)
-    points = [surface.points[:, :2] for surface in home.surfaces(own)]
+    rows = home.caster.solids.owned_by(sensor.uid)
+    points = [surface.points[:, :2] for surface in home.surfaces(rows)]
     if not points:
         return None
     flat = np.concatenate(points)
@@ -312,8 +312,8 @@ def at_frame(scene: Any, frame: int) -> Iterator[None]:
 
 
 def _storey(home: EvaluatedHome, storey: SensorStorey) -> PlanStorey:
-    own = np.concatenate([_extent(sensor) for sensor in storey.sensors])
-    low, high = own.min(axis=0), own.max(axis=0)
+    points = np.concatenate([_extent(sensor) for sensor in storey.sensors])
+    low, high = points.min(axis=0), points.max(axis=0)
     cut = storey.floor + CUT_M
     shapes = shapes_at(home, storey.floor, cut, (low - BEYOND_M, high + BEYOND_M))
     view = _view(low, high, shapes)

@@ -74,7 +74,7 @@ def without_surface(obj: Any) -> Advice | None:
             f"It has no surface that anything could press on ({kind})", "Use a mesh object"
         )
     if obj.type == "MESH" and not obj.modifiers and not obj.data.polygons:
-        return Advice("Its mesh has no faces that anything could press on", "Give it some")
+        return Advice("Its mesh has no faces that anything could press on", "Give it faces")
     return None
 
 

@@ -28,7 +28,7 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
     """Return the preset of a kind with this identifier. Raise `AngenError` if it is unknown."""
     known = {preset.identifier: preset for preset in kind.presets}
     if identifier not in known:
-        hint = f"there are {', '.join(known)}" if known else "there are none for this kind"
+        hint = f"choose one of {', '.join(known)}" if known else "this kind has no presets"
         raise AngenError(f"No preset of '{kind.label}' is called '{identifier}': {hint}")
     return known[identifier]
 

@@ -120,13 +120,13 @@ def passable(
     included = np.ones(grid.shape, bool) if among is None else among
     ways = []
     for axis in (0, 1):
-        there = np.eye(3)[axis]
+        axis_vector = np.eye(3)[axis]
         first, second = (slice(None, -1), slice(1, None))
         cut = (first,) if axis == 0 else (slice(None), first)
         pairs = included[cut] & included[(second,) if axis == 0 else (slice(None), second)]
         start = points[cut][pairs]
-        free = yield from free_ways(home, start, there, grid.size)
-        back = yield from free_ways(home, start + there * grid.size, -there, grid.size)
+        free = yield from free_ways(home, start, axis_vector, grid.size)
+        back = yield from free_ways(home, start + axis_vector * grid.size, -axis_vector, grid.size)
         clear = pairs.copy()
         clear[pairs] = np.minimum(free, back) >= grid.size * (1 - 1e-6)
         ways.append(clear)
@@ -388,11 +388,11 @@ def _grid(
     near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
     low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
     high = np.array([p + BEYOND_M for p in near] + [v.hi[:2] for v in marked]).max(axis=0)
-    there = np.isfinite(home.lo).all(axis=1) & np.isfinite(home.hi).all(axis=1)
-    there &= (home.lo[:, 2] < floor + OVER_M) & (home.hi[:, 2] > floor - PIT_M)
-    if there.any():
-        low = np.maximum(low, home.lo[there, :2].min(axis=0))
-        high = np.minimum(high, home.hi[there, :2].max(axis=0))
+    is_near = np.isfinite(home.lo).all(axis=1) & np.isfinite(home.hi).all(axis=1)
+    is_near &= (home.lo[:, 2] < floor + OVER_M) & (home.hi[:, 2] > floor - PIT_M)
+    if is_near.any():
+        low = np.maximum(low, home.lo[is_near, :2].min(axis=0))
+        high = np.minimum(high, home.hi[is_near, :2].max(axis=0))
     first = np.floor(low / size)
     shape = np.maximum(np.ceil(high / size) - first, 1).astype(int)
     if shape.prod() > MOST_CELLS:

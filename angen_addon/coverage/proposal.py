@@ -321,8 +321,8 @@ def propose(
     weights = np.ones(len(cells))
     if wish.beside:
         for sensor in detectors(sensors):
-            there = whole_map({sensor.name: view_of(home, sensor)}, cells, motion)
-            weights[there.count > 0] = 0.0
+            covered = whole_map({sensor.name: view_of(home, sensor)}, cells, motion)
+            weights[covered.count > 0] = 0.0
             yield Doing(0.05, "looking for floor that is covered already")
     search = _Search(home, cells, motion, wish, found, weights)
     choice = yield from search.run()

@@ -80,11 +80,11 @@ def collection(scene: Any) -> Any:
     for child in scene.collection.children:
         if COVERAGE_MARK in child:
             return child
-    own = bpy.data.collections.new(COLLECTION)
-    own[COVERAGE_MARK] = True
-    own.hide_render = True
-    scene.collection.children.link(own)
-    return own
+    made = bpy.data.collections.new(COLLECTION)
+    made[COVERAGE_MARK] = True
+    made.hide_render = True
+    scene.collection.children.link(made)
+    return made
 
 
 def _mesh(scene: Any, coverage: CoverageMap, name: str) -> Any:

@@ -313,8 +313,8 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
         if pad.object.parent is not None or pad.object.rigid_body is not None:
             continue
         solids = home.home.caster.solids
-        own = solids.owned_by(pad.uid)
-        lo, hi = solids.lo[own], solids.hi[own]
+        rows = solids.owned_by(pad.uid)
+        lo, hi = solids.lo[rows], solids.hi[rows]
         if not len(lo) or not np.isfinite(lo).all():
             continue
         middle = (lo.min(axis=0) + hi.max(axis=0)) / 2.0

@@ -33,12 +33,12 @@ class Explanation:
     cause: Any = None
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the object that made the reading.
 
         It is empty where no object did, or where it is unknown, as for a movement that is over.
         """
-        return self.cause.because if self.cause is not None else ""
+        return self.cause.cause_name if self.cause is not None else ""
 
     def after(self, facts: Iterable[tuple[str, str]]) -> Explanation:
         """Return the same explanation with these facts before its other facts."""

@@ -158,10 +158,10 @@ class Replay:
             self.probes.look(depsgraph, None)
             self.runner.watch(step, depsgraph, self.probes)
 
-    def solid_bounds(self, index: int, own: bool = False) -> dict[str, Array]:
+    def solid_bounds(self, index: int, include_sensor: bool = False) -> dict[str, Array]:
         """Return the bounds (2, 3) in m of the solids that rays can hit at an update, by name.
 
-        The sensor's own solids are included with `own`.
+        The sensor's own solids are included with `include_sensor`.
         """
         depsgraph = self.evaluate_step(self.step_of(index))
         self.probes.look(depsgraph, None)
@@ -169,7 +169,9 @@ class Replay:
         found: dict[str, Array] = {}
         for solid in solids.solids:
             box = np.stack([solids.lo[solid.row], solids.hi[solid.row]]) * self.metres
-            if not np.isfinite(box).all() or (not own and self.sensor.uid in solid.owners):
+            if not np.isfinite(box).all() or (
+                not include_sensor and self.sensor.uid in solid.owners
+            ):
                 continue
             known = found.get(solid.name, box)
             found[solid.name] = np.stack(

@@ -76,7 +76,7 @@ class ContactCause:
     opens: float
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the magnet."""
         return self.magnet
 

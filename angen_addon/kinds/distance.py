@@ -43,7 +43,7 @@ class DistanceCause:
     targets: int
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the object that most rays of the nearest zone hit, or empty."""
         return self.met[0][0] if self.met else ""
 

@@ -50,7 +50,7 @@ class LightCause:
     field: Field
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the lamp whose light changed most, or empty."""
         changed = _most_changed(self)
         return changed[1].names[0] if changed is not None and changed[1].names else ""

@@ -55,7 +55,7 @@ class BeamCause:
     threshold: float
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the object that breaks the beam, or did at the update before."""
         if not self.open:
             return self.now.name

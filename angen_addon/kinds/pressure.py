@@ -151,7 +151,7 @@ class PadCause:
     before: tuple[str, ...]
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the object that presses most, or did at the update before."""
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
@@ -169,7 +169,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 def _nearest_above(replay: Replay, index: int) -> str:
     """Return the nearest object above a pad and its distance; empty without one."""
-    found = replay.solid_bounds(index, own=True)
+    found = replay.solid_bounds(index, include_sensor=True)
     name = replay.sensor.object.name
     if name not in found:
         return ""
@@ -207,13 +207,13 @@ def explain_pad(replay: Replay, index: int) -> Explanation:
         force = pad_reading(parameters, pose, alone).force
         if abs(force) > LEAST_FORCE:
             shares[partner.name] = shares.get(partner.name, 0.0) + force
-    own = 0.0
+    own_weight = 0.0
     if not parameters.subtract_own_weight:
-        own = float(contact.weight @ -pose.axes[:, 2])
+        own_weight = float(contact.weight @ -pose.axes[:, 2])
     cause = PadCause(
         tuple(sorted(shares.items(), key=lambda item: (-item[1], item[0]))),
         float(reading.value),
-        own,
+        own_weight,
         parameters.threshold,
         (reading.fields["cop_x_m"], reading.fields["cop_y_m"]),
         reading.fields["problem"],

@@ -30,10 +30,10 @@ def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
     """
     metres = unit_scale(depsgraph.scene)
     matrix = sensor.world_matrix(depsgraph)
-    own = sensor.object.evaluated_get(depsgraph)
-    if not sensor.holders and _by_channels(own, matrix):
-        location = [shortest(c, metres) for c in own.location]
-        return location, [shortest(a) for a in own.rotation_euler]
+    evaluated = sensor.object.evaluated_get(depsgraph)
+    if not sensor.holders and _is_placed_by_channels(evaluated, matrix):
+        location = [shortest(c, metres) for c in evaluated.location]
+        return location, [shortest(a) for a in evaluated.rotation_euler]
     try:
         pose = pose_from_matrix(np.array(matrix), metres)
     except ValueError:
@@ -44,11 +44,13 @@ def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
     return _rounded(pose.origin, decimals), _rounded(angles, 6)
 
 
-def _by_channels(own: Any, matrix: Any) -> bool:
+def _is_placed_by_channels(evaluated: Any, matrix: Any) -> bool:
     """Return whether only its location, rotation and scale place an object."""
-    if own.rotation_mode != "XYZ" or min(own.scale) <= 0.0:
+    if evaluated.rotation_mode != "XYZ" or min(evaluated.scale) <= 0.0:
         return False
-    alone = np.array(Matrix.LocRotScale(own.location, own.rotation_euler, own.scale))
+    alone = np.array(
+        Matrix.LocRotScale(evaluated.location, evaluated.rotation_euler, evaluated.scale)
+    )
     difference = np.abs(np.array(matrix) - alone)
     return bool((difference <= 1e-6 * np.maximum(1.0, np.abs(alone))).all())
 
@@ -76,14 +78,14 @@ def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
 
     Return None without faces.
     """
-    own = sensor.object.evaluated_get(depsgraph)
-    if own.type not in SURFACE_TYPES or not own.is_evaluated:
+    evaluated = sensor.object.evaluated_get(depsgraph)
+    if evaluated.type not in SURFACE_TYPES or not evaluated.is_evaluated:
         return None
-    mesh = own.to_mesh()
+    mesh = evaluated.to_mesh()
     try:
         corners = face_bounds(mesh) if mesh is not None else None
     finally:
-        own.to_mesh_clear()
+        evaluated.to_mesh_clear()
     if corners is None:
         return None
     scale = np.array(sensor.world_matrix(depsgraph).to_scale())

@@ -245,7 +245,7 @@ class Planner:
         at = np.array(values["location"]) if "location" in values else None
         place = origin + axes @ at if at is not None else now[0] if now else origin
         if not np.isfinite(place.astype(np.float32) / np.float32(metres)).all():
-            raise entry.error("location is too far away for Blender's single precision", "location")
+            raise entry.error("location is too far away: move it nearer to the origin", "location")
         if "look" in values:
             turned = _looking(axes @ np.array(values["look"], float))
         elif "rotation" in values:

@@ -133,14 +133,14 @@ def drag_value(
     for _ in range(STEPS):
         step = max(abs(value), low, SMALL) * SMALL
         step = step if value + step <= high else -step
-        here, there = project(value), project(value + step)
-        if here is None or there is None:
+        pixel, next_pixel = project(value), project(value + step)
+        if pixel is None or next_pixel is None:
             break
-        way = np.subtract(there, here) / step
+        way = np.subtract(next_pixel, pixel) / step
         square, size = float(way @ way), max(abs(value), LARGE)
         if square * size * size < LEAST_PIXELS**2:
             break
-        change = float(np.subtract(target, here) @ way) / square
+        change = float(np.subtract(target, pixel) @ way) / square
         new = value + min(max(change, -size / 2.0), size)
         new = min(max(new, low), high)
         if abs(new - value) < size * 1e-6:

@@ -102,7 +102,7 @@ class Causes:
         if index is None or (kind.publishes("motion") and not track.active[index]):
             # That nothing moves any more, nobody does.
             return ""
-        return appearance_of(kind).explain(replay, index).because
+        return appearance_of(kind).explain(replay, index).cause_name
 
     def _tell(self, event: Event[float], because: str) -> None:
         person = self.person_of(because, event.time - self._midnight) if because else ""

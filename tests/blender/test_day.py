@@ -93,7 +93,7 @@ def test_each_event_has_the_cause_that_explain_names(
             if event.time and (track.active[index] or event.field != "moved"):
                 sensor = next(s for s in world.sensors() if s.name == event.sensor)
                 found = explain(world.scene, sensor, day.recording, index)
-                assert event.because == found.because, (event, found.as_text())
+                assert event.because == found.cause_name, (event, found.as_text())
                 compared.setdefault(event.sensor, set()).add(event.because)
     assert set(compared) == set(day.recording.tracks) and "anna" in compared["scan"]
 

@@ -306,7 +306,7 @@ def test_each_source_has_its_share_of_the_reading(world, explained, meter, refer
     assert shares["Other sources"] == pytest.approx(0.04 / 1.25**2, rel=0.05)
     assert sum(shares.values()) == pytest.approx(track.value[5], rel=1e-6)
     assert found.headline == f"Lit: 'One' changed from 0 lx to {shares['One',]:.3g} lx"
-    assert found.because == "One"
+    assert found.cause_name == "One"
     facts = dict(found.facts)
     assert facts["Reading"].endswith("(Cycles)") and "Hidden" not in facts
     assert facts["All light"] == facts["Reading"].removesuffix(" (Cycles)")
@@ -359,7 +359,7 @@ def test_a_lamp_that_takes_light_away_is_told_of(world, explained, meter, power)
 def test_without_light_nothing_is_named(world, explained, meter):
     world.scene.world = None
     _, found = explained(meter(samples=4), 1)
-    assert (found.headline, found.because) == ("Dark: no light reaches it", "")
+    assert (found.headline, found.cause_name) == ("Dark: no light reaches it", "")
     assert dict(found.facts)["All light"] == "0 lx"
 
 
@@ -381,7 +381,7 @@ def test_eevee_tells_no_lamp(world, explained, meter, monkeypatch):
     assert count and len(asked) == count
     assert found.headline == "Lit: EEVEE cannot tell lamps apart: set Engine to Cycles"
     assert dict(found.facts)["Reading"] == "2.00 lx (EEVEE)"
-    assert found.because == "" and "All light" not in dict(found.facts)
+    assert found.cause_name == "" and "All light" not in dict(found.facts)
 
 
 # Pyroelectric detectors

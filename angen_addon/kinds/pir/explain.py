@@ -80,7 +80,7 @@ class RayChange:
         return abs(self.after - self.before)
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the object that triggered the detector, or empty."""
         return self.culprit if self.triggered and self.culprit != NOISE else ""
 
@@ -332,7 +332,7 @@ class WarmCause:
     ambient: float
 
     @property
-    def because(self) -> str:
+    def cause_name(self) -> str:
         """The name of the object that changed the power most, or empty below the threshold."""
         return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
 
@@ -408,8 +408,8 @@ def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpda
     update = pending.update
     emissions: list[Emission] = []
 
-    def warmth(*asked: Any) -> Emission:
-        emissions.append(update.ask(WARMTH, *asked))
+    def warmth(*query: Any) -> Emission:
+        emissions.append(update.ask(WARMTH, *query))
         return emissions[-1]
 
     replay.runner.model.update(parameters, replace(update, scene={WARMTH: warmth}))
@@ -431,7 +431,7 @@ def _warm_objects(updates: list[_WarmUpdate]) -> tuple[WarmObject, ...]:
             continue
         delta = new.power - old.power
         for ray in np.flatnonzero(np.abs(delta) > 0.0).tolist():
-            # The nearer of the two objects hit was there only once.
+            # The nearer of the two objects is the one that came or left.
             nearer = old if old.ranges[ray] < new.ranges[ray] else new
             name = nearer.names[ray]
             step[name] = step.get(name, 0.0) + float(delta[ray])

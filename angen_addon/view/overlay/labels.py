@@ -340,8 +340,8 @@ def _place_labels(
     size = HANDLE * scale
     for x, y in pixels_of_handles(context):
         hidden.append((x - size, y - size, x + size, y + size))
-    there = [wide > 0.0 for wide in widths]
-    places = markers, near, there, wanted, hidden, region.width, region.height
+    has_text = [wide > 0.0 for wide in widths]
+    places = markers, near, has_text, wanted, hidden, region.width, region.height
     if places == board.places:
         is_served = active == board.first or active <= board.rooms.keys()
         if is_served and all(w <= room for w, room in zip(widths, board.widths, strict=True)):
@@ -353,7 +353,7 @@ def _place_labels(
     order = [
         n
         for n in sorted(range(len(near)), key=lambda n: -round(near[n], 3))
-        if there[n] and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted | active)
+        if has_text[n] and (near[n] >= LEAST_PIXELS_A_METRE or n in wanted | active)
     ]
     most = set(sorted(order, key=lambda n: n not in wanted | active)[:MOST_LABELS])
     order = [n for n in order if n in most]
@@ -361,7 +361,7 @@ def _place_labels(
     off = (SIGN + GAP / 2) * scale
     sizes = [(wide, height) for wide in widths]
     board.rooms = arrange(markers, sizes, order, wanted, window, hidden, off)
-    if any(there[n] and n not in board.rooms for n in active):
+    if any(has_text[n] and n not in board.rooms for n in active):
         board.rooms = arrange(markers, sizes, order, wanted, window, hidden, off, active)
 
 

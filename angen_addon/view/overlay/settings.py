@@ -46,7 +46,7 @@ SETTINGS = property_group(
         "handles": BoolProperty(
             name="Handles",
             description="Show handles to drag on the active sensor: its range, its field of view, "
-            "the size of a pad. Show Gizmo hides them too",
+            "the size of a pad. The Gizmos button of the view hides them too",
             default=True,
         ),
         "names": BoolProperty(

@@ -21,7 +21,7 @@ import bpy
 from mathutils import Matrix, Vector
 
 Point = tuple[float, float, float]
-# Corners in the order of `box`: −x before +x, then −y before +y, then −z before +z.
+# The faces of a box, which look outwards. Its corners are in the order of `Housing.box`.
 BOX_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 # The number of corners of a round body.
 SEGMENTS = 16

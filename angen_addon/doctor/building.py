@@ -95,7 +95,7 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
             f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
             "Units), or scale all of it by that and apply the scale"
         )
-    # A factor below ten would hardly change the size.
+    # A factor of 1 would change nothing, so it is at least 10.
     factor = 10.0 ** max(round(math.log10(1.0 / things)), 1) if things > 0.0 else 100.0
     return (
         f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale all of it up "

@@ -74,7 +74,7 @@ def handles_of(sensor: Sensor) -> list[Handle | SizeHandle]:
     return [handle for handle in appearance_of(sensor.kind).handles if handle.is_used(sensor)]
 
 
-# Cached, since each redraw needs it for each handle, and it takes 0.2 ms.
+# Each redraw takes 0.2 ms longer for each handle without the cache.
 @lru_cache(maxsize=4)
 def _pose(matrix: Matrix, metres: float) -> Pose:
     return pose_from_matrix(matrix.copy(), metres)

@@ -79,7 +79,7 @@ def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
     return drawn
 
 
-# Cached: for a lens of 60 zones it takes 2 ms, at each change of its rays.
+# Each change of the rays of a lens with 60 zones takes 2 ms longer without the cache.
 @lru_cache(maxsize=16)
 def zone_edges(zones: Zones) -> Array:
     """Return unit vectors along the axis and the four edges of each zone, shape (zones, 5, 3).

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shift+A, Sensor: adds a sensor at the 3D cursor, and the menu of all ways to add one."""
+"""Add a sensor at the 3D cursor (Shift+A, Sensor), and draw the menu of all ways to add one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.va
 
 
 def suggested_presets(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
-    """Suggestions for the field of a preset: identifiers with the names of the parts."""
+    """Return identifier and label of the presets that contain the typed text."""
     found = [(preset.identifier, preset.label) for preset in KINDS[self.kind].presets]
     return [pair for pair in found if text.lower() in " ".join(pair).lower()]
 
@@ -27,15 +27,15 @@ def suggested_presets(self: Any, context: Context, text: str) -> list[tuple[str,
 def preset_property() -> Any:
     return StringProperty(
         name="Preset",
-        description="Identifier of a preset of the kind; empty: the defaults. "
-        "The sensor gets the part's housing",
+        description="Identifier of a preset of this kind, which also sets the housing; if empty, "
+        "the defaults",
         search=suggested_presets,
         search_options={"SUGGESTION"},
     )
 
 
 def preset_of(operator: Any) -> Preset | None:
-    """The preset that an operator's properties name. Raises AngenError."""
+    """Return the preset that the properties name, or None; raise `AngenError` if unknown."""
     return find_preset(KINDS[operator.kind], operator.preset) if operator.preset else None
 
 

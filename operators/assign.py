@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes an existing object a sensor, or an ordinary object again."""
+"""Make an existing object a sensor, or an ordinary object again."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ANGEN_OT_sensor_assign(Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         return needs(
-            cls, context.object is not None, "Select the object to make a sensor"
+            cls, context.object is not None, "Select the object that becomes a sensor"
         ) and needs(
             cls,
             context.object.is_editable,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the recording as keyframes, and removes them."""
+"""Bake the recording to keyframes, and remove baked keyframes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from .recording import has_fresh_recording, is_still_fresh
 class ANGEN_OT_bake_keyframes(Operator):
     bl_idname = "angen.bake_keyframes"
     bl_label = "Bake to Keyframes"
-    bl_description = "Key the recorded outputs of every sensor, replacing earlier keys of them"
+    bl_description = (
+        "Write the recorded outputs of every sensor as keyframes, replacing earlier ones"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     poll = classmethod(has_fresh_recording)
@@ -36,7 +38,7 @@ class ANGEN_OT_bake_keyframes(Operator):
             self.report({"WARNING"}, note)
         if not baked.count:
             return cancelled(self, "No sensor could be keyed")
-        self.report({"INFO"}, f"{baked.count} sensors keyed")
+        self.report({"INFO"}, f"Baked the outputs of {plural(baked.count, 'sensor')}")
         return {"FINISHED"}
 
 
@@ -48,7 +50,9 @@ class ANGEN_OT_unbake_keyframes(Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    selected: BoolProperty(name="Selected", description="Only of the selected and active sensors")
+    selected: BoolProperty(
+        name="Selected", description="Unbake only the selected and active sensors"
+    )
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -72,7 +76,7 @@ class ANGEN_OT_unbake_keyframes(Operator):
         if not unbaked.count:
             return cancelled(self, "No selected sensor has baked keys that can be removed")
         many = plural(unbaked.count, "sensor")
-        self.report({"INFO"}, f"Keys of {many} removed: drivers read recorded or live values")
+        self.report({"INFO"}, f"Removed the keys of {many}: drivers read recorded or live values")
         return {"FINISHED"}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gives the selected sensors of a kind the settings of the active one."""
+"""Copy the active sensor's settings to the selected sensors of the same kind."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHOWN = 3
 
 
 def suggested_parameters(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
-    """Suggestions for the field of a parameter: names with their labels."""
+    """Return name and label of the parameters that contain the typed text."""
     found = [(RATE, "Update rate")]
     source = stands_for(context.object)
     if is_sensor(source):
@@ -34,13 +34,14 @@ class ANGEN_OT_copy_to_selected(Operator):
     bl_label = "Copy Settings to Selected"
     bl_description = (
         "Give the selected sensors of the same kind the parameters and the update rate of the "
-        "active one. One parameter alone: Alt while editing it, or Copy to Selected in its menu"
+        "active one. To copy one parameter, hold Alt while editing it, or use Copy to Selected in "
+        "its menu"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     parameter: StringProperty(
         name="Parameter",
-        description="Name of the parameter to copy; empty: all of them, and the update rate",
+        description="Name of the parameter to copy; if empty, all of them and the update rate",
         search=suggested_parameters,
         search_options={"SUGGESTION"},
     )
@@ -50,7 +51,7 @@ class ANGEN_OT_copy_to_selected(Operator):
         return needs(
             cls,
             is_sensor(stands_for(context.object)),
-            "Make the sensor to copy from the active object",
+            "Select the sensor to copy from, so that it is active",
         ) and needs(
             cls,
             any(stands_for(o) != stands_for(context.object) for o in context.selected_objects),
@@ -83,7 +84,7 @@ class ANGEN_OT_copy_to_selected(Operator):
                 obj.angen_sensor.preset = source.angen_sensor.preset
             done += 1
         what = f"{len(names)} settings" if len(names) > 1 else names[0]
-        report = f"Copied {what} of '{source.name}' to {done} sensor{'' if done == 1 else 's'}"
+        report = f"Copied {what} from '{source.name}' to {done} sensor{'' if done == 1 else 's'}"
         if left_out:
             rest = f" and {len(left_out) - SHOWN} more" if len(left_out) > SHOWN else ""
             report += f"; left out: {', '.join(left_out[:SHOWN])}{rest}"
@@ -92,10 +93,12 @@ class ANGEN_OT_copy_to_selected(Operator):
 
 
 def _owner(obj: Any, kind: Kind, name: str) -> Any:
+    """Return the property group that has a parameter."""
     return obj.angen_sensor if name == RATE else getattr(obj.angen_sensor, kind.attribute)
 
 
 def _why_not(obj: Any, kind: Kind) -> str:
+    """Return why an object cannot get the settings; empty if it can."""
     if not is_sensor(obj):
         return "not a sensor"
     if obj.angen_sensor.kind != kind.identifier:

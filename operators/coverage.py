@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Maps where motion detectors notice movement, with progress; Esc cancels."""
+"""Map where motion detectors notice a motion; show progress, and cancel on Esc."""
 
 from __future__ import annotations
 
@@ -25,20 +25,21 @@ from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder
 from ..sensor_logic.wording import plural
 from .long_work import LongWork
-from .polls import can_look, cancelled, needs
+from .polls import can_read_scene, cancelled, needs
 
 
 def has_detector(cls: Any, context: Context) -> bool:
+    """Poll: whether the view layer has an enabled motion detector."""
     found = (o.angen_sensor for o in context.view_layer.objects)
     return needs(
         cls,
         any(s.kind == DETECTOR.identifier and s.enabled for s in found),
         "Add a motion detector first: Shift+A, Sensor",
-    ) and can_look(cls, context)
+    ) and can_read_scene(cls, context)
 
 
 def begin_map(context: Context) -> Generator[Doing | CoverageMap, None, None]:
-    """The generator of the map with the scene's settings."""
+    """Return a generator that computes a coverage map with the scene's settings."""
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
     chosen = [s for s in sensors if not settings.selected or s.selected]

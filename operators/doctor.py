@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Examines the home for causes of nonsensical readings."""
+"""Examine the home for causes of wrong readings."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from bpy.types import Context, Operator
 from ..angen_addon.authoring.presets import select_only
 from ..angen_addon.doctor import count, findings
 from ..angen_addon.runtime import state
-from .polls import can_look, cancelled, is_idle
+from .polls import can_read_scene, cancelled, is_idle
 
 
 class ANGEN_OT_doctor(Operator):
     bl_idname = "angen.doctor"
     bl_label = "Examine Home"
     bl_description = (
-        "Look for what makes sensors read nonsense: scale, missing faces, doors without hinges, "
+        "Look for causes of wrong readings: scale, missing faces, doors without hinges, "
         "lamps, sensors inside walls, missing files; each with the way to mend it"
     )
     bl_options = {"REGISTER"}
@@ -31,15 +31,14 @@ class ANGEN_OT_doctor(Operator):
 
 
 class ANGEN_OT_doctor_select(Operator):
-    """Select the objects that this is about"""
-
     bl_idname = "angen.doctor_select"
     bl_label = "Select Objects"
+    bl_description = "Select the objects that this finding is about"
     bl_options = {"REGISTER", "UNDO"}
 
     index: IntProperty(options={"HIDDEN"})
 
-    poll = classmethod(can_look)
+    poll = classmethod(can_read_scene)
 
     def execute(self, context: Context) -> set[str]:
         found = state.CACHE.findings or ()
@@ -47,7 +46,7 @@ class ANGEN_OT_doctor_select(Operator):
         shown = context.view_layer.objects
         objects = [shown[name] for name in names if name in shown]
         if not objects:
-            return cancelled(self, "it is not in this view layer: examine the home again")
+            return cancelled(self, "The objects are not in this view layer: Examine Home again")
         select_only(context, *objects)
         return {"FINISHED"}
 

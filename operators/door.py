@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fits a door: an optical switch on its frame, and on the leaf a flag that breaks the beam."""
+"""Fit a door with an optical switch on its frame, and on the leaf a flag that breaks the beam."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from .place import SurfacePoint, belongs_to, first_surface
 from .polls import can_add, cancelled, needs
 
 KIND = "OPTICAL_SWITCH"
-# m: the gap and the fork of a switch's default housing; the flag stands in the middle of the gap.
+# m: the gap and the fork of a switch's default housing. The flag is in the middle of the gap.
 GAP, FORK = 0.05, fork(0.05, 0.09, 0.024, 0.06)
 INSET = 0.06  # from the leaf's free edge to the flag
 FLAG_HALF, FLAG_THIN, FLAG_OVER, FOOT = 0.008, 0.002, 0.012, 0.025
-POST_AT, POST_THIN = 0.02, 0.004  # of a sliding leaf's flag, before the beam
-# m: heights over the leaf's top at which to search for a frame; a sliding leaf needs ARM_BELOW,
-# since its fork has an arm below the beam.
+POST_AT, POST_THIN = 0.02, 0.004  # the post of a sliding leaf's flag, in front of the beam
+# m: heights above the leaf at which to search for a frame. A sliding leaf needs at least ARM_BELOW,
+# because its fork has an arm below the beam.
 HEIGHTS = (0.025, 0.04, 0.06, 0.09, 0.12, 0.16)
 ARM_BELOW = 0.05
-# m: how far in front of the leaf the search starts, and how deep behind its face it goes.
+# m: the search starts this far in front of the leaf, and ends this far behind its face.
 BEFORE, BEHIND = 0.3, 0.3
 
 GUESS = (
-    ". Its hinge is assumed at the {}, seen from the switch, since nothing shows where it is: "
-    "choose another Motion in the panel Fit Door with Switch (F9)"
+    ". Nothing shows where its hinge is: it is assumed at the {}, seen from the switch. To change "
+    "that, choose another Motion in Adjust Last Operation (F9)"
 )
 
 
@@ -45,13 +45,13 @@ class ANGEN_OT_door_fit(Operator):
     bl_label = "Fit Door with Switch"
     bl_description = (
         "Give a door an optical switch on its frame, at the leaf's free upper corner, and a flag "
-        "on the leaf that breaks the beam while the door is closed. Select the frame or wall, "
-        "then the leaf; at a frame at which the door is closed"
+        "on the leaf that breaks the beam while the door is closed. With the playhead where the "
+        "door is closed, select the door frame or wall, then the leaf"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     motion: EnumProperty(name="Motion", description="How the leaf moves", items=MOTIONS)
-    flip: BoolProperty(name="Other side", description="The door opens to the other side")
+    flip: BoolProperty(name="Other Side", description="The door opens to the other side")
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -92,11 +92,12 @@ class ANGEN_OT_door_fit(Operator):
 
 
 def _short(leaf: Any) -> str:
-    """The name for the parts of a door: "hall" for "Door hall"."""
+    """Return the name for a leaf's switch and flag, such as "hall" for "Door hall"."""
     return leaf.name.removeprefix("Door ")
 
 
 def _refuse_fitted(context: Context, leaf: Any) -> None:
+    """Raise `AngenError` if the leaf has a switch already."""
     for obj in context.view_layer.objects:
         if obj.get("door") == leaf.name and obj.angen_sensor.kind == KIND:
             raise AngenError(f"it has the switch '{obj.name}' already: delete that first")
@@ -105,27 +106,35 @@ def _refuse_fitted(context: Context, leaf: Any) -> None:
 def _frame_of(
     context: Context, leaf_object: Any, frames: list[Any], leaves: list[list[Leaf]], flip: bool
 ) -> tuple[Leaf, SurfacePoint]:
-    """The leaf as seen from the side of the switch, and the surface for the switch. Raises
-    AngenError."""
+    """Return the leaf as seen from the switch, and the surface to mount the switch on.
+
+    Raise `AngenError` if no surface is near the leaf's free upper corner.
+    """
     for sides in leaves:
-        found = [(s, hit) for s in sides if (hit := _over(context, leaf_object, frames, s))]
-        # Nearest to the leaf's face, which is where a frame ends.
+        found = [
+            (s, hit) for s in sides if (hit := _surface_above(context, leaf_object, frames, s))
+        ]
+        # A frame is flush with the leaf: prefer the surface nearest to its face.
         found.sort(key=lambda pair: abs((pair[1].point - pair[0].corner).dot(pair[0].out)))
         if flip:
             turned = (found[0][0] if found else sides[0]).turned_round()
-            hit = _over(context, leaf_object, frames, turned)
+            hit = _surface_above(context, leaf_object, frames, turned)
             found = [(turned, hit)] if hit else []
         if found:
             return found[0]
-    of = "of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "of a frame or wall"
+    what = (
+        "no part of " + ", ".join(f"'{o.name}'" for o in frames) if frames else "no frame or wall"
+    )
     raise AngenError(
-        f"nothing {of} is behind its free upper corner, within 16 cm over its top: select the "
-        "frame or the wall too"
+        f"{what} is behind its free upper corner, up to 16 cm above its top: select the frame or "
+        "wall there, then the leaf"
     )
 
 
-def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> SurfacePoint | None:
-    """The surface over the leaf for the switch: the foremost of three points at one height."""
+def _surface_above(
+    context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf
+) -> SurfacePoint | None:
+    """Return the foremost of three surface points above the leaf, all at the same height."""
     scale = unit_scale(context.scene)
 
     def passes(obj: Any) -> bool:
@@ -155,16 +164,18 @@ def _over(context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf) -> 
 
 
 def _switch_matrix(leaf: Leaf, point: Vector, scale: float) -> Matrix:
-    """The matrix of the switch on the frame, with the middle of its beam at `point`. The flag of a
-    hinged leaf leaves between arms beside it, that of a sliding leaf between one above and one
-    below."""
+    """Return the world matrix of the switch, with the middle of its beam at `point`.
+
+    The flag of a hinged leaf swings out between two arms side by side. The flag of a sliding leaf
+    moves out between an upper and a lower arm.
+    """
     turn = math.pi / 2 if leaf.slides else 0.0
     matrix = place_on(KIND, FORK, point, leaf.out, turn, unit_scale=scale)
     return Matrix.Translation(matrix.col[2].xyz * (GAP / 2 / scale)) @ matrix
 
 
 def _new_flag(context: Context, leaf_object: Any, leaf: Leaf, switch: Matrix, scale: float) -> Any:
-    """Adds a thin flag to the leaf, which is in the middle of the beam while the leaf is closed."""
+    """Add a thin flag to the leaf; it breaks the beam while the leaf is closed."""
     beam = switch @ Vector((0, 0, -GAP / 2 / scale)) - leaf.corner
     across, over = beam.dot(leaf.out) * scale, beam.dot(leaf.up) * scale
     shape = flag_shape(across, over, leaf.thickness * scale, leaf.slides)
@@ -177,20 +188,21 @@ def _new_flag(context: Context, leaf_object: Any, leaf: Leaf, switch: Matrix, sc
 
 
 def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Housing:
-    """A flag about its foot at the leaf's top edge (m): x along the leaf, y out of its face, z up.
+    """Return the mesh of a flag, in metres, with its origin at the leaf's top edge.
 
-    The beam's middle is `across` before the leaf's face and `over` its top.
+    Its x axis points along the leaf, y out of the leaf's face, and z up. The middle of the beam is
+    `across` in front of the face, and `over` above the top edge.
     """
     shape, half = Housing(), FLAG_THIN / 2
     if slides:
-        # A level blade, and before the fork a post that carries it.
+        # A level blade, carried by a post in front of the fork.
         post = across + POST_AT
         shape.box((-FLAG_HALF, across - FLAG_HALF, over - half),
                   (FLAG_HALF, post + POST_THIN, over + half))  # fmt: skip
         low, high, half, top = post, post + POST_THIN, FLAG_HALF, over
     else:
         low, high, top = across - FLAG_HALF, across + FLAG_HALF, over + FLAG_OVER
-    if low <= 0.0 and high >= -thickness:  # over the leaf: it stands on its top
+    if low <= 0.0 and high >= -thickness:  # above the leaf: the flag is mounted on its top
         return shape.box((-half, low, 0.0), (half, high, top))
     shape.box((-half, low, -FOOT), (half, high, top))
     if low > 0.0:
@@ -199,21 +211,21 @@ def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Ho
 
 
 def _problem(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) -> str:
-    """Why the switch would not read closed now, or never open; empty where it works."""
+    """Return why the switch would not read closed now, or never open; empty if it works."""
     matrix = sensor.matrix_world
     start, beam = matrix.translation, -matrix.col[2].xyz.normalized()
     depsgraph, gap = context.evaluated_depsgraph_get(), GAP / scale
 
-    def look(passes: Any) -> SurfacePoint | None:
+    def first_hit(passes: Any) -> SurfacePoint | None:
         return first_surface(context.scene, depsgraph, start, beam, gap, passes)
 
-    first = look(lambda obj: belongs_to(obj, sensor))
+    first = first_hit(lambda obj: belongs_to(obj, sensor))
     if first is None or first.object != flag:
         what = f"'{first.object.name}'" if first else "nothing"
-        return f"its beam hits {what} before the flag: choose the other side, or move it"
-    other = look(lambda obj: belongs_to(obj, sensor) or belongs_to(obj, leaf))
+        return f"its beam hits {what} before the flag: tick Other Side, or move the switch"
+    other = first_hit(lambda obj: belongs_to(obj, sensor) or belongs_to(obj, leaf))
     if other is not None:
-        return f"'{other.object.name}' stands in its gap: it would never read open; move it"
+        return f"'{other.object.name}' is in its gap, so it would never read open: move the object"
     return ""
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Moves the playhead to the next or previous event of the active sensor."""
+"""Move the playhead to the next or previous event of the active sensor."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .recording import has_fresh_recording
 
 
 def recorded(context: Context) -> tuple[Recording, Track] | None:
-    """The recording, and the active sensor's track in it if that has any update."""
+    """Return the recording and the active sensor's track, or None without recorded updates."""
     sensor, recording = active_sensor(context), state.CACHE.recording(context.scene)
     track = recording.track_of(sensor.uid) if sensor and recording else None
     return (recording, track) if recording and track and len(track) else None
 
 
 def poll_recorded(cls: Any, context: Context) -> bool:
-    """Whether the active sensor is recorded; else sets the poll message."""
+    """Poll: whether the active sensor has a fresh recording."""
     sensor = active_sensor(context)
     return (
         is_idle(cls, context)
@@ -79,9 +79,8 @@ class ANGEN_OT_event_jump(Operator):
         return {"FINISHED"}
 
 
-# The keys work in every editor with a timeline. Desktops often use Ctrl+Alt+arrows;
-# Shift+Alt+arrows are free in all of Blender's keymaps but those of the text and clip editors,
-# which come first there.
+# The keys work in every editor with a timeline. Desktops often take Ctrl+Alt+arrows. Of Blender's
+# keymaps only those of the text and clip editors use Shift+Alt+arrows, and there they come first.
 KEYS = (("RIGHT_ARROW", "NEXT"), ("LEFT_ARROW", "PREVIOUS"))
 _items: list[tuple[Any, Any]] = []
 

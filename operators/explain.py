@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Explains the active sensor's last event before the playhead, or its reading there."""
+"""Explain the active sensor's last event before the playhead, or its reading at the playhead."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .polls import cancelled
 
 
 def event_at(track: Track, frame: float) -> int | None:
-    """The update of the last event at or before a frame."""
+    """Return the index of the update that made the last event at or before a frame."""
     found = [i for i in log_indices(track).tolist() if track.frames[i] <= frame + 1e-4]
     return found[-1] if found else None
 
@@ -34,8 +34,8 @@ class ANGEN_OT_explain(Operator):
 
     now: BoolProperty(
         name="Now",
-        description="Explain its reading at the playhead instead of its last event, or what would "
-        "have to change for one",
+        description="Explain the reading at the playhead instead of the last event, or what would "
+        "have to change for an event",
     )
 
     poll = classmethod(poll_recorded)

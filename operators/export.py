@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the recording as CSV files."""
+"""Write the recording as CSV files."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
     directory: StringProperty(name="Folder", subtype="DIR_PATH")
     folder: StringProperty(
         name="New Folder",
-        description="Name of a new folder in the chosen one; it gets a number if the name exists. "
-        "Empty: the files go into the chosen folder itself",
+        description="Name of a new folder in the chosen one, with a number if the name exists; if "
+        "empty, the files go into the chosen folder",
     )
 
     def invoke(self, context: Context, event: Event) -> set[str]:
@@ -65,7 +65,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         return f"{len(texts)} files in {folder}"
 
     def _folder(self, chosen: Path) -> Path:
-        """The folder for the files: the chosen one, or a new one in it."""
+        """Return the folder for the files: the chosen one, or a new one inside it."""
         if not self.folder:
             return chosen
         if Path(self.folder).name != self.folder or self.folder == "..":

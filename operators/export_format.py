@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the recording in the format of another tool."""
+"""Write the recording in the format of another tool."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ ITEMS = [(f.name, f.name, f.tip) for f in FORMATS.values() if f.name != "events"
 class ANGEN_OT_export_format(ExportOptions, Operator):
     bl_idname = "angen.export_format"
     bl_label = "Export for Other Tools"
-    bl_description = "Write the recorded events as CASAS text, ROS 2 messages, for pyadlml …"
+    bl_description = (
+        "Write the recorded events in the format of another tool: CASAS, ROS 2, pyadlml …"
+    )
 
     drawn = ("format", "selected_only")
     filepath: StringProperty(subtype="FILE_PATH")

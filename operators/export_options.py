@@ -20,18 +20,18 @@ from .recording import has_fresh_recording, is_still_fresh
 
 
 class ExportOptions:
-    """Mix-in of operators that export a fresh recording, which `export` does."""
+    """Mix-in of operators that export a fresh recording; subclasses implement `export`."""
 
-    # Options of the file browser; the scene's Start comes last.
+    # Properties drawn in the file browser, before the scene's Start.
     drawn: tuple[str, ...] = ("selected_only", "spreadsheet")
 
     selected_only: BoolProperty(
         name="Selected Sensors",
-        description="Leave out the readings of sensors that are not selected",
+        description="Export only the readings of the selected sensors",
     )
     spreadsheet: BoolProperty(
         name="For Spreadsheets",
-        description="Names that a spreadsheet would read as formulas (=A1) get a leading '",
+        description="Add a leading ' to names that a spreadsheet would read as formulas (=A1)",
     )
     start: StringProperty(
         name="Start",
@@ -48,11 +48,11 @@ class ExportOptions:
         draw_start(column, context.scene, self.needing())
 
     def needing(self) -> str:
-        """What needs a date, such as a format; empty where the files can do without."""
+        """Return the name of what requires a date, such as a format; empty if nothing does."""
         return ""
 
     def export(self, context: Context) -> str:
-        """Writes files; returns which. Raises AngenError."""
+        """Write the files, and return their names for the report; raise `AngenError` on failure."""
         raise NotImplementedError
 
     def execute(self, context: Context) -> set[str]:
@@ -66,8 +66,10 @@ class ExportOptions:
         return {"FINISHED"}
 
     def chosen(self, context: Context) -> tuple[list[Sensor], Recording, datetime | None]:
-        """The chosen sensors, their recording, and the date and time of t = 0. Raises
-        AngenError."""
+        """Return the chosen sensors, their recording, and the date and time of its start.
+
+        Raise `AngenError` if no recorded sensor is selected, or if a date is required and missing.
+        """
         recording = state.CACHE.recording(context.scene)
         assert recording is not None
         sensors = all_sensors(context.view_layer)
@@ -80,10 +82,11 @@ class ExportOptions:
         return sensors, recording, self._start(context)
 
     def shown(self, text: str) -> str:
-        """CSV text, made safe for spreadsheets if so chosen."""
+        """Return the CSV text, made safe for spreadsheets if the user chose so."""
         return for_spreadsheets(text) if self.spreadsheet else text
 
     def _start(self, context: Context) -> datetime | None:
+        """Return the date and time of t = 0; raise `InputError` if it is required and missing."""
         if not self.start:
             start = start_of(context.scene)
         else:
@@ -98,7 +101,7 @@ class ExportOptions:
 
 
 def draw_start(layout: Any, scene: Any, needing: str = "") -> None:
-    """Draws the scene's Start, marked where it is no date or `needing` lacks it."""
+    """Draw the scene's Start, in red if it is not a date, or if `needing` requires one."""
     try:
         start = start_of(scene)
     except InputError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File, Import, Sensor Layout: adds and changes sensors to match a layout file."""
+"""Add and change sensors to match a layout file (File, Import, Sensor Layout)."""
 
 from __future__ import annotations
 

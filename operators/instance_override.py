@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Replaces an instance of a linked collection by library overrides, so that each of its sensors can
-be set, keyed and read by drivers."""
+"""Replace an instance of a linked collection by library overrides.
+
+Each of its sensors can then be set, keyed and read by drivers.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +18,14 @@ from .polls import cancelled, needs
 
 
 def why_not(sensor: Any) -> str:
-    """Why the instance that holds a sensor cannot be overridden; empty where it can."""
+    """Return why the instance that has a sensor cannot be overridden; empty if it can."""
     if sensor is None or not sensor.holders:
         return "Select a collection instance with sensors in it"
     holder = sensor.handle
     if not holder.is_editable:
         return "The instance itself is linked: make it local first"
     if holder.instance_collection.library is None:
-        return "Its collection is in this file: edit that"
+        return "Its collection is in this file: edit the collection itself"
     return ""
 
 
@@ -32,7 +34,7 @@ class ANGEN_OT_instance_override(Operator):
     bl_label = "Override Linked Home"
     bl_description = (
         "Replace this instance of a linked collection by library overrides, which can be "
-        "edited. They move with it"
+        "edited and move with the instance"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -49,9 +51,9 @@ class ANGEN_OT_instance_override(Operator):
             context.scene, context.view_layer, reference=holder, do_fully_editable=True
         )
         if made is None:
-            return cancelled(self, f"Blender could not override what '{holder.name}' instances")
+            return cancelled(self, f"Blender could not override the collection of '{holder.name}'")
         holder.instance_type = "NONE"
-        # Overrides stand where the library has them: the parent moves them to the instance.
+        # Overrides keep their location in the library: parenting moves them to the instance.
         for obj in made.all_objects:
             if obj.parent is None:
                 obj.parent = holder

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looks again for what the file needs and lacks."""
+"""Look again for what the file needs and lacks."""
 
 from __future__ import annotations
 

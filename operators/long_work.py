@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What operators share that work for long: in a window they show progress, and Esc ends them."""
+"""Run an operator's long work in slices of time; show progress, and end it on Esc."""
 
 from __future__ import annotations
 
@@ -14,37 +14,42 @@ from ..angen_addon.runtime import state
 from ..sensor_logic.error import AngenError
 from .polls import cancelled
 
-# s: a slice is so long that Blender redraws a few times a second, and short enough for Esc.
-LEAST, MOST = 0.25, 0.75
-# s: a slow step may last so long, which is then left of a slice.
-SLOW = 0.4
-# A slice lasts this many times as long as Blender's last redraw, which so costs a tenth.
-TIMES = 9.0
+# s: bounds of a slice. Blender then redraws a few times a second, and reacts to Esc soon enough.
+MIN_SLICE, MAX_SLICE = 0.25, 0.75
+# s: a slow step begins only if this much of the slice is left.
+SLOW_STEP = 0.4
+# A slice lasts this many times as long as the last redraw: redraws cost a tenth of the time.
+REDRAW_FACTOR = 9.0
 
 
 class Slices:
-    """Chooses the length of slices by the time of Blender's redraws: a step of a run may change the
-    scene, so that each redraw evaluates and draws everything."""
+    """The lengths of the slices of time, chosen by the duration of Blender's redraws.
+
+    A step of a run may change the scene, and each redraw then evaluates and draws all of it.
+    """
 
     def __init__(self) -> None:
         self._ended: float | None = None
 
     def begin(self) -> float:
-        """Begins a slice; returns its end by `time.perf_counter`."""
+        """Begin a slice, and return its end as a time of `time.perf_counter`."""
         now = time.perf_counter()
-        away = now - self._ended if self._ended is not None else 0.0
-        return now + min(max(away * TIMES, LEAST), MOST)
+        redraw = now - self._ended if self._ended is not None else 0.0
+        return now + min(max(redraw * REDRAW_FACTOR, MIN_SLICE), MAX_SLICE)
 
     def end(self) -> None:
-        """Ends a slice, once its work is done."""
+        """End a slice, once its work is done."""
         self._ended = time.perf_counter()
 
 
 class LongWork:
-    """Mix-in of operators that run a generator, which yields Doing and last its result: at once, or
-    in a window in slices. Esc throws Enough into the generator."""
+    """Mix-in of operators whose work is a generator that yields `Doing`, and last its result.
 
-    # What Esc does once the work has a result.
+    A script runs the generator at once. In a window it runs in slices, and Esc throws `Enough` into
+    it.
+    """
+
+    # The status bar says what Esc does: "Esc cancels".
     esc = "cancels"
     _run: Generator[Any, None, None]
     _timer: Any = None
@@ -53,11 +58,14 @@ class LongWork:
     _is_slow = False
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
-        """Raises AngenError where the work cannot begin."""
+        """Return the generator; raise `AngenError` if the work cannot begin."""
         raise NotImplementedError
 
     def _finish(self, context: Context, result: Any) -> set[str] | None:
-        """Shows the result; returns how the operator ends, if not FINISHED. Raises AngenError."""
+        """Show the result, and return how the operator ends, or None for FINISHED.
+
+        Raise `AngenError` if the work has failed.
+        """
         raise NotImplementedError
 
     def execute(self, context: Context) -> set[str]:
@@ -107,7 +115,7 @@ class LongWork:
             raise
 
     def _advance(self) -> Any:
-        """Works for a slice of time; returns the last Doing, or the result."""
+        """Work for a slice of time, and return the last `Doing`, or the result."""
         until = self._slices.begin()
         result = None
         for result in self._run:
@@ -116,20 +124,21 @@ class LongWork:
                 # The first of several slow steps is shown at once: each redraw costs time.
                 begins, self._is_slow = result.slow and not self._is_slow, result.slow
                 left = until - time.perf_counter()
-                if not begins and left > (SLOW if result.slow else 0.0):
+                if not begins and left > (SLOW_STEP if result.slow else 0.0):
                     continue
             break
         self._slices.end()
         return result
 
     def _show(self, context: Context, doing: Doing) -> None:
+        """Show the progress in the status bar, at the mouse pointer and in the sidebar."""
         share = 100.0 * doing.share
         context.window_manager.progress_update(share)
         far = ", ".join(filter(None, [f"{share:.0f} %", self._left.text()]))
         how = ", ".join(filter(None, [far, doing.text]))
         label = self.bl_label  # type: ignore[attr-defined]
         context.workspace.status_text_set(f"{label}: {how}. Esc {self.esc}")
-        # Blender calls a running operator ANGEN_OT_work, its class angen.work.
+        # A running operator's own bl_idname reads ANGEN_OT_work, that of its class angen.work.
         idname = type(self).bl_idname  # type: ignore[attr-defined]
         state.CACHE.working = idname, doing.share, f"{far}\n{doing.text}"
         for area in context.window.screen.areas:
@@ -137,6 +146,7 @@ class LongWork:
                 area.tag_redraw()
 
     def _close(self, context: Context) -> None:
+        """Remove the timer and the progress, and close the generator."""
         if self._timer is None:
             return
         self._run.close()
@@ -148,5 +158,5 @@ class LongWork:
             context.workspace.status_text_set(None)
 
     def cancel(self, context: Context) -> None:
-        """Blender calls this where it ends the operator itself."""
+        """Close the work; Blender calls this when it ends the operator itself."""
         self._close(context)

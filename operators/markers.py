@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adds and removes timeline markers, one for each event."""
+"""Add timeline markers, one for each event, and remove them."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.log import format_value, shown_rows
 from ..sensor_logic.recording.tracks import Recording, Track
-from ..sensor_logic.wording import split
+from ..sensor_logic.wording import plural, split
 from .polls import cancelled, needs
 from .recording import has_fresh_recording
 
-# Blender draws each marker at each redraw: more would make its window slow.
+# Blender draws every marker at every redraw: more of them would slow down the window.
 MOST_MARKERS = 5000
 
 
 def marked(scene: Any) -> set[str]:
-    """Names of the markers of events."""
+    """Return the names of the event markers in a scene."""
     return set(scene.angen_timeline.marked.splitlines())
 
 
 def clear(scene: Any, prefixes: tuple[str, ...] = ("",)) -> int:
-    """Removes the markers of events whose names begin with a prefix; returns how many."""
+    """Remove the event markers whose names begin with a prefix, and return their number."""
     names = {name for name in marked(scene) if name.startswith(prefixes)}
     gone = [marker for marker in scene.timeline_markers if marker.name in names]
     for marker in gone:
@@ -43,7 +43,7 @@ def prefix(sensor: str) -> str:
 
 
 def event_name(track: Track, index: int) -> str:
-    """The name for the event at an update, in the words of panels."""
+    """Return the name of the event at an update, in the words that panels use."""
     kind, texts = track.kind, []
     for published in kind.events:
         column = track.columns[published.name]
@@ -60,7 +60,7 @@ def event_name(track: Track, index: int) -> str:
 
 
 def _selected(context: Context) -> list[Sensor]:
-    """The selected sensors; without any, the active one."""
+    """Return the selected sensors, or the active one if none is selected."""
     chosen = [s for s in all_sensors(context.view_layer) if s.selected]
     active = active_sensor(context)
     return chosen or ([active] if active else [])
@@ -99,21 +99,21 @@ class ANGEN_OT_markers_add(Operator):
         if not events:
             self.report({"WARNING"}, "The selected sensors have no events in the recording")
             return {"FINISHED"}
-        self.report({"INFO"}, f"{len(events)} markers")
+        self.report({"INFO"}, f"Added {plural(len(events), 'marker')}")
         return {"FINISHED"}
 
     def _events(
         self, recording: Recording, sensors: list[Sensor], values: bool
     ) -> Iterator[tuple[str, int]]:
-        """Yields the name and whole frame of each new marker."""
+        """Yield the name and whole frame of each new marker."""
         for sensor in sensors:
             track = recording.track_of(sensor.uid)
             if track is None:
                 continue
-            # Several fields may change at an update.
+            # Several fields can change at the same update.
             for index in np.unique(shown_rows(track, values)).tolist():
                 name = prefix(sensor.name) + event_name(track, index)
-                # Blender's limit is 63 bytes, and a name must be found again.
+                # Blender cuts names at 63 bytes, and `clear` finds markers by name.
                 short = name.encode()[:63].decode(errors="ignore")
                 yield short, int(track.frames[index])
 
@@ -121,15 +121,15 @@ class ANGEN_OT_markers_add(Operator):
 class ANGEN_OT_markers_clear(Operator):
     bl_idname = "angen.markers_clear"
     bl_label = "Clear Event Markers"
-    bl_description = "Remove all timeline markers that were made for sensors' events"
+    bl_description = "Remove all timeline markers of sensors' events"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return needs(cls, context.scene.angen_timeline.marked, "There are no markers of events")
+        return needs(cls, context.scene.angen_timeline.marked, "There are no event markers")
 
     def execute(self, context: Context) -> set[str]:
-        self.report({"INFO"}, f"{clear(context.scene)} markers removed")
+        self.report({"INFO"}, f"Removed {plural(clear(context.scene), 'event marker')}")
         return {"FINISHED"}
 
 

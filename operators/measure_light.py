@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures the light at the playhead, without a simulation; Esc cancels."""
+"""Measure the light at the playhead without a simulation; Esc cancels."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ..angen_addon.scene.sensors import Sensor, all_sensors, simulated
 from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.wording import listed
 from .long_work import LongWork
-from .polls import can_look, needs
+from .polls import can_read_scene, needs
 
 
 def light_sensors(context: Context) -> list[Sensor]:
-    """The active light sensor, and those that are selected."""
+    """Return the active and the selected light sensors."""
     active = active_sensor(context)
     handle = active.handle if active is not None else None
     found = simulated(all_sensors(context.view_layer))
@@ -30,8 +30,8 @@ class ANGEN_OT_measure_light(LongWork, Operator):
     bl_idname = "angen.measure_light"
     bl_label = "Measure Now"
     bl_description = (
-        "Measure the light at this frame by the active light sensor, and by those that are "
-        "selected. Esc cancels"
+        "Measure the light at this frame with the active and the selected light sensors. "
+        "Esc cancels"
     )
 
     @classmethod
@@ -39,7 +39,7 @@ class ANGEN_OT_measure_light(LongWork, Operator):
         active, scene = active_sensor(context), context.scene
         is_light = active is not None and active.kind.requires_light
         return (
-            can_look(cls, context)
+            can_read_scene(cls, context)
             and needs(cls, is_light, "Select a light sensor")
             and needs(cls, scene.angen_live, "Live is off: switch it on to see values")
             and needs(cls, fresh_recording(scene) is None, "The light of this frame is recorded")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places a new sensor on the surface under the mouse: finds that surface, draws the sensor there,
-and takes typed heights."""
+"""Place a new sensor on the surface under the mouse.
+
+The operator finds the surface, draws the sensor's outline there, and takes typed heights.
+"""
 
 from __future__ import annotations
 
@@ -27,18 +29,16 @@ from ..sensor_logic.kinds import KINDS
 from .add import KIND_ITEMS, preset_of, preset_property
 from .polls import can_add, cancelled
 
-# Draws a sensor while it is being placed: its outline under the mouse, its place and the keys.
-#
-# It adds nothing to the scene, so that no recording becomes stale.
+# The preview adds nothing to the scene, because that would make the recording stale.
 
 COLOR = (1.0, 0.6, 0.1, 1.0)
 LINE_WIDTH = 1.5
-# Draw handlers in use. Blender ends operators without a call where the extension is switched off.
+# Draw handlers in use. When the extension is switched off, Blender ends operators without `cancel`.
 _handles: set[Any] = set()
 
 
 class Preview:
-    """Draws the outline of a housing at `matrix`, if that is not None."""
+    """The outline of a housing, drawn at `matrix` unless that is None."""
 
     def __init__(self, context: Context, housing: Housing) -> None:
         self.matrix: Matrix | None = None
@@ -50,9 +50,9 @@ class Preview:
         )
         _handles.add(self._handle)
 
-    def show(self, context: Context, matrix: Matrix | None, told: str, keys: str) -> None:
+    def show(self, context: Context, matrix: Matrix | None, header: str, keys: str) -> None:
         self.matrix = matrix
-        self._area.header_text_set(told)
+        self._area.header_text_set(header)
         context.workspace.status_text_set(keys)
         self._area.tag_redraw()
 
@@ -65,7 +65,7 @@ class Preview:
             return
         shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
         to_world = self.matrix @ Matrix.Scale(1 / self._scale, 4)
-        # Single precision is enough near the origin of the housing's axes.
+        # Points are relative to the housing's origin, where single precision is enough.
         with gpu.matrix.push_pop():
             gpu.matrix.multiply_matrix(to_world)
             shader.bind()
@@ -88,7 +88,7 @@ def _remove(handle: Any) -> None:
 
 
 def remove_all() -> None:
-    """Removes the draw handlers of operators that Blender ended without a call."""
+    """Remove the draw handlers of operators that Blender ended without calling `cancel`."""
     if _handles and bpy.context.window_manager is not None:
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:
@@ -98,17 +98,18 @@ def remove_all() -> None:
         _remove(handle)
 
 
-# Finds the surface that a ray hits first, as the user sees it.
-
-# A ray may pass this many objects.
+# The most objects that a ray passes.
 PASSED = 64
-# A ray that passes an object starts again this share of the distance further on.
+# After an object, the ray starts again this share of the distance further on.
 STEP = 1e-6
 
 
 class SurfacePoint(NamedTuple):
-    """A point where a ray hit: `normal` points to the side that the ray came from. `whole`: the ray
-    hit the object itself, not an instance of it elsewhere."""
+    """The point where a ray hits a surface.
+
+    `normal` points to the side that the ray came from. `whole` is True if the ray hit the object
+    itself, and False for an instance of it elsewhere.
+    """
 
     point: Vector
     normal: Vector
@@ -116,8 +117,8 @@ class SurfacePoint(NamedTuple):
     whole: bool
 
     @property
-    def along(self) -> list[Vector]:
-        """The axes of the object, to align with."""
+    def axes(self) -> list[Vector]:
+        """The axes of the object, for aligning a housing."""
         matrix = self.object.matrix_world
         return [matrix.col[1].xyz, matrix.col[0].xyz]
 
@@ -131,8 +132,11 @@ def first_surface(
     passes: Callable[[Any], bool] | None = None,
     culled: bool = False,
 ) -> SurfacePoint | None:
-    """The surface that a ray hits first within `length` Blender units. The ray passes objects that
-    sensors ignore or for which `passes` returns True and, with `culled`, the backs of faces."""
+    """Return the first surface that a ray hits within `length` Blender units, or None.
+
+    The ray passes objects that sensors ignore, and objects for which `passes` returns True. With
+    `culled` it also passes back faces.
+    """
     direction = direction.normalized()
     start, left = origin.copy(), length
     for _ in range(PASSED):
@@ -156,7 +160,7 @@ def first_surface(
 
 
 def belongs_to(obj: Any, owner: Any) -> bool:
-    """Whether an object is `owner` or a child of it."""
+    """Return whether an object is `owner` or one of its descendants."""
     while obj is not None:
         if obj == owner:
             return True
@@ -164,13 +168,11 @@ def belongs_to(obj: Any, owner: Any) -> bool:
     return False
 
 
-# The height of a sensor above the floor while it is being placed, and typed heights.
-
 UP = Vector((0.0, 0.0, 1.0))
-# A surface rises if a step along it goes up by at least this share.
-RISES = 0.5
-# A surface whose normal points up by more than this share counts as a floor.
-CARRIES = 0.5
+# A surface counts as level if the sine of its slope is smaller.
+MIN_RISE = 0.5
+# A surface counts as a floor if the z component of its normal is larger.
+FLOOR_NORMAL_Z = 0.5
 # A typed length: numbers, each with or without a unit.
 LENGTH = re.compile(r"-?((\d+\.?\d*|\.\d+)(mm|cm|m|ft|in|'|\")?)+")
 NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
@@ -178,22 +180,25 @@ TYPED = set("0123456789.-mcftin'\"")
 ENDS = {"RET", "NUMPAD_ENTER"}
 
 
-def below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
-    """The floor below a place on a surface. Neither the object of that surface counts as a floor,
-    nor anything as steep as a leaning wall."""
-    carrier = on.object if on.normal.z > CARRIES else None
+def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
+    """Return the floor below a point on a surface, or None.
+
+    The object of that surface counts as a floor only if the surface is steep, and nothing as steep
+    as a leaning wall counts.
+    """
+    carrier = on.object if on.normal.z > FLOOR_NORMAL_Z else None
     off = UP * (1e-3 / unit_scale(scene))
     start = place
     for _ in range(PASSED):
-        met = first_surface(scene, depsgraph, start - off, -UP, passes=lambda o: o == carrier)
-        if met is None or met.normal.z > CARRIES:
-            return met
-        start = met.point
+        hit = first_surface(scene, depsgraph, start - off, -UP, passes=lambda o: o == carrier)
+        if hit is None or hit.normal.z > FLOOR_NORMAL_Z:
+            return hit
+        start = hit.point
     return None
 
 
 def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
-    """A text for the height of a place, and its height above the floor."""
+    """Return a text with the height of a point, and its height above the floor."""
     scale, lengths = unit_scale(scene), lengths_of(scene)
     height = f"Z {lengths.text(place.z * scale)}"
     if floor is None:
@@ -202,23 +207,25 @@ def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
     return f"{height}, {above} above '{floor.object.name}'"
 
 
-def raised(point: Vector, normal: Vector, way: float) -> Vector | None:
-    """The point `way` higher on a surface with this normal; None where the surface is level."""
+def moved_up(point: Vector, normal: Vector, height: float) -> Vector | None:
+    """Return the point moved along a surface until it is `height` higher; None if it is level."""
     along = UP - normal * normal.z
-    if along.length < RISES:
+    if along.length < MIN_RISE:
         return None
-    return point + along * (way / along.length_squared)
+    return point + along * (height / along.length_squared)
 
 
 class TypedLength:
-    """Collects a length from typed keys."""
+    """A length that is typed key by key."""
 
     def __init__(self) -> None:
         self.text = ""
 
     def take(self, event: Event) -> bool:
-        """Adds a pressed key, and returns whether it is part of a length; letters are, after a
-        number."""
+        """Add a pressed key, and return whether the key is part of a length.
+
+        Letters are part of a length only after a number.
+        """
         if event.type == "BACK_SPACE" and self.text:
             self.text = self.text[:-1]
             return True
@@ -231,7 +238,10 @@ class TypedLength:
         return True
 
     def metres(self, scene: Any) -> float | None:
-        """The length in m, or None; a number alone is in the scene's unit."""
+        """Return the length in metres, or None if the text is no length.
+
+        A number without a unit is in the scene's unit.
+        """
         if not LENGTH.fullmatch(self.text):
             return None
         number = NUMBER.fullmatch(self.text)
@@ -263,24 +273,24 @@ class ANGEN_OT_sensor_place(Operator):
     kind: EnumProperty(name="Kind", items=KIND_ITEMS)
     preset: preset_property()
     location: FloatVectorProperty(
-        name="Location", description="Where on the surface", subtype="TRANSLATION"
+        name="Location", description="Point on the surface", subtype="TRANSLATION"
     )
     normal: FloatVectorProperty(
         name="Normal",
-        description="Where the surface faces",
+        description="Direction that the surface faces",
         subtype="DIRECTION",
         default=(0.0, 0.0, 1.0),
     )
-    turn: FloatProperty(name="Turn", description="About the normal", subtype="ANGLE")
+    turn: FloatProperty(name="Turn", description="Rotation about the normal", subtype="ANGLE")
     surface: StringProperty(name="Surface", description="Name of the object that has the surface")
-    follow: BoolProperty(name="Follow", description="The sensor becomes a child of the surface")
+    follow: BoolProperty(name="Follow", description="Make the sensor a child of the surface")
 
     _preview: Preview | None = None
     _typed: TypedLength
 
     poll = classmethod(can_add)
 
-    # From a script, and again from the panel of the last operation
+    # From a script, and from the Adjust Last Operation panel
 
     def execute(self, context: Context) -> set[str]:
         normal = Vector(self.normal)
@@ -293,14 +303,17 @@ class ANGEN_OT_sensor_place(Operator):
                 raise AngenError(f"There is no object '{self.surface}' to place the sensor on")
         except AngenError as error:
             return cancelled(self, error)
-        met = SurfacePoint(Vector(self.location), normal, surface, True) if surface else None
-        matrix = self._matrix(context, Vector(self.location), normal, met.along if met else [])
+        hit = SurfacePoint(Vector(self.location), normal, surface, True) if surface else None
+        matrix = self._matrix(context, Vector(self.location), normal, hit.axes if hit else [])
         sensor = new_sensor(context, self.kind, preset)
         followed = bool(self.follow and surface) and parent_keeping(sensor, surface, matrix)
         if not followed:
             sensor.matrix_world = matrix
         if self.follow and not followed:
-            self.report({"WARNING"}, f"'{sensor.name}' cannot follow here: it stands free")
+            self.report(
+                {"WARNING"},
+                f"'{sensor.name}' cannot follow the surface here: it has no parent",
+            )
         else:
             self.report({"INFO"}, f"Placed '{sensor.name}'{_on(surface)}")
         return {"FINISHED"}
@@ -323,13 +336,13 @@ class ANGEN_OT_sensor_place(Operator):
         self._preview = Preview(context, housing_of(self.kind, self.preset))
         self._typed = TypedLength()
         context.window_manager.modal_handler_add(self)
-        self._look(context, event)
+        self._preview_at(context, event)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
         pressed = event.value == "PRESS"
         if pressed and self._typed.take(event):
-            self._look(context, event)
+            self._preview_at(context, event)
             return {"RUNNING_MODAL"}
         pad = event.type.startswith("NUMPAD_") and event.type not in ENDS
         if pad or event.type in NAVIGATION:
@@ -338,7 +351,7 @@ class ANGEN_OT_sensor_place(Operator):
             self.cancel(context)
             return {"CANCELLED"}
         if event.type in {"LEFTMOUSE", *ENDS} and pressed:
-            self._look(context, event)
+            self._preview_at(context, event)
             if self._preview is not None and self._preview.matrix is not None:
                 self.cancel(context)
                 return self.execute(context)
@@ -354,43 +367,45 @@ class ANGEN_OT_sensor_place(Operator):
             self.turn += WHEEL_STEP
         elif event.type == "WHEELDOWNMOUSE":
             self.turn -= WHEEL_STEP
-        self._look(context, event)
+        self._preview_at(context, event)
         return {"RUNNING_MODAL"}
 
     def cancel(self, context: Context) -> None:
-        """Blender also calls this where it ends the operator itself."""
+        """Remove the preview; Blender also calls this when it ends the operator itself."""
         if self._preview is not None:
             self._preview.remove(context)
             self._preview = None
 
-    def _look(self, context: Context, event: Event) -> None:
-        """Finds the surface under the mouse, and shows the sensor there."""
-        met = _surface_under(context, event)
+    def _preview_at(self, context: Context, event: Event) -> None:
+        """Find the surface under the mouse, and draw the sensor there."""
+        hit = _surface_under(context, event)
         matrix, text = None, "No surface under the mouse"
-        if met is not None:
-            matrix, text = self._stand(context, met)
+        if hit is not None:
+            matrix, text = self._place_at(context, hit)
         keys = KEYS.format("leave" if self.follow else "follow")
         if self._preview is not None:
             self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {text}", keys)
 
-    def _stand(self, context: Context, met: SurfacePoint) -> tuple[Matrix, str]:
-        """Sets the place on a surface, at the typed height if any; returns the matrix there and a
-        text for the header."""
-        scene, along = context.scene, met.along if met.whole else []
-        matrix = self._matrix(context, met.point, met.normal, along)
-        floor = below(scene, context.evaluated_depsgraph_get(), matrix.translation, met)
-        text = f"On '{met.object.name}'    "
+    def _place_at(self, context: Context, hit: SurfacePoint) -> tuple[Matrix, str]:
+        """Set the location on a surface, at the typed height if there is one.
+
+        Return the matrix of the sensor, and the text for the header.
+        """
+        scene, along = context.scene, hit.axes if hit.whole else []
+        matrix = self._matrix(context, hit.point, hit.normal, along)
+        floor = floor_below(scene, context.evaluated_depsgraph_get(), matrix.translation, hit)
+        text = f"On '{hit.object.name}'    "
         height = self._typed.metres(scene)
         if height is not None:
             level = (floor.point.z if floor else 0.0) + height / unit_scale(scene)
-            higher = raised(met.point, met.normal, level - matrix.translation.z)
+            higher = moved_up(hit.point, hit.normal, level - matrix.translation.z)
             if higher is None:
                 text += "Heights work on walls, not on level surfaces    "
             else:
-                met = met._replace(point=higher)
-                matrix = self._matrix(context, met.point, met.normal, along)
-        self.location, self.normal = met.point, met.normal
-        self.surface = met.object.name if met.whole else ""
+                hit = hit._replace(point=higher)
+                matrix = self._matrix(context, hit.point, hit.normal, along)
+        self.location, self.normal = hit.point, hit.normal
+        self.surface = hit.object.name if hit.whole else ""
         text += height_text(scene, matrix.translation, floor)
         return matrix, text + (f"    Height: {self._typed.text}" if self._typed.text else "")
 
@@ -400,8 +415,9 @@ def _on(surface: Any) -> str:
 
 
 def _surface_under(context: Context, event: Event) -> SurfacePoint | None:
+    """Return the surface under the mouse, or None."""
     region = context.region
-    # Where the mouse is in the region, which its window's overlapping regions cover in part.
+    # `event.mouse_region_x` can belong to an overlapping region: compute it for this one.
     at = (event.mouse_x - region.x, event.mouse_y - region.y)
     if not (0 <= at[0] < region.width and 0 <= at[1] < region.height):
         return None
@@ -417,10 +433,13 @@ def _surface_under(context: Context, event: Event) -> SurfacePoint | None:
 def visible_surface(
     scene: Any, depsgraph: Any, origin: Vector, direction: Vector, culled: bool
 ) -> SurfacePoint | None:
-    """The surface that the user sees first along a ray: an object shown as an outline, such as a
-    ceiling from above, only counts where nothing is behind it."""
-    met = first_surface(scene, depsgraph, origin, direction, passes=_is_outline, culled=culled)
-    return met or first_surface(scene, depsgraph, origin, direction, culled=culled)
+    """Return the first surface that the user sees along a ray, or None.
+
+    An object shown as a wire or bounds, such as a ceiling from above, counts only if nothing is
+    behind it.
+    """
+    hit = first_surface(scene, depsgraph, origin, direction, passes=_is_outline, culled=culled)
+    return hit or first_surface(scene, depsgraph, origin, direction, culled=culled)
 
 
 def _is_outline(obj: Any) -> bool:

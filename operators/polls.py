@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Polls that operators share: each returns whether the operator can run, and if not, sets the poll
-message; and how an operator ends that cannot do its work."""
+"""Polls that operators share, and the end of an operator that cannot do its work."""
 
 from __future__ import annotations
 
@@ -13,38 +12,39 @@ from ..angen_addon.scene.instances import is_sensor, stands_for
 
 
 def needs(operator: Any, condition: Any, message: str) -> bool:
-    """Whether the condition holds; if not, sets the poll message."""
+    """Return whether a condition holds; set the poll message if it does not."""
     if not condition:
         operator.poll_message_set(message)
     return bool(condition)
 
 
 def cancelled(operator: Any, problem: Any) -> set[str]:
-    """Reports why the operator did nothing."""
+    """Report an error, and return the result of an operator that did nothing."""
     operator.report({"ERROR"}, str(problem))
     return {"CANCELLED"}
 
 
 def is_idle(operator: Any, _context: Context) -> bool:
-    """Whether no simulation is running."""
-    return needs(operator, not state.CACHE.running, "A simulation is running")
+    """Poll: whether no simulation is running."""
+    return needs(operator, not state.CACHE.running, "A simulation is running: wait, or press Esc")
 
 
-def can_look(operator: Any, context: Context) -> bool:
-    """For operators that look at the whole scene."""
+def can_read_scene(operator: Any, context: Context) -> bool:
+    """Poll: whether no simulation is running and the mode is Object Mode."""
     return is_idle(operator, context) and needs(
         operator, context.mode == "OBJECT", "Switch to Object Mode first"
     )
 
 
 def can_add(operator: Any, context: Context) -> bool:
-    """For operators that add sensors."""
+    """Poll: whether a new object can be added."""
     return needs(
         operator, context.mode == "OBJECT", "Switch to Object Mode to add a sensor"
     ) and has_editable_collection(operator, context)
 
 
 def has_editable_collection(operator: Any, context: Context) -> bool:
+    """Poll: whether the active collection belongs to this file."""
     return needs(
         operator,
         context.collection.is_editable,
@@ -53,12 +53,12 @@ def has_editable_collection(operator: Any, context: Context) -> bool:
 
 
 def has_sensor(operator: Any, context: Context) -> bool:
-    """Whether the active object is a sensor, or its housing."""
+    """Poll: whether the active object is a sensor, or its housing."""
     return needs(operator, is_sensor(stands_for(context.object)), "Select a sensor")
 
 
 def can_change_sensor(operator: Any, context: Context) -> bool:
-    """For operators that change the active sensor."""
+    """Poll: whether the active object is a sensor that can be edited."""
     return has_sensor(operator, context) and needs(
         operator,
         stands_for(context.object).is_editable,

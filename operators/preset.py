@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sets the parameters of a sensor to those of a known part or setting."""
+"""Set the parameters of a sensor to those of a preset."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ANGEN_OT_preset_apply(Operator):
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
-        """The tooltip of a menu item, with the source of its preset."""
+        """Return the tip of a menu item, with the source of its preset."""
         obj = stands_for(context.object)
         if is_sensor(obj):
             for preset in KINDS[obj.angen_sensor.kind].presets:

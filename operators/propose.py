@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Proposes places for motion detectors, and turns them into sensors or removes them."""
+"""Propose places for motion detectors, and turn the proposals into sensors or remove them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.wording import plural
 from .long_work import LongWork
-from .polls import can_look, cancelled, has_editable_collection, needs
+from .polls import can_read_scene, cancelled, has_editable_collection, needs
 
 
 def pattern_of(context: Context) -> Sensor | None:
-    """The active motion detector, whose parameters new ones get."""
+    """Return the active motion detector, whose parameters new detectors get, or None."""
     active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
     return next((s for s in found if s.kind is DETECTOR), None)
@@ -42,13 +42,13 @@ class ANGEN_OT_place_propose(LongWork, Operator):
 
     preset: StringProperty(
         name="Preset",
-        description="Identifier of a preset of the motion detector, in place of the active one",
+        description="Identifier of a preset, in place of the active detector's parameters",
     )
     seed: IntProperty(
-        name="Seed", description="Chooses between places that are equally good", min=0
+        name="Seed", description="Seed of the choice between equally good places", min=0
     )
 
-    poll = classmethod(can_look)
+    poll = classmethod(can_read_scene)
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         settings = context.scene.angen_coverage
@@ -79,8 +79,9 @@ class ANGEN_OT_place_propose(LongWork, Operator):
 
 
 def _can_decide(cls: Any, context: Context) -> bool:
+    """Poll: whether there is a proposal to accept or discard."""
     is_there = shown.proposed(context.scene) or shown.is_of_proposal(context.scene)
-    return needs(cls, is_there, "There is no proposal: Propose Places first") and can_look(
+    return needs(cls, is_there, "There is no proposal: Propose Places first") and can_read_scene(
         cls, context
     )
 
@@ -113,7 +114,7 @@ class ANGEN_OT_place_accept(Operator):
 
 
 def accept(context: Context, ghost: Any) -> Any:
-    """Adds a motion detector at a proposed place, whose object stays. Raises AngenError."""
+    """Add a motion detector at a proposed place; raise `AngenError` if its preset is unknown."""
     identifier = ghost.get(shown.PRESET, "")
     preset = find_preset(DETECTOR, identifier) if identifier else None
     room = room_of(ghost)
@@ -129,7 +130,7 @@ def accept(context: Context, ghost: Any) -> Any:
 class ANGEN_OT_place_discard(Operator):
     bl_idname = "angen.place_discard"
     bl_label = "Discard"
-    bl_description = "Remove the proposed places, and show the coverage map from before them"
+    bl_description = "Remove the proposed places, and show the earlier coverage map again"
     bl_options = {"REGISTER", "UNDO"}
 
     poll = classmethod(_can_decide)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Clears the recording, and checks for other operators that it is not stale."""
+"""Clear the recording, and check for other operators that it is not stale."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WAY_OUT = "Simulate again, or undo the change"
 
 
 def why_not_fresh(scene: Any) -> str:
-    """Why there is no fresh recording, and what to do; empty where there is one."""
+    """Return why there is no fresh recording, and what to do; empty if there is one."""
     kept = state.CACHE.kept(scene)
     if kept is None:
         return "Simulate first"
@@ -23,14 +23,16 @@ def why_not_fresh(scene: Any) -> str:
 
 
 def has_fresh_recording(operator: Any, context: Context) -> bool:
-    """Whether there is a fresh recording; else sets the poll message."""
+    """Poll: whether there is a fresh recording."""
     why_not = why_not_fresh(context.scene)
     return needs(operator, not why_not, why_not)
 
 
 def is_still_fresh(operator: Any, context: Context) -> bool:
-    """Whether the recording is fresh, after comparing the whole scene, since Blender does not
-    report all changes."""
+    """Return whether the recording is fresh; report an error if it is stale.
+
+    The whole scene is compared, because Blender does not report all changes.
+    """
     scene = context.scene
     kept = state.CACHE.kept(scene)
     assert kept is not None
@@ -40,12 +42,12 @@ def is_still_fresh(operator: Any, context: Context) -> bool:
     return not kept.stale
 
 
-# Modes whose undo steps restore the scene; other modes restore only what is edited in them.
+# Modes whose undo steps restore the scene. Other modes restore only the edited data.
 UNDONE_IN = {"OBJECT", "POSE"}
 
 
 def can_undo(context: Context) -> bool:
-    """Whether undo brings a recording back."""
+    """Return whether undo restores a recording."""
     return context.mode in UNDONE_IN and bool(context.preferences.edit.use_global_undo)
 
 
@@ -67,7 +69,7 @@ class ANGEN_OT_clear_recording(Operator):
     def invoke(self, context: Context, event: Event) -> set[str]:
         if can_undo(context):
             return self.execute(context)
-        # Nothing restores the recording then.
+        # Undo cannot restore the recording: ask first.
         found: set[str] = context.window_manager.invoke_confirm(self, event)
         return found
 

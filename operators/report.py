@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the report on the recording as a page to read and print, or as a picture."""
+"""Write the report on a recording as a page, or as a picture."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Selects a sensor and shows it, with what it sees, in the 3D view."""
+"""Select a sensor, and move the 3D view to it and to what it sees."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, all_sensors, unit_scale
 from .polls import cancelled, needs
 
-# m: the view shows at least this radius around a sensor.
-LEAST_RADIUS = 0.6
-# Factors of the view's width and distance beyond a tight fit.
+# m: the least radius of the framed sphere.
+MIN_RADIUS = 0.6
+# The view is this much farther away than for a tight fit.
 MARGIN = 1.25
+# Width of the sensor of Blender's viewport camera.
 SENSOR_MM = 36.0
 
 
@@ -69,20 +70,25 @@ class ANGEN_OT_sensor_show(Operator):
 
 
 def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
-    """Selects only this sensor, which must not be hidden, and moves the view to it; with `extend`,
-    adds it to the selection. `stay`: does not move the view if the sensor is in it."""
+    """Select a sensor alone, and move the view to it; the sensor must not be hidden.
+
+    With `extend`, add it to the selection and leave the view. With `stay`, leave the view if the
+    sensor is visible in it.
+    """
     select(sensor, context, extend)
     obj = sensor.handle
     if extend or context.area is None or context.area.type != "VIEW_3D":
         return
     if not (stay and is_in_view(obj, context)):
         middle, radius = surroundings(sensor, context)
-        frame(context, middle, radius)
+        frame_sphere(context, middle, radius)
 
 
 def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
-    """Makes a sensor, which must not be hidden, the active one, and selects it alone; with
-    `extend` beside what is selected."""
+    """Make a sensor active and select it alone; the sensor must not be hidden.
+
+    With `extend`, add it to the selection.
+    """
     obj = sensor.handle
     if not extend:
         for selected in context.selected_objects:
@@ -94,7 +100,7 @@ def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
 
 
 def why_hidden(obj: Any, context: Context) -> str:
-    """Why an object cannot be selected, and what to do; empty where it can."""
+    """Return why an object cannot be selected, and what to do; empty if it can."""
     if obj.hide_select:
         return "cannot be selected: tick Selectable in its Object tab, Visibility"
     if not obj.visible_get(view_layer=context.view_layer):
@@ -103,8 +109,10 @@ def why_hidden(obj: Any, context: Context) -> str:
 
 
 def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
-    """Middle and radius, in Blender units, of the drawing of what a sensor sees, or else of its
-    range."""
+    """Return middle and radius of a sphere around what a sensor sees, in Blender units.
+
+    The sphere encloses what the viewport draws of the sensor. Without a drawing it spans the range.
+    """
     metres = unit_scale(context.scene)
     matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
     drawn = state.CACHE.overlay.seen if state.CACHE.overlay is not None else ()
@@ -116,25 +124,25 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
         )
         if len(points) > 1:
             lo, hi = points.min(axis=0), points.max(axis=0)
-            radius = max(float(np.linalg.norm(hi - lo)) / 2, LEAST_RADIUS / metres)
+            radius = max(float(np.linalg.norm(hi - lo)) / 2, MIN_RADIUS / metres)
             return Vector((lo + hi) / 2), radius
     ahead = -Vector(matrix.col[2][:3]).normalized()
     parameters = getattr(sensor.settings, sensor.kind.attribute)
     reach = float(getattr(parameters, "range_max", 0.0)) / metres
-    radius = max(reach / 2, LEAST_RADIUS / metres)
+    radius = max(reach / 2, MIN_RADIUS / metres)
     return matrix.translation + ahead * (reach / 2), radius
 
 
 class FreeRegion(NamedTuple):
-    """The region of a 3D view, and the bounds (pixels) of the part that nothing covers."""
+    """The main region of a 3D view, and the bounds (pixels) of its uncovered part."""
 
     region: Any
     left: int
     right: int
 
 
-def window_of(area: Any) -> FreeRegion:
-    """The window of an area, without the toolbar and sidebar where they overlap the view."""
+def free_region(area: Any) -> FreeRegion:
+    """Return the main region of an area, and the part not covered by toolbar and sidebar."""
     window = next(region for region in area.regions if region.type == "WINDOW")
     left, right = 0, window.width
     for region in area.regions:
@@ -148,22 +156,24 @@ def window_of(area: Any) -> FreeRegion:
 
 
 def is_in_view(obj: Any, context: Context) -> bool:
-    """Whether the uncovered part of a 3D view shows the location of an object."""
-    window, left, right = window_of(context.area)
+    """Return whether an object's origin is in the uncovered part of the 3D view."""
+    window, left, right = free_region(context.area)
     view = context.space_data.region_3d
     at = location_3d_to_region_2d(window, view, obj.matrix_world.translation)
     return at is not None and left < at.x < right and 0 < at.y < window.height
 
 
-def frame(context: Context, middle: Vector, radius: float) -> None:
-    """Moves the view without turning it, as View Selected does, to a sphere in its uncovered
-    part."""
+def frame_sphere(context: Context, middle: Vector, radius: float) -> None:
+    """Move the view to a sphere, without rotating it, as View Selected does.
+
+    The sphere is in the uncovered part of the view.
+    """
     space = context.space_data
     region = context.region_data or space.region_3d
     if region.view_perspective == "CAMERA":
         region.view_perspective = "PERSP"
-    window, left, right = window_of(context.area)
-    # Half of the lens's field along the longer side, and half of the free part of it.
+    window, left, right = free_region(context.area)
+    # Tangents of the half angles of view: of the longer side, then of its uncovered part.
     longer = SENSOR_MM / space.lens
     share = min(right - left, window.height) / max(window.width, window.height)
     region.view_distance = MARGIN * radius / math.sin(math.atan(longer * share))

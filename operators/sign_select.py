@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A click on a sensor's sign, label or housing in a 3D view selects the sensor.
+"""Select a sensor by a click on its sign, label or housing in a 3D view.
 
-Blender selects what lies behind a sign. The keys here come before its own, where it selects by the
-same click, and leave to it every click that is not on a sensor.
+Blender selects the object behind a sign. The keymap items here come before Blender's, and pass on
+every click that is not on a sensor.
 """
 
 from __future__ import annotations
@@ -18,16 +18,15 @@ from ..angen_addon.scene.sensors import Sensor, sensor_of
 from ..angen_addon.view.overlay.hover import sensor_at
 from .show import select, why_hidden
 
-# Blender's keymaps in which a click selects an object, with button and moment: Select Box and most
-# other tools leave a click to Object Mode, Tweak selects when the button is pressed, and so does
-# the right button, where that selects.
+# Blender's keymaps in which a click selects an object, with button and event value. Select Box and
+# most other tools leave a click to Object Mode. Tweak and the right button select on press.
 KEYS = (
     ("Object Mode", "EMPTY", "LEFTMOUSE", "CLICK"),
     ("Object Mode", "EMPTY", "RIGHTMOUSE", "PRESS"),
     ("3D View Tool: Tweak", "VIEW_3D", "LEFTMOUSE", "PRESS"),
     ("3D View Tool: Tweak (fallback)", "VIEW_3D", "LEFTMOUSE", "PRESS"),
 )
-# Objects that hide a housing from the mouse but not from the eye are looked through, so many.
+# The ray passes at most this many objects that the 3D view does not show.
 MOST_HIDDEN = 20
 
 
@@ -43,20 +42,20 @@ class ANGEN_OT_sign_select(Operator):
         return context.mode == "OBJECT" and area is not None and area.type == "VIEW_3D"
 
     def invoke(self, context: Context, event: Event) -> set[str]:
-        if not _selects(context, event):
+        if not _is_select_button(context, event):
             return {"PASS_THROUGH"}
         place = event.mouse_region_x, event.mouse_region_y
-        sensor = sensor_at(context, place) or housed_at(context, place)
+        sensor = sensor_at(context, place) or sensor_of_housing_at(context, place)
         if sensor is None or why_hidden(sensor.handle, context):
             return {"PASS_THROUGH"}
         obj = sensor.handle
         if event.shift and obj.select_get() and obj == context.view_layer.objects.active:
             obj.select_set(False)
             return {"FINISHED"}
-        if not _presses(event):
+        if not _is_press(event):
             select(sensor, context, extend=event.shift)
             return {"FINISHED"}
-        # Pressed on one of many that are selected: a drag moves all of them, a click is for it.
+        # Several sensors are selected: a drag moves all of them, a click selects only this one.
         self._sensor, self._alone = sensor, not event.shift
         self._begin, self._button = place, event.type
         select(sensor, context, extend=event.shift or obj.select_get())
@@ -64,8 +63,7 @@ class ANGEN_OT_sign_select(Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
-        """Moves the sensor if the mouse is dragged before its button is released, as Blender
-        does."""
+        """Move the sensor if the mouse is dragged before the button is released."""
         if event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}:
             x, y = event.mouse_region_x - self._begin[0], event.mouse_region_y - self._begin[1]
             far = context.preferences.inputs.drag_threshold_mouse
@@ -80,25 +78,28 @@ class ANGEN_OT_sign_select(Operator):
         return {"FINISHED"}
 
 
-def _presses(event: Event) -> bool:
+def _is_press(event: Event) -> bool:
     return bool(event.value == "PRESS")
 
 
-def _selects(context: Context, event: Event) -> bool:
-    """Whether this button selects; the left one does in the tool Tweak whatever the user chose."""
+def _is_select_button(context: Context, event: Event) -> bool:
+    """Return whether a mouse button selects.
+
+    The tool Tweak selects with the left button, whatever the user chose in the preferences.
+    """
     configuration = context.window_manager.keyconfigs.active
     chosen = getattr(configuration.preferences, "select_mouse", "LEFT")
-    tweaks = event.type == "LEFTMOUSE" and _presses(event)
+    tweaks = event.type == "LEFTMOUSE" and _is_press(event)
     return tweaks or event.type == f"{chosen}MOUSE"
 
 
-def housed_at(context: Context, place: tuple[float, float]) -> Sensor | None:
-    """The sensor whose housing the 3D view shows at a place (pixels), or None."""
+def sensor_of_housing_at(context: Context, place: tuple[float, float]) -> Sensor | None:
+    """Return the sensor whose housing is visible at a point (pixels), or None."""
     space, view = context.space_data, context.region_data
     depsgraph = context.evaluated_depsgraph_get()
     way = region_2d_to_vector_3d(context.region, view, place)
     start = region_2d_to_origin_3d(context.region, view, place, clamp=space.clip_end)
-    # Blender draws nothing nearer than this.
+    # Blender draws nothing in front of the near clipping plane.
     start = start + way * (space.clip_start if view.is_perspective else 0.0)
     for _ in range(MOST_HIDDEN):
         hit, at, _normal, _face, obj, _matrix = context.scene.ray_cast(depsgraph, start, way)
@@ -117,7 +118,7 @@ _register, _unregister = bpy.utils.register_classes_factory((ANGEN_OT_sign_selec
 
 def register() -> None:
     _register()
-    # None in the background.
+    # Blender without a window has no keymaps.
     configuration = bpy.context.window_manager.keyconfigs.addon
     if configuration is None:
         return

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulates the sensors over a range of frames, with progress; Esc keeps what is done.
+"""Simulate the sensors over a range of frames; show progress, and keep the done part on Esc.
 
-A recording that is fresh stays whole: frames within it are not simulated again, and a run that
-overlaps or adjoins it takes in all of its frames. Such a run begins at the first of them, since
-what sensors remember (hold times, noise, the last scan) begins anew with each run. In a window the
-operator asks before it replaces what it cannot keep.
+A fresh recording stays whole. Frames inside it are not simulated again. A run that overlaps or
+adjoins it covers all of its frames too, and begins at the first of them: hold times, noise and the
+last scan start anew with each run. In a window the operator asks before it replaces a recording
+that it cannot keep.
 """
 
 from __future__ import annotations
@@ -32,13 +32,17 @@ from .long_work import LongWork
 from .polls import cancelled, is_idle, needs
 from .recording import can_undo
 
-SCENES_OWN = -(2**31)
+# Default of the frame properties: use the scene's frame.
+FROM_SCENE = -(2**31)
 
 
 @dataclass(frozen=True)
 class RunPlan:
-    """The frames and sensors to simulate. `is_done`: the recording has their readings. `note`: what
-    the user should know of it; `question`: what will be lost, or empty."""
+    """The frames and sensors to simulate.
+
+    `is_done` means that the recording already has these readings. `note` is a text for the report,
+    and `question` says what will be lost.
+    """
 
     first: int
     last: int
@@ -51,7 +55,7 @@ class RunPlan:
 def plan_of(
     first: int, last: int, sensors: Sequence[Sensor], kept: StoredRecording | None
 ) -> RunPlan:
-    """How to simulate `sensors` from frame `first` to `last` where `kept` is recorded."""
+    """Return how to simulate `sensors` from frame `first` to `last`, given the recording `kept`."""
     if kept is None:
         return RunPlan(first, last, sensors)
     begin, end = kept.recording.frame_start, kept.recording.frame_end
@@ -81,19 +85,19 @@ def plan_of(
 class ANGEN_OT_simulate(LongWork, Operator):
     bl_idname = "angen.simulate"
     bl_label = "Simulate Sensors"
-    # With REGISTER too, Blender would offer to run it again with other frames, without progress.
+    # REGISTER is left out: Blender would rerun the operator without progress.
     bl_options = {"UNDO"}
     esc = "keeps what is done"
 
     frame_start: IntProperty(
         name="Start",
         description="First frame (default: that of the preview range, or the scene's)",
-        default=SCENES_OWN,
+        default=FROM_SCENE,
     )
     frame_end: IntProperty(
         name="End",
         description="Last frame (default: that of the preview range, or the scene's)",
-        default=SCENES_OWN,
+        default=FROM_SCENE,
     )
     without_light: BoolProperty(
         name="Without Light",
@@ -106,7 +110,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         options={"HIDDEN", "SKIP_SAVE"},
     )
 
-    _asks = False
+    _is_confirming = False
     _planned: RunPlan
     _scene_uid = 0
     _recording: Recording
@@ -131,11 +135,11 @@ class ANGEN_OT_simulate(LongWork, Operator):
             return cancelled(self, error)
         if plan.is_done:
             self.report({"INFO"}, plan.note)
-            # No step for undo.
+            # Nothing has changed: push no undo step.
             return {"CANCELLED"}
         if context.window is None or not plan.question or self.replace:
             return LongWork.invoke(self, context, event)
-        self._asks = True
+        self._is_confirming = True
         manager = context.window_manager
         found: set[str] = manager.invoke_confirm(
             self,
@@ -148,8 +152,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return found
 
     def execute(self, context: Context) -> set[str]:
-        if self._asks:
-            # The answer is yes: a run of its own shows progress.
+        if self._is_confirming:
+            # The user has confirmed: invoke a new run, which shows progress.
             keys = "frame_start", "frame_end", "without_light"
             given = {key: getattr(self, key) for key in keys}
             bpy.ops.angen.simulate("INVOKE_DEFAULT", replace=True, **given)
@@ -164,11 +168,11 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return LongWork.execute(self, context)
 
     def _plan(self, context: Context) -> RunPlan:
-        """The frames to simulate, and what becomes of the present recording. Raises AngenError."""
+        """Return the plan of this run; raise `AngenError` if its frames are invalid."""
         scene = context.scene
         first, last = frames_to_run(scene)
-        first = first if self.frame_start == SCENES_OWN else self.frame_start
-        last = last if self.frame_end == SCENES_OWN else self.frame_end
+        first = first if self.frame_start == FROM_SCENE else self.frame_start
+        last = last if self.frame_end == FROM_SCENE else self.frame_end
         if first > last:
             raise AngenError(f"The first frame, {first}, is after the last, {last}")
         if last < scene.frame_start:
@@ -198,20 +202,20 @@ class ANGEN_OT_simulate(LongWork, Operator):
         what = scene, plan.sensors, plan.first, plan.last, self._recording
         run = simulate(*what, references=self._references)
         self._settings = settings_of(scene, all_sensors(context.view_layer), plan.sensors)
-        return self._through(run)
+        return self._steps(run)
 
-    def _through(self, run: Generator[Progress, None, None]) -> Generator[Any, None, None]:
-        """Simulates; yields Doing, and last whether Esc ended it."""
+    def _steps(self, run: Generator[Progress, None, None]) -> Generator[Any, None, None]:
+        """Simulate; yield `Doing`, and last whether Esc ended the run."""
         early = False
         try:
             for now in run:
                 text = f"frame {now.frame:g}" + (f", {now.doing}" if now.doing else "")
-                # A slow step is shown when it begins.
+                # Show a slow step when it begins.
                 yield Doing(now.share, text, slow=bool(now.doing))
         except Enough:
             early = True
         except AngenError as error:
-            # What was done before is kept.
+            # Keep the frames that are done.
             self.report({"ERROR"}, str(error))
         finally:
             run.close()
@@ -221,17 +225,17 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return None if self._store(context, early) else {"CANCELLED"}
 
     def _store(self, context: Context, early: bool) -> bool:
-        """Stores the recording, if there is any, and shows it at the playhead; returns whether."""
+        """Store the recording and show it at the playhead; return whether it was stored."""
         scene = context.scene
-        # A script may have changed the scene meanwhile: the recording is not of that one.
+        # A script may have switched to another scene, to which the recording does not belong.
         if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
             return False
-        if (early or not self._has_a_frame()) and self._leaves_as_is(scene):
+        if (early or not self._has_a_frame()) and self._keeps_earlier(scene):
             return False
         frame = scene.frame_current + scene.frame_subframe
         if self._recording.covers(frame):
             state.show_recorded(self._recording, all_sensors(context.view_layer), frame)
-            # An update of drivers is no edit that makes the recording stale.
+            # Update drivers now: a later update would make the recording stale.
             context.view_layer.update()
         lacking.look(context.view_layer)
         depsgraph = context.evaluated_depsgraph_get()
@@ -255,9 +259,11 @@ class ANGEN_OT_simulate(LongWork, Operator):
     def _has_a_frame(self) -> bool:
         return self._recording.frame_end >= self._recording.frame_start
 
-    def _leaves_as_is(self, scene: Any) -> bool:
-        """Whether the earlier recording stays after Esc: no frame is done, or it is fresh and has
-        all of the new readings."""
+    def _keeps_earlier(self, scene: Any) -> bool:
+        """Return whether the earlier recording stays after the run was stopped.
+
+        It stays if no frame is done, or if it is fresh and has all of the new readings.
+        """
         first, last = self._recording.frame_start, self._recording.frame_end
         earlier = state.CACHE.recording(scene)
         holds = (
@@ -268,7 +274,9 @@ class ANGEN_OT_simulate(LongWork, Operator):
         )
         if self._has_a_frame() and not holds:
             return False
-        stays = "nothing is recorded" if state.CACHE.kept(scene) is None else "what was stays"
+        stays = "nothing is recorded"
+        if state.CACHE.kept(scene) is not None:
+            stays = "the earlier recording stays"
         if holds and earlier is not None:
             stays = f"frames {earlier.frame_start} to {earlier.frame_end} stay recorded"
         done = "" if self._has_a_frame() else " before the first frame was done"
@@ -276,9 +284,11 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return True
 
     def _updates(self) -> int:
+        """Return the number of recorded updates."""
         return sum(len(track) for track in self._recording.tracks.values())
 
     def cancel(self, context: Context) -> None:
+        """Store what is done; Blender calls this when it ends the operator itself."""
         self._close(context)
         self._store(context, early=False)
 

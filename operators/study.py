@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a study of the selected sensors' parameters, which `angen study run` runs outside Blender,
-and opens its report."""
+"""Write a study of the selected sensors' parameters, and open its report.
+
+`angen study run` runs the study outside Blender.
+"""
 
 from __future__ import annotations
 
@@ -34,15 +36,18 @@ from .polls import cancelled, needs
 
 
 class AngenStudyVary(PropertyGroup):
-    """A parameter of some sensors that is to vary; those with `choices` take all of them, named
-    `shown` in the panel. Values of an `angle` are in degrees."""
+    """A parameter of some sensors that the study varies.
+
+    A parameter with `choices` takes all of them; the panel shows them as `shown`. The values of an
+    `angle` are in degrees.
+    """
 
     sensors: StringProperty()
     parameter: StringProperty()
     label: StringProperty()
-    first: FloatProperty(name="From", description="Its first value", precision=3)
-    last: FloatProperty(name="To", description="Its last value", precision=3)
-    steps: IntProperty(name="Steps", description="How many values", default=3, min=2, soft_max=50)
+    first: FloatProperty(name="From", description="First value of the parameter", precision=3)
+    last: FloatProperty(name="To", description="Last value of the parameter", precision=3)
+    steps: IntProperty(name="Steps", description="Number of values", default=3, min=2, soft_max=50)
     whole: BoolProperty()
     angle: BoolProperty()
     choices: StringProperty()
@@ -50,20 +55,24 @@ class AngenStudyVary(PropertyGroup):
 
 
 class AngenStudy(PropertyGroup):
-    """`file`: the study that was written last, or is to be looked at."""
+    """The parameters of a study, and the `file` that was written last or is to be shown."""
 
     varied: CollectionProperty(type=AngenStudyVary)
     seeds: IntProperty(
-        name="Seeds", description="Runs of each setting, with other noise", default=1, min=1
+        name="Seeds",
+        description="Number of runs of each setting, with other noise",
+        default=1,
+        min=1,
     )
     file: StringProperty(
-        name="Study", description="Its file; the report is in the folder of its name beside it",
-        subtype="FILE_PATH",
+        name="Study", subtype="FILE_PATH",
+        description="Study file; its report is in the folder of the same name beside it",
     )  # fmt: skip
 
 
-# Not methods: Blender 4.2 keeps classes of groups of properties, and what they lead to, for good.
+# Functions, not methods: Blender 4.2 never frees a PropertyGroup class and what it refers to.
 def fill(row: AngenStudyVary, vary: Vary, kind: Kind) -> None:
+    """Write a variation into a row of the study's property group."""
     row.name, row.label = vary.key, study_file.label(kind, vary.parameter)
     row.sensors, row.parameter = BETWEEN.join(vary.sensors), vary.parameter
     row.angle, row.whole = vary.angle, vary.whole
@@ -74,6 +83,7 @@ def fill(row: AngenStudyVary, vary: Vary, kind: Kind) -> None:
 
 
 def vary_of(row: AngenStudyVary) -> Vary:
+    """Return the variation that a row of the study's property group describes."""
     choices = [
         {"True": True, "False": False}.get(choice, choice)
         for choice in row.choices.split(BETWEEN)
@@ -86,14 +96,14 @@ def vary_of(row: AngenStudyVary) -> Vary:
 
 
 def command(file: str) -> str:
-    """The command that runs the study of a file; empty without a file."""
+    """Return the command that runs a study file; empty without a file."""
     path = Path(bpy.path.abspath(file))
     study, out = (shlex.quote(str(p)) for p in (path, path.with_suffix("")))
     return f"angen study run {study} --out {out}" if file else ""
 
 
 def varied_sensors(context: Context) -> list[Sensor]:
-    """The selected sensors of the active one's kind."""
+    """Return the selected sensors that have the active sensor's kind."""
     active = active_sensor(context)
     if active is None:
         return []
@@ -158,7 +168,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
     @classmethod
     def poll(cls, context: Context) -> bool:
         return needs(
-            cls, context.window_manager.angen_study.varied, "Add a parameter that varies"
+            cls, context.window_manager.angen_study.varied, "Add a parameter to vary"
         ) and needs(cls, bpy.data.filepath, "Save the home first: a study names its file")
 
     def execute(self, context: Context) -> set[str]:
@@ -171,7 +181,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
         try:
             home = Path(os.path.relpath(bpy.data.filepath, path.resolve().parent)).as_posix()
         except ValueError:
-            # On another drive.
+            # The home is on another drive.
             home = bpy.data.filepath
         try:
             write_files({path: study_file.text(home, wanted.seeds, varied)})
@@ -184,6 +194,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
 
 
 def _is_named(cls: Any, context: Context) -> bool:
+    """Poll: whether a study file is chosen."""
     return needs(
         cls, context.window_manager.angen_study.file, "Write a study first, or name the file of one"
     )

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The user's own presets, which Blender's preset system stores in presets/angen_sensors/KIND.
+"""The user's presets, which Blender's preset system stores in presets/angen_sensors/KIND.
 
-They are files as Blender writes them, a line for each parameter. This module reads and does not run
-them, since a file of an earlier version may name parameters that no longer exist.
+They are files as Blender writes them, with a line for each parameter. This module reads the files
+and does not run them, because a file of an earlier version may name parameters that no longer
+exist.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ OWNER = "settings"
 
 
 def folder_of(kind: Kind) -> str:
-    """The folder of presets of a kind below Blender's folders of presets."""
+    """Return the folder of a kind's presets, relative to Blender's folders of presets."""
     return f"angen_sensors/{kind.attribute}"
 
 
 def user_presets(kind: Kind) -> list[Path]:
-    """The files of the user's presets of a kind, in the order of their names."""
+    """Return the files of the user's presets of a kind, sorted by name."""
     folders = (Path(folder) for folder in bpy.utils.preset_paths(folder_of(kind)))
     return sorted(
         (file for folder in folders for file in folder.glob("*.py")), key=lambda f: f.name
@@ -44,7 +45,10 @@ def label_of(file: Path) -> str:
 
 
 def values_in(file: Path) -> dict[str, Any]:
-    """The values in a preset's file by parameter. Raises OSError, or ValueError with the reason."""
+    """Return the values in a preset's file by parameter.
+
+    Raise `OSError` if the file cannot be read, or `ValueError` with the reason if it is no preset.
+    """
     values: dict[str, Any] = {}
     try:
         statements = ast.parse(file.read_text(encoding="utf-8")).body
@@ -88,7 +92,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 
     @property
     def preset_values(self) -> list[str]:
-        """All parameters except pointers, which lead to objects of this file."""
+        """The names of all parameters except pointers, which refer to objects of this file."""
         known = specs(self._kind.parameters)
         return [f"{OWNER}.{name}" for name, spec in known.items() if not spec.pointer]
 
@@ -96,7 +100,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
         removed, name = self.remove_name, self.name.strip()
         if not self.as_filename(name):
             return cancelled(self, "Give the preset a name")
-        # What Blender's preset system reads of is the context's object.
+        # Blender's preset system reads the values of the context's object.
         with context.temp_override(object=stands_for(context.object)):
             result = super().execute(bpy.context)
         # Blender shows the last saved preset as the menu's name.
@@ -141,7 +145,7 @@ class ANGEN_OT_user_preset_apply(Operator):
 
 
 def _replace_former(obj: Any, kind: Kind, values: dict[str, Any]) -> str:
-    """Replaces choices of earlier versions among the values; returns a sentence on them."""
+    """Replace the choices of earlier versions among the values; return a text that says so."""
     known = specs(kind.parameters)
     pairs = [(name, former_choice(known[name], values[name])) for name in values if name in known]
     found = [(obj.name, name, former) for name, former in pairs if former is not None]
@@ -150,7 +154,7 @@ def _replace_former(obj: Any, kind: Kind, values: dict[str, Any]) -> str:
 
 
 def _set(group: Any, kind: Kind, values: dict[str, Any]) -> list[str]:
-    """Sets the values that fit; returns the names of the others."""
+    """Set the values that fit, and return the names of the rest."""
     known, unknown = specs(kind.parameters), []
     for name, value in values.items():
         spec = known.get(name)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sets usual temperatures of objects, and writes a detector's lens as text."""
+"""Set usual temperatures of objects, and write a detector's lens as text."""
 
 from __future__ import annotations
 

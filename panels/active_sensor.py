@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sidebar tab "Sensors" of the 3D view: the active sensor."""
+"""Panel of the active sensor, in the tab "Sensors" of the 3D view's sidebar."""
 
 from __future__ import annotations
 

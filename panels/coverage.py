@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sidebar tab "Sensors": coverage maps, and proposals where to place motion detectors."""
+"""Panels of coverage maps, and of proposed places for motion detectors (sidebar)."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
 
 
 def _draw_rooms(layout: UILayout, found: dict, scene: Any, is_fresh: bool) -> None:
-    """Draws the table of a map, pale where that is stale."""
+    """Draw the table of a map, greyed out if the map is stale."""
     box = layout.box().column(align=True)
     frame = found.get("frame", scene.frame_current)
     at = f", frame {frame}" if frame != scene.frame_current else ""

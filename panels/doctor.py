@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The findings of Examine Home, each with the way to mend it."""
+"""Panel of the findings of Examine Home, each with the way to mend it (sidebar)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ANGEN_PT_doctor(ClosedSidebar, Panel):
         if found is None:
             return
         if not found:
-            layout.label(text="Nothing to mend was found", icon="CHECKMARK")
+            layout.label(text="Nothing to mend", icon="CHECKMARK")
         for index, finding in enumerate(found[:MOST]):
             select = ("angen.doctor_select", index) if finding.objects else None
             box = draw_lines(layout, finding.text, "ERROR", select)
@@ -30,7 +30,7 @@ class ANGEN_PT_doctor(ClosedSidebar, Panel):
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
         if found:
-            layout.label(text="As found then: examine again after mending", icon="INFO")
+            layout.label(text="After mending, Examine Home again", icon="INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_doctor,))

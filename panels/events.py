@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The active sensor's events and their explanation (sidebar), and the timeline's settings."""
+"""Panel of the active sensor's events (sidebar), and the popover of the timeline's header."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _draw_events(
     frame = scene.frame_current + scene.frame_subframe + 1e-4
     events = row.events.tolist()
     passed = sum(track.frames[i] <= frame for i in events)
-    # The name comes last, so that it is cut where it does not fit.
+    # The name comes last, because Blender cuts the end of a text that does not fit.
     text = f"{passed} of {len(events)} events passed: {track.sensor}"
     layout.label(text=text, icon="PREVIEW_RANGE", translate=False)
     line = layout.row(align=True)
@@ -76,10 +76,10 @@ def _draw_events(
     line = layout.row(align=True)
     line.operator("angen.markers_add", icon="MARKER_HLT")
     line.operator("angen.markers_clear", text="", icon="TRASH")
-    told = [i for i in row.log.tolist() if track.frames[i] <= frame]
-    if not told:
+    logged = [i for i in row.log.tolist() if track.frames[i] <= frame]
+    if not logged:
         return
-    index = told[-1]
+    index = logged[-1]
     at = capital(moment_text(scene, track.frames[index]))
     draw_lines(layout, f"{at}: {event_name(track, index)}", "TIME")
     layout.operator("angen.explain", text="Explain This Event", icon="QUESTION")
@@ -104,7 +104,7 @@ def _draw_explanation(layout: Any, explanation: Explanation) -> None:
     of_names = int(LABEL_SHARE / (1.0 - LABEL_SHARE) * letters)
     for name, text in explanation.facts:
         if len(name) > of_names:
-            # The column of names would cut it.
+            # The column of names is too narrow for this name.
             for line in textwrap.wrap(f"{name}: {text}", of_names + letters):
                 column.label(text=line, translate=False)
             continue

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensors in collection instances: their rows under the table, and the panel of the active one."""
+"""Rows and explanation of sensors in collection instances (sidebar)."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ MOST_ROWS = 16
 
 
 def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
-    """Draws a row for each, as in the table; a click shows the sensor."""
+    """Draw a row for each sensor, as in the table; a click shows the sensor."""
     active = active_sensor(context)
     where = "collection instances"
     if active is not None and active.holders:
-        # Of many homes, only that of the active sensor.
+        # There may be many homes: list only the active sensor's.
         sensors = [s for s in sensors if s.handle == active.handle]
         where = f"'{active.handle.name}'"
     column = layout.box().column(align=True)
@@ -50,10 +50,10 @@ def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
 
 
 def draw_instanced(layout: Any, sensor: Sensor) -> None:
-    """Explains what an instanced sensor lacks, with the button that overrides its home."""
+    """Explain the limits of an instanced sensor, and draw the button that overrides its home."""
     text = (
-        f"In the instance '{sensor.handle.name}': its settings are those of its collection, the "
-        "same in all instances. Its outputs are not keyed, and drivers cannot read them"
+        f"This sensor is in the instance '{sensor.handle.name}'. Its settings are the same in all "
+        "instances of the collection. Its outputs have no keyframes, and drivers cannot read them"
     )
     box = draw_lines(layout, text, "OUTLINER_OB_GROUP_INSTANCE")
     if not why_not(sensor):

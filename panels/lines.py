@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where panels stand, and texts in them: broken into lines, or as names beside values."""
+"""Bases of the panels, and texts in panels: broken into lines, or as names beside values."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from ..angen_addon.scene.lengths import in_units, with_unit
 from ..angen_addon.scene.sensors import unit_scale
 from ..sensor_logic.wording import capital
 
-# Width of a character of Blender's interface font, and of margins and icon, in pixels at scale 1.
+# Mean width of a letter of Blender's interface font, in pixels at scale 1.
 WIDTH_OF_LETTER = 6.2
+# Width of margins and icon, in letters.
 MARGIN_LETTERS = 11
 # Pixels: assumed width without a region.
 USUAL_WIDTH = 320
 LABEL_SHARE = 0.4
-# In regions narrower than this (pixels at scale 1), names stand in their fields, since a column of
-# names would cut them.
+# Regions narrower than this (pixels at scale 1) have the names inside the fields, because a column
+# of names would cut them.
 NARROW = 230
 
 
@@ -37,7 +38,7 @@ class ClosedSidebar(Sidebar):
 
 
 class PhysicsTab:
-    """Mix-in of panels under that of the sensor, in the Physics tab of the Properties editor."""
+    """Mix-in of panels below the panel Sensor, in the Physics tab of the Properties editor."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
@@ -46,7 +47,7 @@ class PhysicsTab:
 
 
 def has_name_column() -> bool:
-    """Whether the present region has room for a column of names beside the fields."""
+    """Return whether the region has room for a column of names beside the fields."""
     region = bpy.context.region
     scale = bpy.context.preferences.system.ui_scale or 1.0
     # Without a window there is no width.
@@ -54,7 +55,7 @@ def has_name_column() -> bool:
 
 
 def draw_working(layout: Any, operator: str) -> bool:
-    """Draws how far this operator is, if it is at work; returns whether it is."""
+    """Draw the progress of an operator if it is running; return whether it is running."""
     working = state.CACHE.working
     if working is None or working[0] != operator:
         return False
@@ -62,14 +63,17 @@ def draw_working(layout: Any, operator: str) -> bool:
     far, _, doing = text.partition("\n")
     layout.progress(text=f"{far}. Esc ends", factor=share)
     if doing:
-        # A bar cuts what does not fit.
+        # The bar is too narrow for this text.
         layout.label(text=capital(doing))
     return True
 
 
 def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None = None) -> Any:
-    """Draws a text in a box, broken into lines; returns the box, for a button that helps. `click`:
-    the operator, and its index, that a click on a line calls."""
+    """Draw a text in a box, broken into lines, and return the box.
+
+    The caller can add a button to the box. `click` is an operator with its index; a click on a line
+    calls it.
+    """
     region = bpy.context.region
     width = region.width if region else USUAL_WIDTH
     # Without a window there is no scale.
@@ -90,15 +94,17 @@ def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None 
 def draw_property(
     layout: Any, scene: Any, owner: Any, name: str, label: str, unit: str = ""
 ) -> None:
-    """Draws a property with its unit, in the field where Blender supports that, else in the label.
-    Lengths are stored in metres, and edited in the scene's unit."""
+    """Draw a property with its unit: in the field where Blender supports that, else in the label.
+
+    Lengths are stored in metres, and edited in the scene's unit.
+    """
     text = with_unit(label, unit, scene)
     of_units = unit == "m" and unit_scale(scene) != 1.0
     layout.prop(owner, in_units(name) if of_units else name, text=text)
 
 
 def draw_row(layout: Any, name: str, text: str) -> None:
-    """Draws a name at the left, as those of properties, and its value."""
+    """Draw a name on the left, aligned with the names of properties, and its value."""
     row = layout.split(factor=LABEL_SHARE if has_name_column() else 0.5)
     left = row.row()
     left.alignment = "RIGHT"

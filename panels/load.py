@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The weight of an animated object on pressure pads: Physics tab and sidebar."""
+"""Panels of an animated object's weight on pressure sensors (Physics tab and sidebar)."""
 
 from __future__ import annotations
 
@@ -28,13 +28,12 @@ class _Weight:
         return context.object is not None and context.object.type in sensing.BEARER_TYPES
 
     def draw_header_preset(self, context: Context) -> None:
-        # In a narrow region it would cover the panel's name.
+        # In a narrow region the mass would cover the panel's name.
         if context.object.angen_load.mass > 0.0 and has_name_column():
             self.layout.label(text=f"{context.object.angen_load.mass:g} kg")  # type: ignore[attr-defined]
 
     def draw(self, context: Context) -> None:
-        """Draws mass and tolerance of the active object, what they mean, and warnings of
-        mistakes."""
+        """Draw mass and tolerance of the active object, their meaning, and warnings."""
         layout, obj = self.layout, context.object  # type: ignore[attr-defined]
         column = layout.column()
         column.use_property_split = has_name_column()
@@ -71,16 +70,20 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
     weighed = sensing.weighed_with(obj, view_layer)
     if weighed.surfaces:
         names = _names(weighed.surfaces)
-        draw_lines(layout, f"Its weight presses where these touch what is below: {names}", "INFO")
+        draw_lines(
+            layout,
+            f"The weight presses where these surfaces touch something below: {names}",
+            "INFO",
+        )
     else:
         text = (
-            "Nothing weighs with it: there is no visible surface on it, or each has a mass of its "
-            "own or is ignored by sensors"
+            "This mass weighs on nothing: the object and its children have no visible surface, or "
+            "each surface has its own mass or is ignored by sensors"
         )
         draw_lines(layout, text, "ERROR")
     bearers = [other for _, other in weighed.apart] if weighed.surfaces else []
     if obj in weighed.surfaces:
-        # The mass of its armature then counts for the armature's other surfaces.
+        # Masses of parents count too, for their other surfaces.
         bearers += [
             other
             for other in list(candidates(obj))[1:]
@@ -117,7 +120,7 @@ class ANGEN_PT_physics_weight(_Weight, PhysicsTab, Panel):
 class ANGEN_PT_sidebar_weight(_Weight, Sidebar, Panel):
     @classmethod
     def poll(cls, context: Context) -> bool:
-        # Sensors seldom have a weight: it can be set in the Physics tab.
+        # A sensor seldom has a weight: the Physics tab is enough for it.
         return super().poll(context) and not is_sensor(context.object)
 
 

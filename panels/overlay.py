@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of the drawing in the 3D view: in the sidebar and in the popover of overlays."""
+"""Settings of the drawing in the 3D view (sidebar and overlays popover)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bpy.types import Context, Panel
 from .lines import ClosedSidebar
 from .readings import ACTIVE, BAKED, IDLE, NOT_SURE, OFF, OLD, UNKNOWN, WRONG
 
-# The meaning of the signs, which the table has too.
+# Icons of the table and the view, and what they mean.
 SIGNS = (
     (ACTIVE, "Motion, open, pressed, lit"),
     (IDLE, "Still, closed, free, dark"),
@@ -48,7 +48,7 @@ class ANGEN_PT_overlay(ClosedSidebar, Panel):
 
 
 def draw_in_popover(self: Any, context: Context) -> None:
-    """Draws the settings after those of Blender's own overlays."""
+    """Draw the settings below those of Blender's overlays."""
     settings = context.scene.angen_overlay
     column = self.layout.column()
     column.active = context.space_data.overlay.show_overlays

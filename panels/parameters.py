@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws the reading and parameters of a sensor of any kind in a panel."""
+"""Draw the reading and parameters of a sensor of any kind in a panel."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from .readings import ReadingText, shown
 
 
 def sensor_of(obj: Any) -> Sensor | None:
-    """The sensor of an object, or None."""
+    """Return the sensor that an object is, or None."""
     if not is_sensor(obj):
         return None
     return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
 
 
 def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
-    """Draws its reading, warnings, and all parameters that its chosen model uses.
+    """Draw the sensor's reading, warnings, and the parameters that the chosen model uses.
 
-    `layout` must have the full width of the region, which sections need.
+    `layout` must span the full width of the region, as subpanels require.
     """
     seen = shown(sensor, context.scene)
-    # Buttons in it are about the sensor, also where its housing is the active object.
+    # Operators drawn here act on the sensor, also if its housing is the active object.
     layout.context_pointer_set("object", sensor.object)
     layout.label(text=seen.text, icon=seen.icon)
     enabled = sensor.settings.enabled
@@ -62,8 +62,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
 
 
 def _draw_origin(layout: Any, seen: ReadingText) -> None:
-    """Draws where the reading of a sensor that is switched on comes from, and the value of baked
-    keys."""
+    """Draw where the reading of an enabled sensor comes from, and the value of baked keys."""
     if seen.origin:
         row = layout.row()
         row.active = False

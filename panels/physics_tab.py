@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Physics tab of the Properties editor: the active object, or what it houses, as a sensor."""
+"""Panel of the active object as a sensor, in the Physics tab of the Properties editor."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The menu of presets in the header of a sensor's panel: known parts, and the user's own."""
+"""Menu of presets in the header of a sensor's panel: known parts, and the user's presets."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ class ANGEN_MT_presets(Menu):
             )
             item.preset = preset.identifier
         self.layout.separator()
-        _draw_own(self.layout, sensor)
+        _draw_user_presets(self.layout, sensor)
 
 
-def _draw_own(layout: Any, sensor: Any) -> None:
-    """Draws the user's presets, each with a button that removes it."""
+def _draw_user_presets(layout: Any, sensor: Any) -> None:
+    """Draw the user's presets, each with a button that removes it."""
     for file in user_presets(sensor.kind):
         row = layout.row(align=True)
         item = row.operator(
@@ -62,13 +62,13 @@ def _draw_own(layout: Any, sensor: Any) -> None:
 
 
 def draw_choice(layout: Any, sensor: Any) -> None:
-    """Draws the menu's button, with the name of the preset."""
+    """Draw the menu's button, labelled with the current preset."""
     text = preset_text(sensor.object) or "Presets"
     layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)
 
 
 def draw_presets(layout: Any, context: Context) -> None:
-    """Draws the menu's button if the active object is a sensor."""
+    """Draw the menu's button if the active object is a sensor."""
     if sensor_of(stands_for(context.object)) is not None:
         layout.menu(ANGEN_MT_presets.bl_idname, text="", icon="PRESET")
 

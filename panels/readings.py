@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texts for the reading of a sensor at the playhead, which `playhead` finds.
+"""Texts for the reading of a sensor at the playhead.
 
 States differ by icon and by word, never by colour alone.
 """
@@ -31,11 +31,14 @@ ORIGINS = {
 
 
 class ReadingText(NamedTuple):
-    """Texts for one reading: `text` in full, `short` for narrow places, `brief` for narrower ones,
-    without the age. `icon` shows the state. `problem`: why the reading is not valid or missing;
-    `fields`: the published fields, None where unknown; `recorded`: whether it is recorded, not
-    live; `origin`: where it comes from; `old`: why it is old, and how to get a new one; `keys`: the
-    value of baked keys."""
+    """Texts for one reading.
+
+    `text` is the full text, `brief` a text for narrow places, and `icon` shows the state. `problem`
+    says why the reading is missing or not valid. `fields` are the published fields, None if
+    unknown. `recorded` is False for a live reading. `origin` says where the reading comes from.
+    `old` says why it is old, and how to get a new one. `keys` is the value of baked keys, and `age`
+    the time since the reading.
+    """
 
     text: str
     icon: str
@@ -50,22 +53,23 @@ class ReadingText(NamedTuple):
 
     @property
     def short(self) -> str:
+        """The brief text with the age, for places of medium width."""
         return ", ".join(filter(None, (self.brief or self.text, self.age)))
 
 
 class ReadingTexts:
-    """The texts for all sensors at the present playhead; make a new one for each redraw."""
+    """The texts for all sensors at the present playhead; make a new object for each redraw."""
 
     def __init__(self, scene: Any) -> None:
         self._scene, self._lengths = scene, lengths_of(scene)
         self._playhead = Playhead(scene)
 
     def of(self, sensor: Sensor) -> ReadingText:
-        """The texts for a sensor's reading, or why it has none."""
+        """Return the texts for a sensor's reading, or for the reason why it has none."""
         if not sensor.settings.enabled:
             return ReadingText("Off", OFF)
         if state.CACHE.running:
-            # Readings are those of the frame before the run.
+            # During a run the readings belong to the frame before it.
             what = state.CACHE.working
             text = "Measuring" if what and what[0] == "angen.measure_light" else "Simulating"
             return ReadingText(text, UNKNOWN, brief=NOTHING)
@@ -76,13 +80,13 @@ class ReadingTexts:
         return _shown(sensor.kind, quantity, found, words, self._lengths)
 
     def source(self, sensor: Sensor) -> Any:
-        """All that the icon and the `short` text of a sensor depend on, to be compared."""
+        """Return everything that a sensor's icon and `short` text depend on, for comparison."""
         source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
         return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
 
 
 def shown(sensor: Sensor, scene: Any) -> ReadingText:
-    """The texts for one sensor's reading, or why it has none."""
+    """Return the texts for one sensor's reading, or for the reason why it has none."""
     return ReadingTexts(scene).of(sensor)
 
 
@@ -93,6 +97,7 @@ def _shown(
     words: tuple[str, str, str],
     lengths: Any,
 ) -> ReadingText:
+    """Return the texts for a reading whose full text, icon and brief text are `words`."""
     text, icon, brief = words
     return ReadingText(
         text,
@@ -111,12 +116,12 @@ def _shown(
 def _words(
     kind: Kind, quantity: Field, found: PlayheadReading, lengths: Any
 ) -> tuple[str, str, str]:
-    """Full text, icon and brief text."""
+    """Return full text, icon and brief text of a reading."""
     reading = found.reading
     if found.problem:
         if reading is None:
             return "Invalid", WRONG, "Invalid"
-        # The reading is the last known one, if there was any.
+        # The value is the last valid one, if there was any.
         value = quantity.text(reading.value, lengths)
         if found.problem == NOT_YET:
             return f"Not yet sure, {value}", NOT_SURE, f"{quantity.short(reading.value, lengths)}?"
@@ -137,7 +142,7 @@ def _words(
 
 
 def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str, str, str] | None:
-    """As `_words`, for a motion detector that is still warming up; else None."""
+    """Return full text, icon and brief text of a detector that is warming up, else None."""
     plain = found.origin in (playhead.RECORDED, playhead.LIVE) and not (found.problem or found.old)
     if found.reading is None or not plain or found.reading.active:
         return None
@@ -148,14 +153,16 @@ def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str
 
 
 def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> str:
-    """The full text of state and main reading."""
+    """Return the full text of state and main reading."""
     word = kind.active_label if reading.active else kind.idle_label
     return f"{word}, {quantity.text(reading.value, lengths)}"
 
 
 def age_text(found: PlayheadReading, least: float) -> str:
-    """The age of a reading of at least `least` seconds, or the later frame that it is of; else
-    empty."""
+    """Return the age of a reading that is at least `least` seconds old, else an empty text.
+
+    For a reading of a later frame, return that frame.
+    """
     if found.age < 0.0:
         return f"at frame {found.frame:g}"
     if found.age < least:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sidebar tab "Sensors" of the 3D view: simulate, export, bake."""
+"""Panel Simulation: simulate, export, bake (tab "Sensors" of the 3D view's sidebar)."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class ANGEN_PT_simulation_settings(ClosedSidebar, Panel):
         column.prop(scene, "angen_substeps")
         column.prop(scene, "angen_seed")
         column.prop(scene, "angen_ray_caster")
-        # Names that are longer than their column are cut.
+        # A heading of its own, because the full names would be cut.
         column = layout.column()
         column.label(text="Light")
         draw_property(column, scene, scene, "angen_luminous_efficacy", "Lamps", "lm/W")
@@ -67,8 +67,10 @@ class ANGEN_PT_simulation_settings(ClosedSidebar, Panel):
 
 
 def draw_frames(layout: UILayout, scene: Scene) -> None:
-    """Draws the frames to simulate: those of the preview range, if set. The scene's own start has
-    no field here, since it is t = 0."""
+    """Draw the frames to simulate: the preview range if it is set, else all frames.
+
+    The scene's first frame cannot be edited here, because it is t = 0.
+    """
     row = layout.row(align=True)
     if scene.use_preview_range:
         row.prop(scene, "use_preview_range", text="", icon="PREVIEW_RANGE", toggle=True)
@@ -80,7 +82,7 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
 
 
 def draw_lacking(layout: UILayout) -> None:
-    """Draws what the file needs and lacks, so that readings are wrong."""
+    """Draw what the file needs and lacks, because the readings are then wrong."""
     lacks = state.CACHE.lacks
     if not lacks:
         return
@@ -95,7 +97,7 @@ def draw_lacking(layout: UILayout) -> None:
 
 
 def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) -> None:
-    """Draws whether there is a recording, and whether it is stale."""
+    """Draw whether there is a recording, and whether it is stale."""
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
     if state.CACHE.running:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sidebar tab "Sensors": writes a study file for `angen study run`, and opens its report."""
+"""Panel Study: writes a study file for `angen study run`, and opens its report (sidebar)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of all sensors with their readings: sorted and searched; a click shows one."""
+"""Table of all sensors with their readings, sorted and searched; a click shows the sensor."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .readings import (
     shown,
 )
 
-# Rank of states, those that need attention first.
+# Order of states: those that need attention come first.
 ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN, OFF)
 ROWS, MOST_ROWS = 4, 8
 # Regions wider than this (pixels at scale 1) have a column for rooms.
@@ -40,7 +40,7 @@ NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.
 
 
 def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ...]:
-    """The key to sort a sensor by; equal ones come in the order of their names."""
+    """Return the key to sort a sensor by; sensors with equal keys are sorted by name."""
     if by == "ROOM":
         # Sensors without a room come last.
         return (not sensor.room, sensor.room.lower(), sensor.name.lower())
@@ -52,7 +52,7 @@ def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ..
 
 
 def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
-    """Whether every word is in the sensor's name, room, kind or state."""
+    """Return whether every word is in the sensor's name, room, kind or state."""
     state = seen.text if seen else ""
     text = f"{sensor.name} {sensor.room} {sensor.kind.label} {state}".lower()
     return all(word in text for word in words.lower().split())
@@ -80,7 +80,7 @@ class ANGEN_UL_sensors(UIList):
         row = layout.row(align=True)
         row.active = sensor.settings.enabled
         wide = _is_wide(context)
-        # The active row has a button too.
+        # The row of the active sensor also has a button.
         active = item == stands_for(context.view_layer.objects.active)
         narrow = NAME_SHARE_ACTIVE if active else NAME_SHARE
         split = row.split(factor=NAME_SHARE_WIDE if wide else narrow, align=True)
@@ -102,14 +102,14 @@ class ANGEN_UL_sensors(UIList):
         )
 
     def draw_filter(self, context: Context, layout: Any) -> None:
-        """Draws nothing here: search and order are above the table."""
+        """Draw nothing: search and order are above the table."""
 
 
 def arranged(
     objects: list[Any], scene: Any, settings: Any, show: int
 ) -> tuple[list[int], list[int]]:
-    """For each object of a list its flag, `show` or 0, and its row in the table."""
-    found = _found(map(sensor_of, objects), scene, settings)
+    """Return the flag (`show` or 0) and the row in the table for each object."""
+    found = _matching(map(sensor_of, objects), scene, settings)
     kept = set(found)
     flags = [show if number in kept else 0 for number in range(len(objects))]
     others = [number for number in range(len(objects)) if number not in kept]
@@ -119,8 +119,8 @@ def arranged(
     return flags, places
 
 
-def _found(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> list[int]:
-    """The numbers of the sensors that match the search, in the order of the table."""
+def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> list[int]:
+    """Return the numbers of the sensors that match the search, in the order of the table."""
     by, words = settings.sort, settings.search
     keys = []
     for number, sensor in enumerate(sensors):
@@ -158,7 +158,7 @@ class ANGEN_PT_table(Sidebar, Panel):
         )
         instanced = [s for s in sensors if s.holders]
         if instanced:
-            found = _found(instanced, context.scene, settings)
+            found = _matching(instanced, context.scene, settings)
             draw_rows(layout, context, [instanced[number] for number in found])
         if len(instanced) == len(sensors):
             return
@@ -183,7 +183,7 @@ def _active_index(self: PropertyGroup) -> int:
 
 
 def _show_index(self: PropertyGroup, index: int) -> None:
-    """Selects the sensor of a clicked row, and moves the view if it is out of view."""
+    """Select the sensor of a clicked row, and move the view if the sensor is outside it."""
     context = bpy.context
     objects = context.view_layer.objects
     sensor = sensor_of(objects[index]) if 0 <= index < len(objects) else None

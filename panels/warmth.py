@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Temperatures for pyroelectric detectors: Physics, Material and Collection tabs."""
+"""Panels of surface temperatures for pyroelectric detectors (Physics, Material, Collection)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .lines import PhysicsTab, draw_lines, draw_property, has_name_column
 class ANGEN_MT_warmth(Menu):
     bl_idname = "ANGEN_MT_warmth"
     bl_label = "Set Usual"
-    bl_description = "Usual temperatures of things"
+    bl_description = "Give the selected objects a usual temperature"
 
     def draw(self, context: Context) -> None:
         for usual in warmth.USUAL.values():
@@ -46,7 +46,7 @@ class _Warmth:
         self.layout.prop(owner.angen_warmth, "use_temperature", text="")  # type: ignore[attr-defined]
 
     def draw(self, context: Context) -> None:
-        draw_own(self.layout, self.owner(context))  # type: ignore[attr-defined]
+        draw_warmth(self.layout, self.owner(context))  # type: ignore[attr-defined]
 
 
 class ANGEN_PT_physics_warmth(PhysicsTab, _Warmth, Panel):
@@ -58,10 +58,10 @@ class ANGEN_PT_physics_warmth(PhysicsTab, _Warmth, Panel):
     def draw(self, context: Context) -> None:
         obj, layout = context.object, self.layout
         if obj.type in SURFACE_TYPES:
-            draw_own(layout, obj)
+            draw_warmth(layout, obj)
         layout.menu(ANGEN_MT_warmth.bl_idname)
         if obj.type in SURFACE_TYPES:
-            _draw_others(layout, obj)
+            _draw_inherited(layout, obj)
         column = layout.column()
         column.use_property_split = has_name_column()
         scene = context.scene
@@ -85,8 +85,8 @@ class ANGEN_PT_collection_warmth(_Warmth, Panel):
         return None if collection == context.scene.collection else collection
 
 
-def draw_own(layout: Any, owner: Any) -> None:
-    """Draws temperature and emissivity of an object, material or collection."""
+def draw_warmth(layout: Any, owner: Any) -> None:
+    """Draw temperature and emissivity of an object, material or collection."""
     column = layout.column()
     column.use_property_split = has_name_column()
     column.active = owner.angen_warmth.use_temperature
@@ -94,8 +94,8 @@ def draw_own(layout: Any, owner: Any) -> None:
     column.prop(owner.angen_warmth, "emissivity")
 
 
-def _draw_others(layout: Any, obj: Any) -> None:
-    """Draws which collection or materials also set the object's temperature."""
+def _draw_inherited(layout: Any, obj: Any) -> None:
+    """Draw which materials or collection also set the object's temperature."""
     for material in evaluated_materials(obj):
         if material is not None and material.angen_warmth.use_temperature:
             celsius = material.angen_warmth.temperature
@@ -108,7 +108,7 @@ def _draw_others(layout: Any, obj: Any) -> None:
 
 
 def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> None:
-    """Warns where a pyroelectric detector cannot sense what the user expects."""
+    """Warn of what a pyroelectric detector cannot sense."""
     if not warmth.pyroelectric([sensor]):
         return
     cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
@@ -120,9 +120,9 @@ def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> N
 
 
 def _draw_rate(layout: Any, scene: Any) -> None:
-    """Draws a button that sets the active sensor's rate high enough."""
+    """Draw a button that sets the active sensor's update rate high enough."""
     frames = scene.render.fps / scene.render.fps_base
-    # The lowest sufficient rate that falls on frames.
+    # The lowest rate that is high enough and divides the frame rate.
     rate = max(frames / max(1.0, frames // warmth.ENOUGH_RATE), warmth.ENOUGH_RATE)
     fit = layout.operator("wm.context_set_float", text=f"Set to {rate:g} Hz", icon="CHECKMARK")
     fit.data_path, fit.value = "object.angen_sensor.update_rate", rate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Computes a day of a routine, shows a stretch of it as animation, and removes that again."""
+"""Compute a day of a routine, show one of its activities as animation, and restore the home."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ...angen_addon.progress import Doing, doing, scaled
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
-from ...operators.polls import can_look, needs
+from ...operators.polls import can_read_scene, needs
 from ...sensor_logic.error import InputError, replaced
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -29,13 +29,13 @@ from ..days.rows import HOUR_S, frame_at, hours_minutes
 from ..days.truth import activities
 from ..routine.routine import time_of_day
 
-# The last computed day with its settings, until others are chosen: computing takes seconds.
-_computed: Computed | None = None
+# The last computed day: computing one takes seconds.
+_computed: ComputedDay | None = None
 
 
 @dataclass(frozen=True)
-class Computed:
-    """A day of the panel's settings, of which `key` is made."""
+class ComputedDay:
+    """A day computed with the panel's settings; `key` identifies these settings."""
 
     key: Any
     acted: Acted
@@ -45,7 +45,7 @@ class Computed:
 
 
 def settings_of(scene: Any) -> tuple[Plan, date, int]:
-    """Routine, first day and seed from the panel's settings. Raises InputError."""
+    """Return routine, first day and seed from the panel; raise `InputError` if one is invalid."""
     settings = scene.angen_day
     wrong = f"First Day: '{settings.date}' is not a date such as 2026-03-02"
     with replaced(wrong, ValueError, OverflowError):
@@ -54,25 +54,27 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
     if settings.text is not None:
         return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
-        raise InputError("choose a routine: a file, or a text in this file")
+        raise InputError("no routine: choose a routine file, or a text in this file")
     return Plan.read(Path(bpy.path.abspath(settings.routine))), start, settings.seed
 
 
 def _key(scene: Any) -> tuple[Any, Plan]:
-    """What the day of the panel's settings depends on. Raises InputError."""
+    """Return key and plan of the panel's settings; raise `InputError` if one is invalid."""
     plan, start, seed = settings_of(scene)
     number = scene.angen_day.number - 1
     return (bpy.data.filepath, scene.name, plan.text, start, seed, number), plan
 
 
 def _is_current(scene: Any) -> bool:
-    """Whether the shown stretch is of the panel's settings, as far as this process computed it."""
+    """Return whether the shown activity belongs to the panel's present settings."""
     return _computed is None or _computed.key == _key(scene)[0]
 
 
-def _computing(scene: Any, anew: bool) -> Generator[Doing, None, Computed]:
-    """The day of the panel's settings; computes it unless it was the last, or `anew`. Raises
-    InputError."""
+def _computing(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
+    """Return the day of the panel's settings, computing it unless it is the last computed one.
+
+    With `anew`, compute it in any case. Raise `InputError` if a setting is invalid.
+    """
     global _computed
     key, plan = _key(scene)
     start, seed, number = key[-3:]
@@ -85,13 +87,13 @@ def _computing(scene: Any, anew: bool) -> Generator[Doing, None, Computed]:
             acted = yield from doing("what everybody does", acting)
         finally:
             scene.frame_set(frame)
-        _computed = Computed(key, acted, household.places, plan, start + timedelta(number))
+        _computed = ComputedDay(key, acted, household.places, plan, start + timedelta(number))
     return _computed
 
 
 @contextmanager
-def _stretch_left(scene: Any) -> Iterator[None]:
-    """The home without the stretch that is shown, which is shown again if this ends early."""
+def _without_shown_activity(scene: Any) -> Iterator[None]:
+    """Restore the home from a shown activity; show the activity again if the block fails."""
     settings, was = scene.angen_day, _computed
     is_shown, frame = bool(settings.before), scene.frame_current
     shown.leave(scene)
@@ -104,8 +106,8 @@ def _stretch_left(scene: Any) -> Iterator[None]:
         raise
 
 
-def _show(scene: Any, day: Computed, index: int) -> None:
-    """Shows an activity of the list. Raises InputError."""
+def _show(scene: Any, day: ComputedDay, index: int) -> None:
+    """Show an activity of the list as animation; raise `InputError` if a resident is missing."""
     settings = scene.angen_day
     item = settings.done[index]
     residents = {p.name: resident_of(p) for p in day.plan.routine.persons.values()}
@@ -116,20 +118,19 @@ def _show(scene: Any, day: Computed, index: int) -> None:
 
 
 class ANGEN_OT_day_read(LongWork, Operator):
-    """Compute what the residents do on this day, and list it. Esc cancels"""
-
     bl_idname = "angen.day_read"
     bl_label = "Read Day"
+    bl_description = "Compute what the residents do on this day, and list it. Esc cancels"
     bl_options = {"REGISTER", "UNDO"}
 
-    poll = classmethod(can_look)
+    poll = classmethod(can_read_scene)
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
-        with _stretch_left(context.scene):
+        with _without_shown_activity(context.scene):
             day = yield from _computing(context.scene, anew=True)
         yield day
 
-    def _finish(self, context: Context, day: Computed) -> None:
+    def _finish(self, context: Context, day: ComputedDay) -> None:
         settings = context.scene.angen_day
         settings.done.clear()
         for done in activities(day.acted, day.places.room_of):
@@ -141,27 +142,30 @@ class ANGEN_OT_day_read(LongWork, Operator):
 
 
 class _Showing(LongWork):
-    """Mix-in of operators that show an activity, and maybe a time of it, as animation."""
+    """Mix-in of operators that show an activity as animation, and can go to a time in it."""
 
-    def _wanted(self, settings: Any) -> tuple[int, float | None]:
-        """The index of the activity, and the s since midnight to go to. Raises InputError."""
+    def _target(self, settings: Any) -> tuple[int, float | None]:
+        """Return the index of the activity, and the time (s since midnight) to go to, or None.
+
+        Raise `InputError` if there is no such activity.
+        """
         raise NotImplementedError
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         scene = context.scene
-        index, _ = self._wanted(scene.angen_day)
+        index, _ = self._target(scene.angen_day)
         if scene.angen_day.before and scene.angen_day.shown == index and _is_current(scene):
             # Only the playhead moves.
             yield None
             return
-        with _stretch_left(scene):
+        with _without_shown_activity(scene):
             day = yield from _computing(scene, anew=False)
             _show(scene, day, index)
         yield day
 
-    def _finish(self, context: Context, day: Computed | None) -> None:
+    def _finish(self, context: Context, day: ComputedDay | None) -> None:
         scene = context.scene
-        _, time = self._wanted(scene.angen_day)
+        _, time = self._target(scene.angen_day)
         if time is not None:
             scene.frame_set(frame_at(time))
         if day is not None:
@@ -170,10 +174,9 @@ class _Showing(LongWork):
 
 
 class ANGEN_OT_day_show(_Showing, Operator):
-    """Show this activity as animation, for scrubbing, simulating and Explain"""
-
     bl_idname = "angen.day_show"
     bl_label = "Show Activity"
+    bl_description = "Show this activity as animation, for scrubbing, simulating and Explain"
     bl_options = {"REGISTER", "UNDO"}
 
     index: IntProperty(options={"HIDDEN"})
@@ -182,29 +185,32 @@ class ANGEN_OT_day_show(_Showing, Operator):
     def description(cls, context: Context, properties: Any) -> str:
         done = context.scene.angen_day.done
         if not 0 <= properties.index < len(done):
-            return cls.__doc__ or ""
-        return f"{_sentence(done[properties.index])}. {cls.__doc__}"
+            return cls.bl_description
+        return f"{_sentence(done[properties.index])}. {cls.bl_description}"
 
-    poll = classmethod(can_look)
+    poll = classmethod(can_read_scene)
 
-    def _wanted(self, settings: Any) -> tuple[int, float | None]:
+    def _target(self, settings: Any) -> tuple[int, float | None]:
         if not 0 <= self.index < len(settings.done):
             raise InputError("there is no such activity: read the day first")
         return self.index, settings.done[self.index].start
 
 
 class ANGEN_OT_day_go(_Showing, Operator):
-    """Go to this time of the day: its activity is shown as animation"""
-
     bl_idname = "angen.day_go"
     bl_label = "Go to Time"
+    bl_description = "Go to this time of the day, and show its activity as animation"
     bl_options = {"REGISTER", "UNDO"}
 
     time: StringProperty(
-        name="Time", description="As 07:00; empty: that of the panel", options={"HIDDEN"}
+        name="Time",
+        description="Time of the day, such as 07:00; if empty, the panel's",
+        options={"HIDDEN"},
     )
     person: StringProperty(
-        name="Person", description="Whose activity; empty: as is shown", options={"HIDDEN"}
+        name="Person",
+        description="Person whose activity is shown; if empty, as now",
+        options={"HIDDEN"},
     )
 
     @classmethod
@@ -214,14 +220,14 @@ class ANGEN_OT_day_go(_Showing, Operator):
         try:
             start = time_of_day(text)
         except ValueError:
-            return cls.__doc__ or ""
+            return cls.bl_description
         theirs = [d for d in settings.done if properties.person in ("", d.person)]
         found = [_sentence(d) for d in theirs if d.start < start + HOUR_S and d.end > start]
         return "\n".join([f"Go to {text}", *found])
 
-    poll = classmethod(can_look)
+    poll = classmethod(can_read_scene)
 
-    def _wanted(self, settings: Any) -> tuple[int, float | None]:
+    def _target(self, settings: Any) -> tuple[int, float | None]:
         text = self.time or settings.time
         with replaced(f"Time: '{text}' is no time of day such as 07:00", ValueError):
             time = time_of_day(text)
@@ -230,29 +236,28 @@ class ANGEN_OT_day_go(_Showing, Operator):
         during = [i for i, item in enumerate(done) if item.start <= time < item.end]
         theirs = [i for i in during if done[i].person == person] or during
         if not theirs:
-            raise InputError(f"nobody does anything at {text} on this day")
+            raise InputError(f"no activity at {text} on this day: Read Day, or choose another time")
         return theirs[0], time
 
 
 def _sentence(item: Any) -> str:
-    """Who does what where, and when."""
+    """Return what an activity is, who does it, where and when."""
     start, end = hours_minutes(item.start), hours_minutes(item.end)
     where = f", {item.room}" if item.room else ""
     return f"{item.name} ({item.person}{where}), {start} to {end}"
 
 
 class ANGEN_OT_day_leave(Operator):
-    """Restore the home as it was before the day was shown"""
-
     bl_idname = "angen.day_leave"
     bl_label = "Leave Day"
+    bl_description = "Restore the home as it was before the day was shown"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
         return needs(
-            cls, context.scene.angen_day.before, "No stretch of a day is shown"
-        ) and can_look(cls, context)
+            cls, context.scene.angen_day.before, "No activity of a day is shown"
+        ) and can_read_scene(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         shown.leave(context.scene)
@@ -262,7 +267,7 @@ class ANGEN_OT_day_leave(Operator):
 
 
 def _scroll_timelines(context: Context) -> None:
-    """Timelines show the scene's frames, which are others than before."""
+    """Scroll all timelines to the scene's frames, which have changed."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type != "DOPESHEET_EDITOR":

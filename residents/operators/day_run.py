@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs days of the routine into a folder, as `angen day` does."""
+"""Simulate days of the routine and write them into a folder, as `angen day` does."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bpy.types import Context, Operator
 from ...angen_addon.progress import Doing, Enough, doing, scaled
 from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
-from ...operators.polls import can_look, needs
+from ...operators.polls import can_read_scene, needs
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.files import check_folder
 from ...sensor_logic.wording import part_is
@@ -26,13 +26,14 @@ from ..days.rows import Day
 from ..days.truth import DAY_S
 from .day import settings_of
 
-# Shares of the time of one day in the sample home: until the first day begins.
+# Shares of the time of a run of one day in the sample home, after which the places are read, and
+# after which the first day is acted.
 READ, ACTED = 0.04, 0.06
 
 
 @contextmanager
 def _named_as_here() -> Iterator[None]:
-    """Errors name the panel's field, not the option of the command line."""
+    """Name the panel's field in errors, instead of the option of the command line."""
     try:
         yield
     except AngenError as error:
@@ -48,20 +49,22 @@ class ANGEN_OT_day_run(LongWork, Operator):
     )
     bl_options = {"REGISTER"}
     esc = "keeps whole days"
-    _stood = (0, 0.0)
+    _playhead = (0, 0.0)
 
     @classmethod
     def poll(cls, context: Context) -> bool:
         settings = context.scene.angen_day
         return (
-            can_look(cls, context)
+            can_read_scene(cls, context)
             and needs(
-                cls, not settings.before, "Leave Day first: days are run from the home as it is"
+                cls,
+                not settings.before,
+                "Leave Day first: days run in the home without a shown activity",
             )
             and needs(
                 cls, simulated(all_sensors(context.view_layer)), "Add a sensor first, or enable one"
             )
-            and needs(cls, settings.out, "Choose a folder")
+            and needs(cls, settings.out, "Choose a Folder")
         )
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
@@ -73,21 +76,21 @@ class ANGEN_OT_day_run(LongWork, Operator):
         check_dates(start, settings.days, formats)
         check_folder(path if path.exists() else path.resolve().parent, "Folder")
         sensors = simulated(all_sensors(context.view_layer))
-        # The household is read at the first frame.
-        self._stood = scene.frame_current, scene.frame_subframe
+        # Reading the household sets the first frame: note the playhead.
+        self._playhead = scene.frame_current, scene.frame_subframe
         household = Household(scene, sensors, plan, start, seed, read=False)
         return self._work(household, path, formats, settings.days)
 
     def _work(
         self, household: Household, path: Path, formats: list[str], days: int
     ) -> Generator[Any, None, None]:
-        """Yields Doing, and last a Result."""
+        """Simulate the days; yield `Doing`, and last a `Result`."""
         scene = household.scene
-        frame, subframe = self._stood
+        frame, subframe = self._playhead
         try:
             with _named_as_here():
                 yield from doing("floors and places", scaled(household.reading(), 0.0, READ))
-                # What cannot be acted is told before anything is written.
+                # Act the first day now: errors come before anything is written.
                 acting = scaled(household.acting(0), READ, ACTED)
                 yield from doing("what everybody does", acting)
                 folder = Folder(path, household, formats)
@@ -101,12 +104,14 @@ class ANGEN_OT_day_run(LongWork, Operator):
         for text in result.notes:
             self.report({"WARNING"}, text)
         if result.whole and bpy.data.is_dirty and bpy.data.filepath:
-            self.report({"WARNING"}, "home.toml names the file as it is saved: it has changes")
+            self.report(
+                {"WARNING"}, "home.toml names the saved file, but the home has unsaved changes"
+            )
         kept = f"{part_is(result.whole, settings.days, 'day')} in {settings.out}"
         if not result.whole:
             kept = "No day is whole: nothing is kept"
         elif result.whole < settings.days:
-            kept += "; Run Days again goes on with the next"
+            kept += "; Run Days goes on with the next one"
         if result.problem is not None:
             raise AngenError(f"{result.problem}. {kept}")
         self.report({"INFO"}, kept)
@@ -115,8 +120,11 @@ class ANGEN_OT_day_run(LongWork, Operator):
 
 @dataclass(frozen=True)
 class Result:
-    """How many days from the first on are whole, what formats could not hold, and what ended the
-    run early, if not the user."""
+    """The result of a run of days.
+
+    `whole` counts the complete days from the first on, `notes` say what the formats could not hold,
+    and `problem` is the error that ended the run early.
+    """
 
     whole: int
     notes: list[str]
@@ -124,7 +132,7 @@ class Result:
 
 
 def _days(household: Household, folder: Folder, days: int) -> Generator[Doing, None, Result]:
-    """Makes the days that the folder lacks."""
+    """Simulate the days that the folder lacks."""
     left = [number for number in range(days) if not folder.has(number)]
     problem, made = None, 0
     spans: dict[int, Any] = {}

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places of residents: adds a place, guesses its settings again, checks what residents can
-reach."""
+"""Add places for residents, guess a place's settings, and check which places are reachable."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ from ..blender import reachable
 from ..blender.marks import LABELS, NONE, USES, guess
 from ..blender.reachable import Checked, checking_places, sentences
 
-# Kinds of places that an empty can mark; a door's leaf and a lamp are objects.
+# Kinds of places that an empty can mark. Doors and lamps need an object.
 POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
 # m: size of the empty.
 SHOWN_M = 0.1
@@ -36,7 +35,7 @@ class ANGEN_OT_place_point(Operator):
     bl_label = "Add Place"
     bl_description = (
         "Add an empty at the 3D cursor as a place for residents: where they stand, or on the seat, "
-        "bed or thing itself. Its arrow points where they look, or where the head lies"
+        "bed or thing itself. Its arrow shows where they look, or where the head lies"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -58,7 +57,7 @@ class ANGEN_OT_place_point(Operator):
 class ANGEN_OT_place_guess(Operator):
     bl_idname = "angen.place_guess"
     bl_label = "Guess Again"
-    bl_description = "Find again where it faces, or how far the door opens, from its shape and keys"
+    bl_description = "Guess from shape and keys where the object faces, or how far the door opens"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -74,8 +73,8 @@ class ANGEN_OT_places_check(LongWork, Operator):
     bl_idname = "angen.places_check"
     bl_label = "Check Places"
     bl_description = (
-        "Find the marked places that residents cannot reach from the entrance, and draw how far "
-        "they get as a curve on the floor. Esc cancels"
+        "Find the marked places that residents cannot reach from the entrance. A curve on the "
+        "floor shows how far they get. Esc cancels"
     )
     bl_options = {"REGISTER", "UNDO"}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shift+A, Sensor, Resident: adds a person or a cat that lives in the home."""
+"""Add a person or a cat that lives in the home (Shift+A, Sensor, Resident)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ANGEN_OT_resident_add(Operator):
 
     sort: EnumProperty(name="Sort", items=SORT_ITEMS)
     walking_frame: BoolProperty(
-        name="Walking Frame", description="A person pushes one; a cat has none", default=False
+        name="Walking Frame", description="Give a person a walking frame to push", default=False
     )
 
     poll = classmethod(can_add)
@@ -42,7 +42,7 @@ class ANGEN_OT_resident_add(Operator):
 class ANGEN_OT_walking_frame_add(Operator):
     bl_idname = "angen.walking_frame_add"
     bl_label = "Add Walking Frame"
-    bl_description = "Give the active resident a walking frame, which it pushes as it walks"
+    bl_description = "Give the active resident a walking frame to push"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

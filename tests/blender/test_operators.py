@@ -190,7 +190,7 @@ def test_all_settings(sensors, capfd):
         assert obj.angen_sensor.optical_switch.aperture_rays == 5
     assert pir.angen_sensor.update_rate == 24.0
     told = capfd.readouterr().out
-    assert "9 settings of 'one' to 2 sensors" in told
+    assert "9 settings from 'one' to 2 sensors" in told
     assert "left out: 'pir' (another kind: Motion detector (PIR))" in told
 
 
@@ -201,7 +201,7 @@ def test_one_parameter(sensors, capfd):
     assert two.angen_sensor.optical_switch.threshold == pytest.approx(0.2)
     assert two.angen_sensor.optical_switch.aperture_rays == 1
     assert three.angen_sensor.optical_switch.threshold == pytest.approx(0.05)
-    assert "threshold of 'one' to 1 sensor;" in capfd.readouterr().out
+    assert "threshold from 'one' to 1 sensor;" in capfd.readouterr().out
     with pytest.raises(RuntimeError, match="no parameter 'hue': it has update_rate, range_min"):
         ops.copy_to_selected(parameter="hue")
 
@@ -227,5 +227,5 @@ def test_nothing_to_copy_to_is_told(world, sensors):
     with pytest.raises(RuntimeError, match="the active one last"):
         ops.copy_to_selected()
     bpy.context.view_layer.objects.active = world.box((1, 1, 1))
-    with pytest.raises(RuntimeError, match="from the active object"):
+    with pytest.raises(RuntimeError, match="Select the sensor to copy from"):
         ops.copy_to_selected()

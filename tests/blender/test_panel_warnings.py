@@ -110,7 +110,7 @@ def test_the_weight_panel_says_what_is_weighed(world):
     rig.angen_load.mass = 70.0
     layout = drawn("ANGEN_PT_sidebar_weight")
     assert "70 kg" in layout.labels
-    assert "Its weight presses" in layout.text and "'hair', 'skin'" in layout.text
+    assert "The weight presses" in layout.text and "'hair', 'skin'" in layout.text
     assert "ERROR" not in layout.icons
     activate(world, skin)
     assert "It weighs with 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text
@@ -125,7 +125,7 @@ def test_the_weight_panel_says_what_is_weighed(world):
     assert "below: 'hair'" in layout.text and "Counted twice? 'skin'" in layout.text
     hair.angen_ignored = True
     layout = drawn("ANGEN_PT_sidebar_weight")
-    assert "Nothing weighs with it" in layout.text and "Counted twice" not in layout.text
+    assert "This mass weighs on nothing" in layout.text and "Counted twice" not in layout.text
     activate(world, skin)
     assert "Counted twice" not in drawn("ANGEN_PT_sidebar_weight").text, "only its own counts"
 

@@ -115,7 +115,7 @@ def test_the_doctor_tells_what_to_mend(world):
     assert "divide lumens by 683" in layout.text
     lamp.data.energy = 1.0
     ops.doctor()
-    assert "Nothing to mend was found" in drawn("ANGEN_PT_doctor").text
+    assert "Nothing to mend" in drawn("ANGEN_PT_doctor").text
 
 
 def test_sensors_in_instances_have_rows_and_say_what_they_share(world):
@@ -386,7 +386,9 @@ def framed(show, middle, radius, *regions):
     )
     area = SimpleNamespace(regions=regions)
     space = SimpleNamespace(lens=36.0)
-    show.frame(SimpleNamespace(space_data=space, region_data=view, area=area), middle, radius)
+    show.frame_sphere(
+        SimpleNamespace(space_data=space, region_data=view, area=area), middle, radius
+    )
     return view
 
 

@@ -227,7 +227,7 @@ def told(world, heights):
         operator = place.ANGEN_OT_sensor_place
         stub._matrix = lambda *arguments: operator._matrix(stub, *arguments)
         stub._typed.text = typed
-        matrix, text = operator._stand(stub, bpy.context, met)
+        matrix, text = operator._place_at(stub, bpy.context, met)
         return text, matrix.translation.z * scale
 
     return look

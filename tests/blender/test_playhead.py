@@ -270,7 +270,7 @@ def stop(recording, early=True):
     stub.report = lambda _, text: said.append(text)
     stub._updates = lambda: operator._updates(stub)
     stub._has_a_frame = lambda: operator._has_a_frame(stub)
-    stub._leaves_as_is = lambda scene: operator._leaves_as_is(stub, scene)
+    stub._keeps_earlier = lambda scene: operator._keeps_earlier(stub, scene)
     operator._finish(stub, bpy.context, early)
     return said
 

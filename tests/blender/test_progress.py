@@ -151,7 +151,7 @@ def test_the_panel_finds_the_work_of_a_real_operator():
         bpy.ops.angen.test_work()
         layout = Layout()
         assert draw_working(layout, "angen.test_work") and not draw_working(layout, "angen.other")
-        assert layout.labels == ["25 %, part 1. Esc ends"]
+        assert layout.labels == ["25 %. Esc ends", "Part 1"]
     finally:
         state.CACHE.working = None
         bpy.utils.unregister_class(ANGEN_OT_test_work)

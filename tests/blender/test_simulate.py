@@ -263,15 +263,15 @@ def test_light_alone_cannot_be_left_out(lit):
 def reference_steps(monkeypatch):
     """The shares of the runs from now on, with whether the reference was traced there."""
     steps = []
-    through = ANGEN_OT_simulate._through
+    run_steps = ANGEN_OT_simulate._steps
 
     def noted(operator, run):
-        for doing in through(operator, run):
+        for doing in run_steps(operator, run):
             if hasattr(doing, "share"):
                 steps.append((doing.share, "reference" in doing.text))
             yield doing
 
-    monkeypatch.setattr(ANGEN_OT_simulate, "_through", noted)
+    monkeypatch.setattr(ANGEN_OT_simulate, "_steps", noted)
     return steps
 
 

@@ -60,7 +60,7 @@ def test_the_study_of_the_panel_is_that_of_the_selected_sensors(home, wanted, ad
 
 
 def test_what_cannot_be_written_or_shown_is_told(home, wanted) -> None:
-    with pytest.raises(RuntimeError, match="Add a parameter that varies"):
+    with pytest.raises(RuntimeError, match="Add a parameter to vary"):
         bpy.ops.angen.study_write(filepath=str(home.parent / "s.toml"))
     with pytest.raises(RuntimeError, match="Write a study first"):
         bpy.ops.angen.study_report()

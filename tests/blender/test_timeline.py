@@ -323,7 +323,7 @@ def test_they_are_replaced_and_only_they_are_cleared(home):
     assert len(markers(home)) == 11
     assert bpy.ops.angen.markers_clear() == {"FINISHED"}
     assert markers(home) == sorted([(5, "mine"), (at, "kept by the user")])
-    with pytest.raises(RuntimeError, match="no markers"):
+    with pytest.raises(RuntimeError, match="no event markers"):
         bpy.ops.angen.markers_clear()
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which object made an event, as *Explain* names it, and which person that belongs to."""
+"""Find the object that caused an event, as *Explain* names it, and the person who moved it."""
 
 from __future__ import annotations
 
@@ -25,10 +25,25 @@ from ..acting.timeline import Acted
 
 
 class Causes:
-    """The causes of the events of a day's run, which calls `note`, found as soon as they are read.
-    `residents`: by person, the object that acts; `midnight`: when the day begins, in s of the run.
-    `told`: the events, `because` of the object that made each, with the `person` who moves that, if
-    anybody does; those up to midnight have neither, and no event has where they are not `wanted`.
+    """The causes of the events of a day's run, found while the events are read.
+
+    The run calls `note` for each sensor that has sensed.
+
+    Parameters
+    ----------
+    residents
+        The object of each person.
+    midnight
+        The start of the day, in s of the run.
+    wanted
+        Whether causes are to be found.
+
+    Attributes
+    ----------
+    events
+        The events of the run. Each has `because`, the name of the object that caused it, and
+        `person`, the person who moves that object. Both are empty for events up to midnight, and
+        for all events if `wanted` is False.
     """
 
     def __init__(
@@ -54,15 +69,17 @@ class Causes:
         self._owners: dict[str, list[str]] = {}
         self._left: list[Event[float]] = []
         self.wanted = wanted
-        self.told: list[Event[float]] = []
+        self.events: list[Event[float]] = []
 
     def note(self, runner: SensorRunner) -> None:
-        """Find the causes of a sensor's new events by its trace. Those for which one must look at
-        the scene are left."""
+        """Find the causes of a sensor's new events by its trace.
+
+        Events whose cause is not in the trace wait for `explain_left`.
+        """
         because: dict[float, str] = {}
         for event in self.new.take_of(runner.sensor.name):
             if event.time <= self._midnight:
-                self.told.append(event)
+                self.events.append(event)
                 continue
             try:
                 if event.frame not in because:
@@ -71,13 +88,15 @@ class Causes:
             except NotNoted:
                 self._left.append(event)
             else:
-                self._tell(event, because[event.frame])
+                self._add(event, because[event.frame])
 
-    def take_left(self) -> None:
-        """The events that are left, while the keys of their time are in the home and nothing is
-        sensed."""
+    def explain_left(self) -> None:
+        """Find the causes of the waiting events by replaying the scene.
+
+        Call it while the keys of the events' time are in the home, and no sensor senses.
+        """
         if not self.wanted:
-            self.told += (event for name in self._sensors for event in self.new.take_of(name))
+            self.events += (event for name in self._sensors for event in self.new.take_of(name))
             return
         was_running, state.CACHE.running = state.CACHE.running, True
         because: dict[tuple[str, float], str] = {}
@@ -89,7 +108,7 @@ class Causes:
                     replay = Replay(self._scene, sensor, self._recording, self._probes)
                     self._probes = replay.probes
                     because[key] = self._because(replay, event)
-                self._tell(event, because[key])
+                self._add(event, because[key])
         finally:
             if self._probes is not None:
                 self._probes.close()
@@ -97,20 +116,25 @@ class Causes:
             self._left = []
 
     def _because(self, replay: Replay, event: Event[float]) -> str:
+        """Return the name of the object that caused an event, or an empty text."""
         kind, track = replay.sensor.kind, replay.track
         index = track.at(event.frame)
         if index is None or (kind.publishes("motion") and not track.active[index]):
-            # That nothing moves any more, nobody does.
+            # The end of a motion has no cause.
             return ""
         return appearance_of(kind).explain(replay, index).cause_name
 
-    def _tell(self, event: Event[float], because: str) -> None:
+    def _add(self, event: Event[float], because: str) -> None:
+        """Add an event with its cause, and with the person who moves the cause."""
         person = self.person_of(because, event.time - self._midnight) if because else ""
-        self.told.append(replace(event, person=person, because=because))
+        self.events.append(replace(event, person=person, because=because))
 
     def person_of(self, name: str, time: float) -> str:
-        """Whose body an object is part of, who moves it at a time, or who is on it, as on the
-        cushion over a pad; empty where nobody is."""
+        """Return the person to whom an object belongs at a time, or an empty text.
+
+        It is the person whose body the object is part of, who moves the object, or who is on it: a
+        pad's cause may be the cushion on which a person sits.
+        """
         for owner in self._chain(name):
             person = self._persons.get(owner) or self._acted.last_mover(owner, time)
             if person:
@@ -123,7 +147,7 @@ class Causes:
         return self._acted.person_on(corners.min(axis=0), corners.max(axis=0), time)
 
     def _chain(self, name: str) -> list[str]:
-        """The object itself and what it hangs on, by their names."""
+        """Return the names of an object, and of the objects that it is parented to."""
         if name not in self._owners:
             obj = _object(name)
             self._owners[name] = [one.name for one in candidates(obj)] if obj is not None else []
@@ -131,5 +155,5 @@ class Causes:
 
 
 def _object(name: str) -> Any:
-    """Instances are told as "thing in what brings it forth"."""
+    """Return an object by its name, also if it is an instance, named "OBJECT in INSTANCER"."""
     return bpy.data.objects.get(name) or bpy.data.objects.get(name.rpartition(" in ")[2])

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen day`: days of a routine in the open home, into a folder, by one process or several; and
-`angen places`."""
+"""Run the verbs `day` and `places` of the command line.
+
+`angen day` simulates days of a routine in the open home into a folder, in one process or several.
+"""
 
 from __future__ import annotations
 
@@ -30,27 +32,33 @@ from .folder import Folder, check_dates
 from .run import LARGEST_SEED, Household, Plan, moved_share, run_days
 from .shared_days import WORKER, SharedDays, days_of_worker
 
-# How far a run of days is, on standard error.
-
+# s between two lines of progress, on a terminal and elsewhere.
 TERMINAL_S, LOG_S = 0.3, 30.0
 
 
 class DayLine:
-    """One line that renews itself on a terminal, else one now and then. With --jobs it counts whole
-    days alone."""
+    """The progress of a run of days on standard error.
 
-    def __init__(self, stream: TextIO, quiet: bool, days: int, kept: Folder) -> None:
-        self._stream, self._quiet, self._days, self._kept = stream, quiet, days, kept
+    On a terminal it is one line that is overwritten; elsewhere a line is written now and then. With
+    --jobs it counts whole days only.
+    """
+
+    def __init__(self, stream: TextIO, quiet: bool, days: int, folder: Folder) -> None:
+        self._stream, self._quiet, self._days, self._folder = stream, quiet, days, folder
         self._begin = time.perf_counter()
         self._shown = self._begin
         self._terminal = stream is not None and stream.isatty()
-        self._had = self._whole()
+        self._earlier = self._whole()
 
     def _whole(self) -> int:
-        return sum(self._kept.has(number) for number in range(self._days))
+        return sum(self._folder.has(number) for number in range(self._days))
 
     def show(self, step: Progress | None = None, acted: Acted | None = None) -> None:
-        """`step` of the day that was `acted`; without them, of several processes."""
+        """Show the progress.
+
+        `step` is the progress of the day that was `acted`. Without both, several processes are at
+        work.
+        """
         now = time.perf_counter()
         if self._quiet or now - self._shown < (TERMINAL_S if self._terminal else LOG_S):
             return
@@ -58,7 +66,7 @@ class DayLine:
         whole = self._whole()
         part = step.share if step is not None else 0.0
         moved = moved_share(acted.spans(0.0, DAY_S), part) if acted is not None else part
-        made = whole - self._had + moved
+        made = whole - self._earlier + moved
         text = f"day {min(whole + 1, self._days)} of {self._days}"
         text += f", {percent(part)} of it" if step is not None else ""
         if made > 0.02:
@@ -74,8 +82,8 @@ class DayLine:
             tell("\r" + " " * 70 + "\r", self._stream)
 
     def summary(self) -> str:
-        """What was made, and how fast."""
-        made, took = self._whole() - self._had, time.perf_counter() - self._begin
+        """Return the number of days made, and the time that they took."""
+        made, took = self._whole() - self._earlier, time.perf_counter() - self._begin
         return f"; {made} made in {_rounded(took)}" if made else ""
 
 
@@ -86,34 +94,53 @@ def _rounded(seconds: float) -> str:
     return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
-# Of days, and of processes.
+# Type of the options --days and --jobs.
 _COUNT = whole(1, 10_000)
 
 
 def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
-        "day", parents=[every], help="run days that residents live by a routine"
-    )
-    verb.add_argument("--routine", type=path, required=True, metavar="FILE.toml")
-    verb.add_argument(
-        "--diary", type=path, metavar="FILE.csv", help="what is done, instead of the routine's plan"
+        "day", parents=[every], help="simulate days that residents live by a routine"
     )
     verb.add_argument(
-        "--start", type=typed(parse_date), required=True, metavar="DATE", help="the first day"
+        "--routine",
+        type=path,
+        required=True,
+        metavar="FILE.toml",
+        help="what residents do, and when",
     )
-    verb.add_argument("--days", type=_COUNT, default=1, metavar="N", help="how many (default 1)")
+    verb.add_argument(
+        "--diary", type=path, metavar="FILE.csv", help="activities in place of the routine's plans"
+    )
+    verb.add_argument(
+        "--start",
+        type=typed(parse_date),
+        required=True,
+        metavar="DATE",
+        help="date of the first day",
+    )
+    verb.add_argument(
+        "--days", type=_COUNT, default=1, metavar="N", help="number of days (default 1)"
+    )
     seed = whole(0, LARGEST_SEED)
-    verb.add_argument("--seed", type=seed, default=0, metavar="S", help="of chance (default 0)")
+    tools = [name for name in FORMATS if name != "events"]
     verb.add_argument(
-        "--out", type=path, required=True, metavar="DIR", help="a new folder, or one to go on with"
+        "--seed", type=seed, default=0, metavar="S", help="seed of all random draws (default 0)"
+    )
+    verb.add_argument(
+        "--out",
+        type=path,
+        required=True,
+        metavar="DIR",
+        help="a new folder, or the one of the same run, to go on with it",
     )
     verb.add_argument(
         "--format",
         action="append",
         default=[],
-        choices=[name for name in FORMATS if name != "events"],
+        choices=tools,
         metavar="NAME",
-        help=f"also for another tool, in DIR; may be given again: {', '.join(FORMATS)}",
+        help=f"also write a log for another tool into DIR; may be given again: {', '.join(tools)}",
     )
     add_choice(verb)
     verb.add_argument(
@@ -121,16 +148,16 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         type=_COUNT,
         default=1,
         metavar="N",
-        help="processes at once (default 1), each of which runs whole days",
+        help="number of processes (default 1); each simulates whole days",
     )
     verb.add_argument(
         "--layout",
         type=path,
         metavar="FILE.json",
-        help="the home with the sensors of this layout, as `apply` adds and changes them",
+        help="first add and change sensors to match this layout, as `apply` does",
     )
     verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
-    # The process is one of those that `--jobs` started.
+    # Set in the processes that --jobs starts.
     verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)
 
 
@@ -139,27 +166,30 @@ def _day(options: argparse.Namespace, _outputs: Outputs) -> int:
     try:
         return DONE if _run(options, sensors) else FAILED
     except KeyboardInterrupt:
-        # The complete days are written, and their number was printed.
+        # The whole days are written, and their number was printed.
         options.interrupt.came = False
         return FAILED
 
 
 def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
-    """Runs what the options ask for; whether all days are whole. Raises AngenError;
-    KeyboardInterrupt, when the whole days were kept."""
-    told = simulated(chosen(sensors, choice_of(options)))
-    if not told:
-        raise InputError("no sensor is switched on")
+    """Simulate the days, and return whether all are whole.
+
+    Raise `AngenError` if the options are invalid, and `KeyboardInterrupt` after an interrupt, when
+    the whole days are written.
+    """
+    chosen_sensors = simulated(chosen(sensors, choice_of(options)))
+    if not chosen_sensors:
+        raise InputError("no sensor is switched on: choose others, or enable some in the home")
     check_dates(options.start, options.days, options.format)
     check_not_read([options.out / "events.csv"])
     scene = bpy.context.scene
     plan = Plan.read(options.routine, options.diary)
-    household = Household(scene, told, plan, options.start, options.seed)
+    household = Household(scene, chosen_sensors, plan, options.start, options.seed)
     if options.worker:
-        # Never returns: the process ends with the one that started it, which makes the tables.
+        # This never returns: the process that started this one ends it, and writes the tables.
         folder = Folder(options.out, household, options.format)
         _make(household, folder, days_of_worker(), lambda *_: None)
-    # What cannot be acted is told before anything is written.
+    # Act the first day now: errors come before anything is written.
     household.acted(0)
     return _all(household, Folder(options.out, household, options.format), options)
 
@@ -178,10 +208,10 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
 
             def progress(number: int, step: Progress) -> None:
                 options.interrupt.check()
-                shared.look()
+                shared.poll_workers()
                 line.show(step, household.acted(number))
 
-            _make(household, folder, shared.own(waiting), progress)
+            _make(household, folder, shared.own_days(waiting), progress)
     finally:
         line.clear()
         whole, notes = folder.finish(options.days)
@@ -211,7 +241,7 @@ def _add_places(verbs: Any, every: argparse.ArgumentParser) -> None:
         parents=[every],
         help="list the places marked for residents, and those that they cannot reach",
     )
-    verb.add_argument("--json", action="store_true", help="for programs")
+    verb.add_argument("--json", action="store_true", help="print JSON instead of a table")
 
 
 def _places(options: argparse.Namespace, outputs: Outputs) -> int:

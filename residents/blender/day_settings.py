@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where on Earth a home stands, and the day that the window looks at."""
+"""Properties of a scene: where on Earth the home is, and the day that the panel Day shows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bpy.types import PropertyGroup, Text
 
 from ...sensor_logic.formats import FORMATS
 
-# Files keep the bit of a format.
+# Bits of the formats as stored in blend files: never renumber them.
 BITS = {
     name: 1 << k
     for k, name in enumerate(
@@ -31,7 +31,7 @@ FORMAT_ITEMS = [(name, name, FORMATS[name].tip, "NONE", bit) for name, bit in BI
 
 
 class AngenSite(PropertyGroup):
-    """Set both latitude and longitude, and the sun of a day follows its date and hour."""
+    """The place on Earth; the sun follows date and hour if latitude and longitude are set."""
 
     latitude: FloatProperty(
         name="Latitude", description="North is positive", subtype="ANGLE",
@@ -42,17 +42,17 @@ class AngenSite(PropertyGroup):
         min=-math.pi, max=math.pi, precision=3, options=set(),
     )  # fmt: skip
     utc_offset: FloatProperty(
-        name="Hours Ahead of UTC", description="Of the clocks in the home, all the year",
+        name="Hours Ahead of UTC", description="Offset of the home's clocks, the same all year",
         min=-14.0, max=14.0, precision=2, options=set(),
     )  # fmt: skip
     north: FloatProperty(
-        name="North", description="By how much north is turned from the home's +Y, "
-        "counter-clockwise from above", subtype="ANGLE", options=set(),
+        name="North", description="Angle from the home's +Y to north, counter-clockwise "
+        "seen from above", subtype="ANGLE", options=set(),
     )  # fmt: skip
 
 
 class AngenDone(PropertyGroup):
-    """An activity of the day that the panel lists; s since midnight."""
+    """An activity in the list of the panel Day; times in s since midnight."""
 
     person: StringProperty()
     room: StringProperty()
@@ -61,45 +61,52 @@ class AngenDone(PropertyGroup):
 
 
 class AngenDay(PropertyGroup):
-    """What the panel Day shows; `before` notes how the home was while a stretch is shown."""
+    """Settings and state of the panel Day.
+
+    `before` describes the home as it was, as JSON, while an activity is shown.
+    """
 
     routine: StringProperty(
-        name="Routine", description="File of a routine", subtype="FILE_PATH", options=set()
+        name="Routine", description="Routine file", subtype="FILE_PATH", options=set()
     )
     text: PointerProperty(
-        name="Text", description="A routine in this file, in place of one on disk", type=Text
+        name="Text",
+        description="Routine in a text of this blend file, in place of a file",
+        type=Text,
     )
     date: StringProperty(
-        name="First Day", description="Its date, as 2026-03-02", default="2026-03-02",
-        options=set(),
+        name="First Day", description="Date of the first day, such as 2026-03-02",
+        default="2026-03-02", options=set(),
     )  # fmt: skip
     number: IntProperty(
-        name="Day", description="Which day since the first is looked at", default=1, min=1,
-        soft_max=31, options=set(),
+        name="Day", description="Number of the day to read, counted from the first",
+        default=1, min=1, soft_max=31, options=set(),
     )  # fmt: skip
-    seed: IntProperty(name="Seed", description="Of all chance in the routine", min=0, options=set())
+    seed: IntProperty(
+        name="Seed", description="Seed of all random draws of the routine", min=0, options=set()
+    )
     out: StringProperty(
-        name="Folder", description="A new folder for the days, or one of earlier days of the same "
-        "run to go on with", subtype="DIR_PATH", options=set(),
+        name="Folder", description="New folder for the days, or the one of the same run, to go on "
+        "with it", subtype="DIR_PATH", options=set(),
     )  # fmt: skip
     days: IntProperty(
-        name="Days", description="How many days are run, from the first day on", default=1, min=1,
+        name="Days", description="Number of days to run, from the first day on", default=1, min=1,
         soft_max=31, options=set(),
     )  # fmt: skip
     formats: EnumProperty(
-        name="Also for Other Tools", description="Formats that are written beside the tables",
+        name="Also for Other Tools", description="Formats to write beside the tables",
         items=FORMAT_ITEMS, options={"ENUM_FLAG"},
     )  # fmt: skip
     done: CollectionProperty(type=AngenDone)
     active: IntProperty(options=set())
-    # The activity that is shown: `active` is the chosen row of the list.
+    # `active` is the chosen row of the list, `shown` the activity that is animated.
     shown: IntProperty(options={"HIDDEN"})
     time: StringProperty(
-        name="Time", description="A time of the day to go to, as 07:00", default="07:00",
+        name="Time", description="Time of the day to go to, such as 07:00", default="07:00",
         options=set(),
     )  # fmt: skip
     skip: BoolProperty(
-        name="Skip Rest", description="Playback jumps over the time in which nothing moves",
+        name="Skip Rest", description="Jump over the time in which nothing moves, during playback",
         default=True, options=set(),
     )  # fmt: skip
     # The frames of the shown stretch in which nothing moves (still.py).

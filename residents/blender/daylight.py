@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sun and the sky of a home by date, hour and place on Earth.
+"""The sun and sky of a home, keyed by date, hour and place on Earth.
 
-How strong they are in the file belongs to the altitude at which the file's sun stands; at another
-hour both change in proportion to `residents/days/sun.py`. They stand still for ten minutes each.
+The file sets the strength of sun and sky for the sun's altitude in the file. At another altitude
+both change in proportion to `residents/days/sun.py`. Sun and sky change in steps of ten minutes.
 """
 
 from __future__ import annotations
@@ -27,28 +27,31 @@ from ..days.sun import Site, direction, position, skylight, sunlight
 from ..days.truth import DAY_S
 from .keys import CONSTANT, Curves
 
-# s
+# s between two positions of the sun.
 EVERY = 600.0
-# A sun that stands lower in the file tells nothing of how strong it is.
+# Below this altitude, the sun of the file does not say how strong sunlight is.
 LOWEST = math.radians(5.0)
 
 
 class Daylight:
-    """As a context: keys of a day's sun and sky, taken away in the end. Where the home has no sun,
-    no light sensor looks, or its place on Earth is not set, they stay as in the file."""
+    """Context manager that keys sun and sky over a day, and removes the keys at the end.
+
+    Sun and sky stay as in the file if the home has no sun, no light sensor is simulated, or the
+    place on Earth is not set.
+    """
 
     def __init__(self, scene: Any, sensors: Sequence[Sensor], day: date) -> None:
         self._scene, self._day = scene, day
         self._site = site_of(scene)
-        self._looked = looked = any(s.kind.requires(LIGHT) for s in sensors)
+        self._has_light_sensors = has_light_sensors = any(s.kind.requires(LIGHT) for s in sensors)
         found = [obj for obj in scene.objects if obj.type == "LIGHT" and obj.data.type == "SUN"]
         free = [obj for obj in found if not _driven(obj) and not _driven(obj.data)]
-        self.sun: Any = free[0] if free and looked and self._site else None
+        self.sun: Any = free[0] if free and has_light_sensors and self._site else None
         self._before: list[tuple[Any, str, Any]] = []
         self._keyed: list[Any] = []
 
     def __enter__(self) -> Daylight:
-        self.put_in()
+        self.insert_keys()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -59,66 +62,72 @@ class Daylight:
             setattr(owner, name, value)
 
     def skies(self) -> Iterator[tuple[Any, str, Any]]:
-        """What tells how strong the sky shines that follows the sun: tree, path and socket."""
+        """Yield node tree, data path and socket of the strength of a sky that follows the sun."""
         if self.sun is not None:
             yield from _skies(self._scene.world)
 
-    def put_in(self) -> None:
-        """Makes the keys, and notes at which frames references of light stand. Who calls it gives
-        back what was there before."""
-        if self._looked:
+    def insert_keys(self) -> None:
+        """Insert the keys, and store the frames at which references of light are measured.
+
+        The caller restores the values from before.
+        """
+        if self._has_light_sensors:
             tell_begins(self._scene, [frame_at(-LEAD_S)])
         if self.sun is not None and self._site is not None:
             self._write(self.sun, self._site)
 
     def changes(self) -> list[float]:
-        """When the sun moves while it shines, and when it has set: s since midnight."""
+        """Return the times (s since midnight) at which a shining sun moves or sets."""
         if self.sun is None or self._site is None:
             return []
-        starts, stands = self._stands(self._site)
-        up = [sunlight(altitude) > 0.0 for altitude, _ in stands]
+        starts, positions = self._sun_positions(self._site)
+        up = [sunlight(altitude) > 0.0 for altitude, _ in positions]
         parts = zip(starts[1:], pairwise(up), strict=True)
         return [start for start, shines in parts if any(shines) and start > -LEAD_S]
 
-    def _stands(self, site: Site) -> tuple[list[float], list[tuple[float, float]]]:
-        """When the sun moves, also at night, s since midnight; where it stands from then on."""
+    def _sun_positions(self, site: Site) -> tuple[list[float], list[tuple[float, float]]]:
+        """Return the times (s since midnight) of the sun's moves, and its position after each.
+
+        The sun also moves at night.
+        """
         begin = datetime.combine(self._day, time())
         starts = np.arange(-math.ceil(LEAD_S / EVERY) * EVERY, DAY_S, EVERY).tolist()
-        # Of each stretch its middle.
+        # The position in the middle of each interval.
         moments = [begin + timedelta(seconds=start + EVERY / 2) for start in starts]
         return starts, [position(site, moment) for moment in moments]
 
     def _write(self, sun: Any, site: Site) -> None:
-        starts, stands = self._stands(site)
+        starts, positions = self._sun_positions(site)
         frames = np.array([frame_at(start) for start in starts])
         tell_begins(self._scene, [frame_at(start) for start in (-LEAD_S, *self.changes())])
         away = sun.matrix_world.to_3x3() @ Vector((0.0, 0.0, 1.0))
         authored = max(math.asin(max(-1.0, min(1.0, away.normalized().z))), LOWEST)
         above = sun.parent.matrix_world.to_quaternion().inverted() if sun.parent else None
         turns = []
-        for altitude, azimuth in stands:
+        for altitude, azimuth in positions:
             turn = Vector(direction(site, altitude, azimuth)).to_track_quat("Z", "Y")
             turns.append(above @ turn if above is not None else turn)
-        powers = [sun.data.energy * sunlight(a) / sunlight(authored) for a, _ in stands]
-        # Given back from the last to the first: a change of the mode turns one into the other.
+        powers = [sun.data.energy * sunlight(a) / sunlight(authored) for a, _ in positions]
+        # Restored in reverse order: setting rotation_mode converts the rotation.
         self._keep(sun, "rotation_quaternion", "rotation_euler", "rotation_mode")
         sun.rotation_mode = "QUATERNION"
         self._key(sun, "rotation_quaternion", frames, np.array(turns))
         self._keep(sun.data, "energy")
         self._key(sun.data, "energy", frames, np.array(powers)[:, None])
-        skies = np.array([skylight(a) for a, _ in stands]) / skylight(authored)
+        skies = np.array([skylight(a) for a, _ in positions]) / skylight(authored)
         for tree, path, socket in self.skies():
             self._keep(socket, "default_value")
             self._key(tree, path, frames, socket.default_value * skies[:, None])
 
     def _key(self, owner: Any, path: str, frames: Array, values: Array) -> None:
-        """Keys of values (n, k), one after the other."""
+        """Insert keys of an array of values, shape (n, k), one curve for each column."""
         curves = Curves(owner, "Daylight")
         self._keyed.append(owner)
         for index, column in enumerate(values.T):
             curves.write(path, index, frames, column, CONSTANT)
 
     def _keep(self, owner: Any, *names: str) -> None:
+        """Store the values of attributes, to restore them later."""
         for name in names:
             value = getattr(owner, name)
             self._before.append((owner, name, value.copy() if hasattr(value, "copy") else value))
@@ -129,7 +138,7 @@ def _driven(owner: Any) -> bool:
 
 
 def site_of(scene: Any) -> Site | None:
-    """Where on Earth the home stands; None where that was not set."""
+    """Return where on Earth the home is, or None if latitude or longitude is not set."""
     found = scene.angen_site
     if not (found.is_property_set("latitude") and found.is_property_set("longitude")):
         return None
@@ -137,8 +146,10 @@ def site_of(scene: Any) -> Site | None:
 
 
 def _skies(world: Any) -> Iterator[tuple[Any, str, Any]]:
-    """How strong a sky shines: tree, path and socket of its one background, unless something else
-    sets it."""
+    """Yield node tree, data path and socket of the strength of a world's background.
+
+    Yield nothing if the world has several backgrounds, or if something else sets the strength.
+    """
     if world is None or not has_nodes(world) or _driven(world.node_tree):
         return
     tree = world.node_tree

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A folder of days: each day is kept when it is whole, and the tables are made of those."""
+"""The folder of a run of days: a file for each whole day, and tables made of these."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from ..days.truth import DAY_S
 from .daylight import site_of
 from .run import Household
 
-# The folder of whole days in that of a run, and the file that says which run that is.
+# Inside the folder of a run: the folder of its days, and the file with the digest of the run.
 DAYS, MARK = "days", "days/run.txt"
 
 
 def check_dates(start: date, days: int, formats: Iterable[str]) -> None:
-    """Raises InputError where the days, or a format, do not hold such dates."""
+    """Raise `InputError` if the dates are out of range, or if a format cannot store them."""
     begin = datetime.combine(start, time())
     for name in ("events", *formats):
         FORMATS[name].check_dates(begin, 0.0, days * DAY_S)
 
 
 class Folder:
-    """Where a run of days goes. What is there of the same run is gone on with."""
+    """The folder of a run of days. Days of the same run that are in it already are kept."""
 
     def __init__(self, path: Path, household: Household, formats: Sequence[str]) -> None:
-        """Raises AngenError where the folder is another run's, or cannot be written."""
+        """Raise `AngenError` if the folder belongs to another run, or cannot be written."""
         self._path, self._household = path, household
         self._formats = [FORMATS[name] for name in dict.fromkeys(formats) if name != "events"]
         self._digest = digest_of(household)
@@ -53,6 +53,7 @@ class Folder:
             check_out(target, path / f"{target.name}{target.extension}")
 
     def _claim(self) -> None:
+        """Create the folder; raise `AngenError` if it exists and belongs to another run."""
         path, mark = self._path, self._path / MARK
         self._is_new = not path.exists()
         check_folder(path if path.exists() else path.resolve().parent, "--out")
@@ -65,7 +66,7 @@ class Folder:
         elif mark.read_text(encoding="utf-8").strip() != self._digest:
             raise AngenError(
                 f"--out: {path} holds another run: its home, routine, start, seed, sensors or "
-                "version differ; give a new folder, or remove it"
+                "version differ; give a new folder, or remove this one"
             )
 
     def date_of(self, number: int) -> date:
@@ -75,36 +76,42 @@ class Folder:
         return self._path / DAYS / f"{on.isoformat()}.json"
 
     def has(self, number: int) -> bool:
+        """Return whether a day is in the folder."""
         return self._file(self.date_of(number)).is_file()
 
     def read(self, number: int) -> Day | None:
-        """A day that is kept; None where it is not. Raises AngenError."""
+        """Return a day from the folder, or None; raise `AngenError` if its file is damaged."""
         path = self._file(self.date_of(number))
         try:
             return Day.of_json(path.read_text(encoding="utf-8"), self._digest)
         except FileNotFoundError:
             return None
         except (OSError, ValueError) as error:
-            raise AngenError(f"cannot read {path}: {error}; remove it to have it anew") from None
+            raise AngenError(
+                f"cannot read {path}: {error}; remove the file to simulate its day again"
+            ) from None
 
     def keep(self, day: Day) -> None:
-        """Raises AngenError, and keeps nothing then."""
+        """Write the file of a day completely or not at all; raise `AngenError` on failure."""
         write_files({self._file(day.date): day.as_json(self._digest)})
 
     def discard(self) -> None:
-        """Removes what was made here for a run, unless it has any day."""
+        """Remove the files that were made for a run, unless the folder has a day."""
         if list((self._path / DAYS).iterdir()) != [self._path / MARK]:
             return
         (self._path / MARK).unlink()
         (self._path / DAYS).rmdir()
         if self._is_new:
             with suppress(OSError):
-                # Somebody else may have put something into it.
+                # Another program may have written into the folder.
                 self._path.rmdir()
 
     def finish(self, days: int) -> tuple[int, list[str]]:
-        """Writes the tables of the whole days from the first on, `days` at most; how many there
-        were, and what the formats could not hold. Raises AngenError."""
+        """Write the tables of the whole days, from the first on and `days` at most.
+
+        Return the number of these days, and notes on what the formats could not hold. Raise
+        `AngenError` if a file cannot be written.
+        """
         found: list[Day] = []
         while len(found) < days and (day := self.read(len(found))) is not None:
             found.append(day)
@@ -118,6 +125,7 @@ class Folder:
         return len(found), notes
 
     def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:
+        """Add the files of the chosen formats to `texts`, and return notes on what was lost."""
         notes = []
         sensors = {s.name: sensor_facts(s) for s in self._household.sensors}
         labels = self._labels()
@@ -132,7 +140,7 @@ class Folder:
         return notes
 
     def _labels(self) -> dict[str, dict[str, str]]:
-        """What other vocabularies call the routine's activities, by vocabulary and activity."""
+        """Return the labels of the activities by vocabulary and activity."""
         found: dict[str, dict[str, str]] = {}
         for activity in self._household.plan.routine.activities.values():
             for vocabulary, label in activity.labels.items():
@@ -140,10 +148,12 @@ class Folder:
         return found
 
     def _about(self) -> dict[str, str]:
+        """Return what identifies the run: versions, file, seed and routine."""
         house = self._household
         return about(house.scene) | {"seed": str(house.seed), "routine": house.plan.name}
 
     def _home(self, days: int) -> str:
+        """Return the text of home.toml."""
         house = self._household
         found: dict[str, Any] = {
             "start": datetime.combine(house.start, time()),
@@ -163,7 +173,7 @@ class Folder:
 
 
 def _sensor(sensor: Sensor) -> Mapping[str, Any]:
-    """Where it is (m), and what it is."""
+    """Return what home.toml says of a sensor, with its location in metres."""
     depsgraph = evaluated_depsgraph()
     at = sensor.world_matrix(depsgraph).translation * unit_scale(depsgraph.scene)
     preset, is_edited = preset_of(sensor.object)
@@ -179,8 +189,11 @@ def _sensor(sensor: Sensor) -> Mapping[str, Any]:
 
 
 def digest_of(household: Household) -> str:
-    """Of all that goes into a day: home with what it reads, routine, start, seed, sensors and
-    versions. How many days are asked for is not of it."""
+    """Return a digest of everything that a day depends on.
+
+    That is the home with the files that it links, the routine, start, seed, sensors and versions,
+    but not the number of days.
+    """
     house = household
     parts: list[Any] = [about(house.scene) | {"seed": str(house.seed)}, house.start.isoformat()]
     parts += [[_sensor(sensor) for sensor in house.sensors], site_of(house.scene)]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keys of one stretch of a day in the open home: bodies, leaves, lamps, and things in hands.
+"""Key a stretch of a day in the open home: bodies, door leaves, lamps, and carried things.
 
-Frame 1 is midnight; 10 frames are a second, unless `KeyedStretch` is given others. Only what moves
-has keys, at the frames at which it does; in between, and before and after the stretch, it is held.
+Frame 1 is midnight, and a second has 10 frames, unless `KeyedStretch` gets other values. An object
+has keys only at the frames at which it moves. Between them, and outside the stretch, its values are
+constant.
 """
 
 from __future__ import annotations
@@ -29,14 +30,12 @@ from ..body.turns import compose, ease, lerp, rotated, slerp
 from ..days.rows import FPS
 from .person import body_of
 
-# F-curves of one datablock, written as whole arrays.
-
-# Numbers of Blender's interpolations.
+# Values of Blender's enum of interpolations.
 CONSTANT, LINEAR = 0, 1
 
 
 class Curves:
-    """The F-curves of a datablock's own action, the actions of 4.2 and the layered ones since."""
+    """The F-curves of a datablock's own action, which is a legacy action in Blender 4.2."""
 
     def __init__(self, owner: bpy.types.ID, name: str) -> None:
         action = bpy.data.actions.new(name)
@@ -57,8 +56,17 @@ class Curves:
         self, path: str, index: int, frames: ArrayLike, values: ArrayLike,
         interpolation: ArrayLike = LINEAR,
     ) -> None:  # fmt: skip
-        """Replaces the keys of a curve; frames must increase. `interpolation`: one number for all
-        keys, or one for each."""
+        """Replace the keys of a curve.
+
+        Parameters
+        ----------
+        frames
+            The frames of the keys, strictly increasing, shape (n,).
+        values
+            The values, shape (n,).
+        interpolation
+            CONSTANT or LINEAR, one for all keys or one for each, shape (n,).
+        """
         at = np.stack([np.asarray(frames, np.float32), np.asarray(values, np.float32)], 1)
         curve = self.curves.find(path, index=index) or self.curves.new(path, index=index)
         points = curve.keyframe_points
@@ -71,25 +79,25 @@ class Curves:
         self.count += len(at)
 
 
-# How far a thing is tilted by who drinks from it, rad.
+# rad: tilt of a thing from which a person drinks.
 TILT = 1.45
-# A thing goes from the hand to where it stands in so many seconds.
-_LETS_GO = 0.3
+# s in which a thing moves between the hand and the place where it is put.
+_HANDOVER_S = 0.3
 
 
-# What keys move, in this order: a change of the mode turns one rotation into the other. A matrix
-# would not give back every bit.
+# Properties that keys change. rotation_mode is first, because setting it converts the rotation. A
+# matrix would not restore every bit.
 MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion",
          "hide_viewport", "hide_render", "energy")  # fmt: skip
 
 
-class Taken:
-    """A datablock whose animation is ours until `give_back`."""
+class ReplacedAnimation:
+    """A datablock whose action is replaced until `restore`."""
 
     def __init__(self, owner: Any) -> None:
         self.owner = owner
         data = owner.animation_data
-        self._had = (data.action, getattr(data, "action_slot", None)) if data else None
+        self._earlier = (data.action, getattr(data, "action_slot", None)) if data else None
         self._values: list[tuple[Any, str, Any]] = [
             (part, name, value.copy() if hasattr(value := getattr(part, name), "copy") else value)
             for part in (owner, *(owner.pose.bones if getattr(owner, "pose", None) else ()))
@@ -98,13 +106,13 @@ class Taken:
         ]
         self.curves = Curves(owner, f"Day {owner.name}")
 
-    def give_back(self) -> None:
-        """The action that was there before, and the values that ours have moved."""
-        data, (action, slot) = self.owner.animation_data, self._had or (None, None)
+    def restore(self) -> None:
+        """Restore the earlier action, and the values that the keys have changed."""
+        data, (action, slot) = self.owner.animation_data, self._earlier or (None, None)
         data.action = action
         if action is not None and slot is not None:
             data.action_slot = slot
-        if self._had is None and not data.drivers:
+        if self._earlier is None and not data.drivers:
             self.owner.animation_data_clear()
         for owner, name, value in self._values:
             setattr(owner, name, value)
@@ -112,10 +120,10 @@ class Taken:
 
 
 class KeyedStretch:
-    """The keys of a day's stretches, one after the other, in place of the home's own.
+    """The keys of one stretch of a day at a time, which replace the home's own animation.
 
-    `residents` are armatures by the person's name; frame 1 is the time `begins` (s of the day), and
-    `fps` frames are a second. `clear` gives everything back as it was.
+    `residents` are armatures by person. Frame 1 is at the time `begins` (s of the day), and a
+    second has `fps` frames. `clear` restores the home.
     """
 
     def __init__(
@@ -123,7 +131,7 @@ class KeyedStretch:
     ) -> None:
         self._residents, self._places = dict(residents), places
         self._fps, self._begins = fps, begins
-        self._taken: dict[Any, Taken] = {}
+        self._replaced: dict[Any, ReplacedAnimation] = {}
         self._rest = {
             name: {b.name: np.array(b.matrix_local.to_quaternion()) for b in rig.data.bones}
             for name, rig in residents.items()
@@ -132,17 +140,17 @@ class KeyedStretch:
         self._powers: dict[str, float] = {}
 
     def clear(self) -> None:
-        for taken in self._taken.values():
-            taken.give_back()
-        self._taken.clear()
+        for replaced in self._replaced.values():
+            replaced.restore()
+        self._replaced.clear()
 
     def show(self, acted: Acted, start: float, end: float) -> None:
-        """Keys from `start` to `end` (s of the day), in place of those of the stretch before."""
+        """Key the home from `start` to `end` (s of the day), replacing the earlier stretch."""
         first, last = self._frame_at(start), self._frame_at(end)
         frames = np.arange(ceil(first - 1e-6), floor(last + 1e-6) + 1)
         scene = bpy.context.scene
         if BEGINS in scene:
-            # Light sensors look at how it was when the day and this part of it began.
+            # Light references are measured at the start of the day and of each part.
             frames = np.union1d(frames, begins_of(scene, int(frames[0])))
         shown: dict[str, tuple[Array, BodyPose, Bones]] = {}
         for person, line in acted.bodies.items():
@@ -158,10 +166,10 @@ class KeyedStretch:
         for name, holds in acted.holds.items():
             self._show_thing(name, holds, acted.sips.get(name, ()), frames, shown)
 
-    # --- bodies -------------------------------------------------------------------------------
     def _show_body(
         self, person: str, line: Timeline, frames: Index
     ) -> tuple[Array, BodyPose, Bones]:  # fmt: skip
+        """Key a resident's armature and walking frame; return frames, poses and bones."""
         rig = self._residents[person]
         at = self._moving_frames(frames, line.moving())
         pose = line.poses(self._seconds_at(at))
@@ -189,8 +197,8 @@ class KeyedStretch:
         return at, pose, bones
 
     def _show_or_hide(self, obj: Any, away: Array, frames: Index) -> None:
-        """Who is away is not there for sensors, cameras and lamps."""
-        if obj not in self._taken and not len(away):
+        """Hide an object while its person is away, from sensors, cameras and lamps."""
+        if obj not in self._replaced and not len(away):
             return
         seconds = self._seconds_at(frames)
         gone = np.zeros(len(frames), bool)
@@ -200,7 +208,6 @@ class KeyedStretch:
         for path in ("hide_viewport", "hide_render"):
             self._curves(obj).write(path, 0, frames[at], gone[at], CONSTANT)
 
-    # --- leaves and lamps ---------------------------------------------------------------------
     def _show_leaf(self, name: str, swings: Any, frames: Index) -> None:
         obj, door = bpy.data.objects[name], self._places.doors[name]
         spans = np.array([(swing.start, swing.end) for swing in swings]).reshape(-1, 2)
@@ -224,18 +231,21 @@ class KeyedStretch:
             if light.name not in self._powers:
                 self._powers[light.name] = _power(light)
             power = self._powers[light.name]
-            # One key before all, so that every stretch tells how bright it becomes, also one in
-            # which it stays off: by that Cycles chooses where light paths go.
+            # The first key has the full power, also if the lamp stays off: Cycles samples lights
+            # by the power that it finds there.
             keyed = np.r_[frames[0] - 1, frames[at]]
             values = np.r_[power, np.where(on[at], power, 0.0)]
             self._curves(light).write("energy", 0, keyed, values, CONSTANT)
 
-    # --- things -------------------------------------------------------------------------------
     def _show_thing(
         self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
         shown: Mapping[str, tuple[Array, BodyPose, Bones]],
     ) -> None:  # fmt: skip
-        """In the hand the middle of its box is; where it was put, its underside's middle stands."""
+        """Key a thing that is carried, put down or drunk from.
+
+        In a hand, the centre of its bounding box is in the palm. Put down, the middle of its
+        underside is at the place.
+        """
         obj = bpy.data.objects[name]
         before = self._world_of(obj)
         metres = unit_scale(bpy.context.scene)
@@ -244,7 +254,7 @@ class KeyedStretch:
         middle = (corners.min(0) + corners.max(0)) / 2
         under = np.array([*middle[:2], corners[:, 2].min()])
         turn = np.array(before.to_quaternion())
-        spans = [(hold.start, hold.start + _LETS_GO) for hold in holds]
+        spans = [(hold.start, hold.start + _HANDOVER_S) for hold in holds]
         at = self._moving_frames(frames, np.array(spans))
         at = np.unique(np.concatenate([at, *(keyed for keyed, _, _ in shown.values())]))
         seconds = self._seconds_at(at)
@@ -254,7 +264,7 @@ class KeyedStretch:
             begun = np.flatnonzero(seconds >= hold.start - 1e-6)
             if not len(begun):
                 continue
-            share = ease((seconds[begun] - hold.start) / _LETS_GO)
+            share = ease((seconds[begun] - hold.start) / _HANDOVER_S)
             if hold.hand is None:
                 point = under * metres if hold.at is None else hold.at
                 new = np.tile((origin - under) * metres + point, (len(begun), 1))
@@ -271,7 +281,6 @@ class KeyedStretch:
         ]
         self._write_placed(obj, at, placed)
 
-    # --- in common ----------------------------------------------------------------------------
     def _frame_at(self, time: float) -> float:
         return 1 + self._fps * (time - self._begins)
 
@@ -279,30 +288,35 @@ class KeyedStretch:
         return self._begins + (frames - 1) / self._fps
 
     def _moving_frames(self, frames: Index, spans: Array) -> Array:
-        """Those of the frames at which a body moves, the ones before and after each span among
-        them, and the first and the last of all, also of those before a gap."""
+        """Return the frames at which a body needs keys.
+
+        `spans` are start and end of its movements, shape (n, 2) in s. The result includes the
+        frames before and after each span, the first and the last frame, and the last frame before
+        each gap.
+        """
         keyed = np.zeros(len(frames), bool)
         keyed[[0, -1]] = True
         keyed[1:][np.diff(frames) > 1] = True
         for start, end in spans:
-            # At the start itself it may stand elsewhere than before, as who comes home.
+            # The body can jump at the start, for example when a person comes home.
             low, high = ceil(self._frame_at(start)) - 1, ceil(self._frame_at(end))
             keyed[slice(*np.searchsorted(frames, (low, high + 1)))] = True
         return np.asarray(frames[keyed], np.float64)
 
     def _curves(self, owner: Any) -> Curves:
-        if owner not in self._taken:
-            self._taken[owner] = Taken(owner)
-        return self._taken[owner].curves
+        """Return the curves of a datablock, whose own action they replace."""
+        if owner not in self._replaced:
+            self._replaced[owner] = ReplacedAnimation(owner)
+        return self._replaced[owner].curves
 
     def _world_of(self, obj: Any) -> Matrix:
-        """How an object stands in the file, whatever its keys say by now."""
+        """Return an object's world matrix as in the file, before any keys were written."""
         if obj.name not in self._world:
             self._world[obj.name] = obj.matrix_world.copy()
         return self._world[obj.name]
 
     def _write_placed(self, obj: Any, at: Array, worlds: list[Matrix]) -> None:
-        """Keys of location and turn of an object at places in the world."""
+        """Key location and rotation of an object at world matrices, one for each frame."""
         above = Matrix()
         if obj.parent is not None:
             above = (obj.parent.matrix_world @ obj.matrix_parent_inverse).inverted()
@@ -323,10 +337,13 @@ def _carried(
     hold: Hold, at: Array, tilt: Array, shown: tuple[Array, BodyPose, Bones], turn: Array,
     offset: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Where a thing in a hand is (n, 3) m and how it is turned (n, 4): with the body's heading, and
-    tilted (n,) rad towards the face."""
+    """Return location (n, 3) in metres and rotation (n, 4) of a thing in a hand.
+
+    The thing turns with the body's heading, and is tilted towards the face by `tilt`, shape (n,),
+    rad.
+    """
     keyed, pose, bones = shown
-    # Between two of its keys a body keeps still.
+    # Between two keys a body does not move.
     index = np.maximum(np.searchsorted(keyed, at, side="right") - 1, 0)
     carried = upright(pose.take(index), tilt)
     hand = palm(bones, hold.hand or 0, pose.build.scale)[index]
@@ -334,18 +351,21 @@ def _carried(
 
 
 def _until_wound(yaw: Array) -> Index:
-    """(n,) how each key goes on to the next: where whole turns are taken back, it stays."""
+    """Return the interpolation after each key of a yaw, shape (n,).
+
+    It is constant where the yaw jumps by a whole turn.
+    """
     jumps = np.abs(np.diff(yaw, append=yaw[-1:])) > pi
     return np.where(jumps, CONSTANT, LINEAR)
 
 
 def lights_of(lamp: Any) -> set[Any]:
-    """The lights that are switched with a lamp: its own, and those of what hangs on it."""
+    """Return the lights that are switched with a lamp: its own and its descendants'."""
     return {one.data for one in (lamp, *lamp.children_recursive) if one.type == "LIGHT"}
 
 
 def _power(light: Any) -> float:
-    """What a lamp shines with when it is on, also where the file's own keys have it off now."""
+    """Return the power of a lamp that is on, also if the file's own keys have it off now."""
     data = light.animation_data
     if data is None:
         return float(light.energy)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The marks on objects: what residents do there, and how doors open; and guesses for new ones."""
+"""Marks on objects say what residents do there, and how doors open; new marks are guessed."""
 
 from __future__ import annotations
 
@@ -22,24 +22,22 @@ from ...sensor_logic.model import Array
 from ..acting import places as known
 from ..acting.places import CURTAIN, DOOR, DRAWER, LIE, SIT, Door
 
-# Where a marked object looks.
-
-# What looks somewhere.
+# Uses whose objects face a direction.
 FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
 
 
 def look_of(obj: Any, matrix: Any) -> Array:
-    """(2,): where the mark of an object looks, as a unit vector on the floor."""
+    """Return where a marked object faces, as a unit vector on the floor, shape (2,)."""
     angle = obj.angen_place.facing
     local = np.array([math.sin(angle), -math.cos(angle), 0.0])
     found: Array = (np.array(matrix)[:3, :3] @ local)[:2]
     size = float(np.linalg.norm(found))
-    # Of what lies on its back the front looks up or down.
+    # The front of an object that lies on its back faces up or down: it has no direction.
     return found / size if size > 1e-9 else local[:2]
 
 
 def set_look(obj: Any, matrix: Any, look: Array) -> None:
-    """Turns the mark so that it looks along (2,) in the world."""
+    """Turn the mark so that it faces along a world direction on the floor, shape (2,)."""
     axes = np.array(matrix)[:2, :2]
     if abs(np.linalg.det(axes)) < 1e-12:
         return
@@ -47,14 +45,21 @@ def set_look(obj: Any, matrix: Any, look: Array) -> None:
     obj.angen_place.facing = math.atan2(local[0], -local[1])
 
 
-# The size and the surfaces of an object that is marked as a place, with its children.
-
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
 class MarkedObject:
-    """`at` (3,) m is the object's origin; `points` (n, 3) m the corners of its surfaces and those
-    of its children: none of an empty. `rows` (k,) are their solids. Raises NotPlaced."""
+    """An object that is marked as a place, with its children; raises `NotPlaced`.
+
+    Attributes
+    ----------
+    at
+        The object's origin, shape (3,), m.
+    points
+        The vertices of the object's and its children's surfaces, shape (n, 3), m.
+    rows
+        The rows of their solids, shape (k,).
+    """
 
     def __init__(self, home: EvaluatedHome, obj: Any) -> None:
         self.obj = obj
@@ -71,11 +76,12 @@ class MarkedObject:
 
     @property
     def solid(self) -> bool:
+        """Whether the object or a child has a surface."""
         return bool(len(self.points))
 
     @property
     def middle(self) -> Array:
-        """(3,) m: the middle of its bounding box, or its origin if it has no surface."""
+        """The middle of the bounding box, or the origin without a surface, shape (3,), m."""
         if not self.solid:
             return self.at
         middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
@@ -83,12 +89,11 @@ class MarkedObject:
 
     @property
     def size(self) -> float:
-        """The largest side of its bounding box, m."""
+        """The largest side of the bounding box, m."""
         return float(np.ptp(self.points, axis=0).max()) if self.solid else 0.0
 
     def reach(self, way: Array) -> tuple[float, float]:
-        """The least and the greatest distance (m) of its points along a direction (2,) from the
-        world's origin."""
+        """Return the least and greatest coordinate (m) of its points along a direction (2,)."""
         if not self.solid:
             here = float(self.at[:2] @ way)
             return here, here
@@ -96,8 +101,10 @@ class MarkedObject:
         return float(along.min()), float(along.max())
 
     def box(self, look: Array) -> tuple[Array, float, float]:
-        """Its middle on the floor (2,), and how far it goes from there along a look and across
-        (half its size), m."""
+        """Return the middle on the floor, shape (2,), and half the length and width, m.
+
+        The length is along a unit vector `look`, the width across it.
+        """
         across = np.array([-look[1], look[0]])
         near, far = self.reach(look)
         right, left = self.reach(across)
@@ -105,7 +112,7 @@ class MarkedObject:
         return middle, (far - near) / 2.0, (left - right) / 2.0
 
     def heights(self, points: Array) -> Array:
-        """(n,) m in the world: its top at points (n, 2); not a number where it is not."""
+        """Return the height (m) of its top at points (n, 2); NaN beside the object."""
         if not self.solid:
             return np.full(len(points), np.nan)
         top, bottom = float(self.points[:, 2].max()) + 0.05, float(self.points[:, 2].min()) - 0.05
@@ -114,18 +121,19 @@ class MarkedObject:
         return np.where(ranges < top - bottom - 1e-6, top - ranges, np.nan)
 
 
-# Doors, drawers and curtains as the marks on their leaves tell them.
-
 UP = np.array([0.0, 0.0, 1.0])
-# m: a handle above the floor, and from the free edge at most; of what is narrow a share of it.
+# m: height of a handle above the floor, and its largest distance from the free edge. On a narrow
+# leaf the distance is INSET of the width.
 HANDLE_M, INSET_M, INSET = 1.05, 0.11, 0.15
-# Of its width, or depth, that slides away where the mark does not tell.
+# A leaf slides by this share of its width or depth, unless the mark sets a length.
 SLIDES = 0.9
 
 
 def leaf_of(obj: Any) -> tuple[Leaf, Any]:
-    """The likeliest leaf of a marked door or curtain, shut, and what takes it there from where it
-    stands. Raises AngenError."""
+    """Return the likeliest leaf of a marked door or curtain, shut, and the matrix that shuts it.
+
+    Raise `AngenError` if the object cannot be a leaf.
+    """
     mark = obj.angen_place
     motion = "SLIDING" if mark.use == CURTAIN else mark.motion
     shutting = shutting_of(obj)
@@ -133,20 +141,23 @@ def leaf_of(obj: Any) -> tuple[Leaf, Any]:
     if mark.other_side:
         turned = leaf.turned_round()
         if leaf.slides:
-            # It slides to the other end.
+            # A sliding leaf moves to its other end.
             corner = leaf.corner - leaf.edge * leaf.width
             turned = Leaf(corner, -leaf.edge, leaf.out, leaf.up, leaf.width, leaf.thickness, True)
         leaf = turned
     return leaf, shutting
 
 
-def turns_by(leaf: Leaf, angle: float) -> float:
-    """How far (rad) the leaf opens about Z, with its sign: towards its `out`."""
+def opening_angle(leaf: Leaf, angle: float) -> float:
+    """Return the signed angle (rad) about Z by which a leaf opens towards its `out`."""
     return angle if leaf.up.cross(leaf.edge).dot(leaf.out) > 0.0 else -angle
 
 
 def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int) -> Door:
-    """The door of a marked leaf on a storey whose floor is at a height in m. Raises AngenError."""
+    """Return the door of a marked leaf, on a storey whose floor is at the height `floor` (m).
+
+    Raise `AngenError` if the object cannot be a leaf.
+    """
     if obj.angen_place.use == DRAWER:
         return _drawer(home, obj, room, number)
     leaf, shutting = leaf_of(obj)
@@ -160,7 +171,7 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
         hinge = np.array(leaf.pivot) * metres
     hinge = np.array([hinge[0], hinge[1], low_z])
     frame = np.column_stack([edge, np.cross(up, edge), up])
-    # The leaf's box in that frame, from its free upper corner.
+    # The leaf's bounding box in that frame, computed from its free upper corner.
     free = (corner - hinge) @ frame
     side = float(out @ frame[:, 1])
     faces = sorted((free[1], free[1] - side * thick))
@@ -178,7 +189,7 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
     about, turned = shutting.to_quaternion().to_axis_angle()
     shut = turned if about.z >= 0.0 else -turned
     back = np.array(shutting.to_3x3().normalized().inverted())
-    opened = shut + turns_by(leaf, mark.angle)
+    opened = shut + opening_angle(leaf, mark.angle)
     return Door(
         obj.name, mark.use, hinge, UP, shut, opened, back @ frame, low, high, handle, False,
         mark.entrance, room, number,
@@ -186,7 +197,7 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
 
 
 def _handle(low: Array, high: Array, floor: float) -> Array:
-    """(3,) in the leaf's frame, in which the floor is at a height."""
+    """Return the handle in the leaf's frame, shape (3,), with the floor at the height `floor`."""
     width, height = float(high[0] - low[0]), float(high[2])
     at = floor + HANDLE_M
     if not 0.1 * height <= at <= 0.95 * height:
@@ -196,10 +207,10 @@ def _handle(low: Array, high: Array, floor: float) -> Array:
 
 
 def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
-    """It comes out towards who looks at it."""
+    """Return a drawer, which slides towards the person in front of it."""
     marked = MarkedObject(home, obj)
     if not marked.solid:
-        raise AngenError("it has no surface: a drawer is a mesh, pulled out against where it faces")
+        raise AngenError("it has no surface: mark the drawer's mesh object")
     look = look_of(obj, marked.matrix)
     middle, deep, wide = marked.box(look)
     low_z, high_z = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
@@ -216,8 +227,8 @@ def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
     )  # fmt: skip
 
 
-def as_door(obj: Any) -> tuple[str, bool]:
-    """A text for a panel on how a marked leaf moves, and whether it slides."""
+def describe_leaf(obj: Any) -> tuple[str, bool]:
+    """Return a text for a panel on how a marked leaf moves, and whether it slides."""
     try:
         leaf, _ = leaf_of(obj)
     except AngenError as error:
@@ -229,16 +240,16 @@ def as_door(obj: Any) -> tuple[str, bool]:
     return f"Hinge {hinge}{guessed}", False
 
 
-# Guesses the settings of a new mark: which way an object faces, how far a door opens.
-
-# m: what is less uneven has no back; how far room is looked for; beyond its own box.
-UNEVEN_M, FAR_M, BEYOND_M = 0.08, 3.0, 0.01
-# m: as much room is enough to stand; what is not higher is looked over.
+# m: an object whose top varies by less has no back.
+UNEVEN_M = 0.08
+# m: free room is measured up to FAR_M, from BEYOND_M outside the bounding box.
+FAR_M, BEYOND_M = 3.0, 0.01
+# m: more free room than this is not better. Lower objects do not block the view across them.
 ENOUGH_M, LOW_M = 1.0, 1.3
 
 
 def guess(obj: Any, depsgraph: Any) -> None:
-    """Fills in the mark of an object."""
+    """Guess the settings of an object's mark: where it faces, or how far a door opens."""
     mark = obj.angen_place
     if mark.use in (DOOR, CURTAIN):
         try:
@@ -262,7 +273,7 @@ def guess(obj: Any, depsgraph: Any) -> None:
 
 
 def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
-    """(2,): where it probably faces; None if no side is more likely than another."""
+    """Return the likely direction that it faces, shape (2,); None if no side is likelier."""
     axes = np.array(marked.matrix)[:2, :2].T
     sizes = np.linalg.norm(axes, axis=1)
     if sizes.min() < 1e-9:
@@ -279,7 +290,7 @@ def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
     if max(tops) - min(tops) > UNEVEN_M and use in (SIT, LIE):
         high = int(np.argmax(tops))
         return ways[high] if use == LIE else -ways[high]
-    # One is where there is room, with a wall opposite; else its front tells.
+    # A person is on the side with free room and a wall opposite; else at the object's front.
     room = np.round(np.minimum(free, ENOUGH_M), 1)
     back = room[[2, 3, 0, 1]] if len(ways) == 4 else room[::-1]
     front = ways[int(np.argmax(room - back))]
@@ -287,7 +298,7 @@ def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
 
 
 def _top_at(marked: MarkedObject, way: Array) -> float:
-    """m: how high it is at its end along a way."""
+    """Return the height (m) of the object's top near its end in a direction."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
     points = [
@@ -300,12 +311,12 @@ def _top_at(marked: MarkedObject, way: Array) -> float:
 
 
 def _free(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
-    """m: how far there is room beyond its end along a way."""
+    """Return the free distance (m) beyond the object's end in a direction."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
     rows = set(marked.rows.tolist())
     others = home.part(lambda solid: solid.row not in rows)
-    # Over what is low and built into something, such as a sink.
+    # Measure above a low object, which may be built into something, such as a sink.
     low, top = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
     level = top + 0.05 if top - low < LOW_M else (low + top) / 2.0
     edge = middle + way * (deep + BEYOND_M)
@@ -316,21 +327,33 @@ def _free(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
 
 NONE = "NONE"
 USES = [
-    (NONE, "None", "Residents do nothing with it", "NONE", 0),
-    (known.STAND, "Stand", "One stands there", "USER", 1),
-    (known.SIT, "Sit", "One sits on it", "ASSET_MANAGER", 2),
-    (known.LIE, "Lie", "One lies on it", "MOD_CLOTH", 3),
-    (known.USE, "Use", "One stands before it and does something with the hands", "VIEW_PAN", 4),
-    (known.DOOR, "Door", "A leaf, which is opened on the way and closed behind", "MOD_ARRAY", 5),
-    (known.LAMP, "Lamp", "It is switched on and off", "LIGHT", 6),
-    (known.TAP, "Tap", "Water is taken there", "MOD_FLUIDSIM", 7),
-    (known.APPLIANCE, "Appliance", "It is used standing before it", "PREFERENCES", 8),
-    (known.DRAWER, "Drawer", "It is pulled out and pushed in", "REMOVE", 9),
-    (known.CURTAIN, "Curtain", "It is drawn aside along its width", "MOD_OPACITY", 10),
+    (NONE, "None", "No place for residents", "NONE", 0),
+    (known.STAND, "Stand", "Residents stand there", "USER", 1),
+    (known.SIT, "Sit", "Residents sit on it", "ASSET_MANAGER", 2),
+    (known.LIE, "Lie", "Residents lie on it", "MOD_CLOTH", 3),
+    (known.USE, "Use", "Residents stand in front of it and use their hands", "VIEW_PAN", 4),
+    (
+        known.DOOR,
+        "Door",
+        "Leaf of a door, which residents open and close as they pass",
+        "MOD_ARRAY",
+        5,
+    ),
+    (known.LAMP, "Lamp", "Residents switch it on and off", "LIGHT", 6),
+    (known.TAP, "Tap", "Residents take water there", "MOD_FLUIDSIM", 7),
+    (
+        known.APPLIANCE,
+        "Appliance",
+        "Residents stand in front of it and operate it",
+        "PREFERENCES",
+        8,
+    ),
+    (known.DRAWER, "Drawer", "Residents pull it out and push it in", "REMOVE", 9),
+    (known.CURTAIN, "Curtain", "Residents draw it aside along its width", "MOD_OPACITY", 10),
 ]
 LABELS = {identifier: label for identifier, label, *_ in USES}
-# What has a distance from which it is used.
-BEFORE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
+# Uses for which a person stands at a distance.
+WITH_DISTANCE = (known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
 
 
 def _use_changed(self: Any, context: Context) -> None:
@@ -347,19 +370,19 @@ MARK = property_group(
         ),
         "room": StringProperty(
             name="Room",
-            description="The room that it is in; empty: guessed from the sensors around it",
+            description="Room of the place; if empty, guessed from the sensors nearby",
             search=known_rooms,
             search_options={"SUGGESTION"},
         ),
         "facing": FloatProperty(
             name="Facing",
-            description="Where one looks who sits, stands or works there, or where the head lies: "
-            "about the object's own Z, from its front (-Y) on",
+            description="Direction in which residents look there, or in which the head lies: the "
+            "angle about the object's Z from its front (−Y)",
             subtype="ANGLE",
         ),
         "away": FloatProperty(
             name="Distance",
-            description="From its front to whoever uses it; 0: as near as there is room",
+            description="Distance from the front to the resident; 0: as near as possible",
             subtype="DISTANCE",
             min=0.0,
             soft_max=2.0,
@@ -367,28 +390,30 @@ MARK = property_group(
         "motion": EnumProperty(name="Motion", description="How the leaf moves", items=MOTIONS),
         "other_side": BoolProperty(
             name="Other Side",
-            description="It opens to the other side, or slides to the other end",
+            description="Open to the other side, or slide to the other end",
         ),
         "angle": FloatProperty(
-            name="Opens by",
-            description="How far the leaf turns from shut to open",
+            name="Opens By",
+            description="Angle of the leaf from shut to open",
             subtype="ANGLE",
             default=math.radians(90),
             min=0.0,
             max=math.pi,
         ),
         "slide": FloatProperty(
-            name="Slides by",
-            description="How far it slides; 0: nearly its own width, or its depth",
+            name="Slides By",
+            description="Distance from shut to open; 0: nearly the whole width, or depth",
             subtype="DISTANCE",
             min=0.0,
             soft_max=3.0,
         ),
-        "entrance": BoolProperty(name="Entrance", description="Residents come and go by this door"),
+        "entrance": BoolProperty(
+            name="Entrance", description="Residents enter and leave the home by this door"
+        ),
         "switch": PointerProperty(
             name="Switch",
-            description="The object, such as an empty on a wall, where a hand switches the lamp; "
-            "without one at the lamp itself, or, above 2.2 m, from anywhere",
+            description="Object where the lamp is switched, such as an empty on a wall; if none, "
+            "at the lamp itself, or from anywhere if the lamp is higher than 2.2 m",
             type=Object,
             options={"ANIMATABLE"},
         ),
@@ -399,7 +424,7 @@ MARK = property_group(
 
 
 def marked(view_layer: Any) -> list[Any]:
-    """The objects with a mark, by name."""
+    """Return the marked objects of a view layer, sorted by name."""
     found = [obj for obj in view_layer.objects if obj.angen_place.use != NONE]
     return sorted(found, key=lambda obj: obj.name)
 

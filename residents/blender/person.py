@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A resident as Blender objects: an armature and one skinned mesh of some thousand triangles."""
+"""Build a resident as Blender objects: an armature and one skinned mesh."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..body.skeleton import BUILDS, CHILD_HEAD, Skeleton, Sort
 from ..body.skin import person_parts, weights
 from ..body.solve import skeleton_of
 
-# Red, green, blue and roughness.
+# Red, green, blue and roughness by part.
 Colours = dict[str, tuple[float, float, float, float]]
 _PERSON: Colours = {
     "skin": (0.62, 0.36, 0.25, 0.5),
@@ -58,9 +58,10 @@ LABELS = {
 def add_person(
     collection: bpy.types.Collection, sort: Sort = Sort.ADULT, name: str = ""
 ) -> bpy.types.Object:
-    """The armature with its skinned mesh, in the usual size of the sort; returns the armature.
+    """Add an armature with its skinned mesh, in the usual size of the sort; return the armature.
 
-    The armature is `name`, the mesh `name` and "body"; Blender numbers what there is already.
+    The armature is called `name`, and the mesh `name` and "body". Blender appends a number if
+    another object has the name.
     """
     build = BUILDS[sort]
     rig = _armature(collection, name or LABELS[sort], skeleton_of(build))
@@ -77,7 +78,7 @@ def add_person(
 
 
 def body_of(rig: Any) -> Any:
-    """The skinned mesh of an armature; None where it was deleted."""
+    """Return the skinned mesh of an armature, or None if it was deleted."""
     for child in rig.children:
         if child.type == "MESH" and any(
             m.type == "ARMATURE" and m.object == rig for m in child.modifiers
@@ -91,7 +92,7 @@ def _armature(
 ) -> bpy.types.Object:  # fmt: skip
     data = bpy.data.armatures.new(name)
     rig = bpy.data.objects.new(name, data)
-    # Bones are made in the scene's own collection: the chosen one may be hidden.
+    # Edit Mode needs a visible object, and the chosen collection may be hidden.
     root = bpy.context.scene.collection
     root.objects.link(rig)
     rig.show_in_front = True
@@ -113,7 +114,7 @@ def _armature(
 
 
 def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]:
-    """Fewer triangles, more of them where the surface bends; Blender's Decimate does it."""
+    """Return the mesh with fewer triangles, reduced least where it bends, by Decimate."""
     mesh = bpy.data.meshes.new("reduced")
     mesh.from_pydata(points.tolist(), [], quads.tolist())
     thing = bpy.data.objects.new("reduced", mesh)
@@ -134,7 +135,7 @@ def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]
 
 
 def _mesh(name: str, sort: Sort) -> bpy.types.Mesh:
-    """All parts in one mesh; the vertex attribute "part" says which is which."""
+    """Return the mesh of all parts; the vertex attribute "part" has the number of the part."""
     names = list(COLOURS[sort])
     points: list[Array] = []
     faces: list[Index] = []
@@ -166,7 +167,7 @@ def _points(mesh: bpy.types.Mesh) -> Array:
 
 
 def _skin(body: bpy.types.Object, sort: Sort) -> None:
-    """Vertex groups: one a bone, four bones a vertex at the most."""
+    """Add the vertex groups, one for each bone; a vertex is in four groups at most."""
     mesh, skeleton = body.data, skeleton_of(BUILDS[sort])
     points = _points(mesh)
     owner = np.empty(len(points), np.intp)
@@ -201,7 +202,7 @@ def _enlarge_head(mesh: bpy.types.Mesh, weight: Array, joint: Array) -> None:
 
 
 def _smoothed(mesh: bpy.types.Mesh, table: Array) -> Array:
-    """Weights averaged along the edges: no steps left in the skin."""
+    """Return the weights averaged along the edges, because steps would show in the skin."""
     edges = np.empty(len(mesh.edges) * 2, np.intp)
     mesh.edges.foreach_get("vertices", edges)
     a, b = edges.reshape(-1, 2).T
@@ -215,7 +216,7 @@ def _smoothed(mesh: bpy.types.Mesh, table: Array) -> Array:
 
 
 def _material(sort: Sort, part: str) -> bpy.types.Material:
-    """The material of a part, which residents of a sort share."""
+    """Return the material of a part, which all residents of a sort share."""
     name = f"{LABELS[sort]} {part}"
     material = bpy.data.materials.get(name)
     if material is not None:

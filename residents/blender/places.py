@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads the places, doors, lamps and floors of a home from the marks on its objects."""
+"""Read the places, doors, lamps and floors of a home from the marks on its objects."""
 
 from __future__ import annotations
 
@@ -16,32 +16,33 @@ from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import DOOR, LAMP, MOVED, STAND, Door, LampPlace, Place, Places
 from .marks import MarkedObject, door_of, marked
-from .standing import REACH_M, grounds, place_of, under, walked
+from .standing import REACH_M, place_of, storey_index, walkable_home, walkable_storeys
 
 T = TypeVar("T")
 
 
 def read_places(scene: Any, depsgraph: Any) -> Places:
-    """Reads the marks of the evaluated scene. Raises AngenError."""
+    """Return the places of the evaluated scene; raise `AngenError` if none can be read."""
     return read_marks(depsgraph).places
 
 
 def read_marks(depsgraph: Any) -> HomeMarks:
-    """The marks of the evaluated scene. Raises AngenError."""
+    """Return the marks of the evaluated scene; raise `AngenError` if none can be read."""
     return finished(reading_marks(depsgraph))
 
 
 def reading_marks(depsgraph: Any) -> Shares[HomeMarks]:
-    """The same in steps."""
+    """Read the marks as `read_marks` does, and yield the share that is done."""
     marks = HomeMarks()
     yield from marks.reading(depsgraph)
     return marks
 
 
 class HomeMarks:
-    """The marks of a home, with the grounds that they stand on, once `reading` was gone through."""
+    """The marks of a home, and the storeys that they are on, after `reading` has run."""
 
     def reading(self, depsgraph: Any) -> Shares[None]:
+        """Read the marks, and yield the share done; raise `AngenError` if none can be read."""
         objects = marked(depsgraph.view_layer)
         if not objects:
             raise InputError(
@@ -60,18 +61,18 @@ class HomeMarks:
         self.marked = {name: self.marked[name] for name in anchors}
         objects = [marked.obj for marked in self.marked.values()]
         points = np.array([*anchors.values()])
-        # Lamps without a switch hang anywhere.
-        loose = [obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects]
-        stood = ~np.array(loose) | np.all(loose)
+        # Lamps without a switch are left out: they hang at any height.
+        unanchored = [obj.angen_place.use == LAMP and not obj.angen_place.switch for obj in objects]
+        stood = ~np.array(unanchored) | np.all(unanchored)
         rows = [t.rows for t in self.marked.values() if t.obj.angen_place.use != STAND]
         rows = np.concatenate([np.empty(0, np.intp), *rows])
         names = [name for name, counts in zip(self.marked, stood, strict=True) if counts]
-        walk = walked(self.home, leaves)
-        walkable = grounds(self.home, walk, points[stood], names, rows)
-        self.grounds = yield from scaled(walkable, 0.02, 0.85)
+        walk = walkable_home(self.home, leaves)
+        reading = walkable_storeys(self.home, walk, points[stood], names, rows)
+        self.grounds = yield from scaled(reading, 0.02, 0.85)
         heights = [ground.storey.height for ground in self.grounds]
         self.numbers = {
-            obj.name: under(heights, float(point[2]))
+            obj.name: storey_index(heights, float(point[2]))
             for obj, point in zip(objects, points, strict=True)
         }
         doors = finished(self._read(self._door, [o for o in objects if o.angen_place.use in MOVED]))
@@ -83,7 +84,7 @@ class HomeMarks:
         self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
 
     def _read(self, read: Callable[[Any], T], objects: list[Any]) -> Shares[dict[str, T]]:
-        """By name, what is read of objects; what cannot be read is a problem."""
+        """Return what `read` returns for each object, by name; note errors as problems."""
         found = {}
         for number, obj in enumerate(objects):
             yield number / len(objects)
@@ -95,6 +96,7 @@ class HomeMarks:
         return found
 
     def _stay_out_of(self, doors: Iterable[Door]) -> None:
+        """Add the doorways to the storeys, so that nobody stands in them."""
         lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
         self.grounds = [
             replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
@@ -103,24 +105,25 @@ class HomeMarks:
         ]
 
     def _stood_at(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:
-        """Whether one stands somewhere for it: not for doors, nor lamps that hang too high."""
+        """Return whether a resident stands somewhere for a mark: not for doors and high lamps."""
         if obj.angen_place.use != LAMP:
             return bool(obj.angen_place.use != DOOR)
         ground = self.grounds[self.numbers[obj.name]]
         return float(lamps[obj.name].at[2]) <= ground.storey.height + REACH_M
 
     def _anchor(self, obj: Any) -> Array:
-        """(3,): where a mark is, as its floor is looked for; of a lamp with a switch, there."""
+        """Return the point below which the floor of a mark is searched for, shape (3,), m."""
         mark = obj.angen_place
         if mark.use == LAMP and mark.switch is not None:
             return MarkedObject(self.home, mark.switch).at
         return self.marked[obj.name].middle
 
     def _door(self, obj: Any) -> Door:
+        """Return the door of a marked leaf, drawer or curtain."""
         if not is_placed(obj, self.home.depsgraph):
             raise InputError(
-                "it is disabled in viewports, so that sensors do not meet the leaf: enable it "
-                "there (monitor icon), or set its Use to None"
+                "it is disabled in viewports, so sensors do not notice the leaf: enable it there "
+                "(monitor icon in the Outliner), or set its Use to None"
             )
         number = self.numbers[obj.name]
         storey = self.grounds[number].storey
@@ -142,8 +145,7 @@ class HomeMarks:
 
 
 def _light_of(obj: Any) -> Any:
-    """The lamp of a mark: the object, or the first light among its children at any depth, or its
-    parent."""
+    """Return the light object of a mark: the object, a descendant or the parent."""
     family = [obj, *sorted(obj.children_recursive, key=lambda child: child.name)]
     if obj.parent is not None:
         family.append(obj.parent)

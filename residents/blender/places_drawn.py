@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrows in 3D views: where one looks at a marked place, and how its doors swing."""
+"""Draw arrows in 3D views: where residents look at a marked place, and how its doors swing."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ from ...angen_addon.view.overlay.settings import redraw_views
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
-from .marks import FACING, NONE, SLIDES, leaf_of, look_of, marked, turns_by
+from .marks import FACING, NONE, SLIDES, leaf_of, look_of, marked, opening_angle
 
-# Colours by what is done there, none of them that of a sensor's state.
+# Colours by use, different from those of sensors' states.
 REST, USED, LEAF, LIT = (0.6, 0.5, 1.0), (0.15, 0.8, 0.7), (0.3, 0.85, 0.3), (0.75, 1.0, 0.55)
 COLOURS = {SIT: REST, LIE: REST, STAND: REST, DOOR: LEAF, CURTAIN: LEAF, LAMP: LIT}
-# m: of an arrow, of that along a bed, and of an arrow's head; above what it lies on.
+# m: length of an arrow, of the arrow along a bed, and of its head; height above the object.
 LONG_M, BED_M, HEAD_M, ABOVE_M = 0.45, 0.9, 0.12, 0.04
+# Segments of a door's swing.
 ARC = 12
-BOLD = 2.4
+LINE_WIDTH = 2.4
 
 
 def lines(obj: Any, metres: float) -> Array:
-    """(n, 2, 3) in units of the scene: what is drawn of a mark."""
+    """Return the lines to draw for a mark, shape (n, 2, 3), in Blender units."""
     mark = obj.angen_place
     if mark.use in (DOOR, CURTAIN):
         return _leaf(obj, metres)
@@ -46,7 +47,7 @@ def lines(obj: Any, metres: float) -> Array:
 
 
 def _top(obj: Any) -> Array:
-    """(3,): over its middle; its origin where it has no box."""
+    """Return the middle of the top of an object's box, shape (3,), or its origin without a box."""
     if obj.type == "EMPTY" or not obj.bound_box:
         return np.array(obj.matrix_world.translation)
     corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
@@ -70,7 +71,7 @@ def _lamp(obj: Any) -> Array:
 
 
 def _leaf(obj: Any, metres: float) -> Array:
-    """A door's swing as on a plan, over its lower edge; or the way that it slides."""
+    """Return the swing of a door as on a floor plan, or an arrow along which it slides."""
     try:
         leaf, _ = leaf_of(obj)
     except AngenError:
@@ -84,7 +85,7 @@ def _leaf(obj: Any, metres: float) -> Array:
         return _arrow(np.array(free), np.array(-leaf.edge), long, HEAD_M / metres)
     hinge = leaf.pivot.copy() if leaf.pivot else free - leaf.edge * leaf.width
     hinge.z = free.z
-    turn = turns_by(leaf, mark.angle)
+    turn = opening_angle(leaf, mark.angle)
     swung = [
         hinge + Matrix.Rotation(turn * k / ARC, 3, "Z") @ (free - hinge) for k in range(ARC + 1)
     ]
@@ -93,7 +94,7 @@ def _leaf(obj: Any, metres: float) -> Array:
 
 
 def _signature(obj: Any) -> tuple[Any, ...]:
-    """What the lines of a mark follow; a leaf with keys is drawn as it is shut."""
+    """Return everything that the lines of a mark depend on; a keyed leaf is drawn shut."""
     mark, keyed = obj.angen_place, obj.animation_data is not None and obj.animation_data.action
     at = obj.matrix_world if not (keyed and mark.use in (DOOR, CURTAIN)) else Matrix()
     switch = mark.switch.matrix_world.translation[:] if mark.switch else ()
@@ -114,14 +115,14 @@ def _batch(objects: list[Any], metres: float, shader: Any) -> Any:
 
 
 def shown(context: Any) -> list[Any]:
-    """The marked objects that have arrows: all, or else the selected ones."""
+    """Return the marked objects that have arrows: all, or only the selected ones."""
     if context.scene.angen_show_places:
         return marked(context.view_layer)
     return [o for o in context.selected_objects if o.angen_place.use != NONE]
 
 
 def draw() -> None:
-    """In the world; nothing is written but what was drawn last."""
+    """Draw the arrows; write nothing but the cache of the last drawing."""
     context = bpy.context
     scene, space = context.scene, context.space_data
     if not scene.angen_overlay.show or not space.overlay.show_overlays or state.CACHE.running:
@@ -139,7 +140,7 @@ def draw() -> None:
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_test_set("LESS_EQUAL")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-    shader.uniform_float("lineWidth", BOLD * context.preferences.system.ui_scale)
+    shader.uniform_float("lineWidth", LINE_WIDTH * context.preferences.system.ui_scale)
     state.CACHE.arrows[1].draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")
@@ -155,8 +156,8 @@ _handles: list[Any] = []
 def register() -> None:
     bpy.types.Scene.angen_show_places = BoolProperty(
         name="Show Places",
-        description="Draw arrows for all marked places of residents, and how doors swing; "
-        "off: for the selected ones alone. Show in View hides them, too",
+        description="Draw arrows for all marked places of residents, and how doors swing; if off, "
+        "only for selected objects. Switching off Show in View hides them too",
         options=set(),
         update=_changed,
     )

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which of the marked places residents cannot get to, and what is in the way, also as curves on the
-floor."""
+"""Find the marked places that residents cannot reach, and what is in the way.
+
+The ways that end before a place can be drawn as curves on the floor.
+"""
 
 from __future__ import annotations
 
@@ -30,15 +32,27 @@ from .places import read_marks, reading_marks
 from .settings import residents_in
 from .standing import WalkedStorey
 
-# m above the floor: what is met there is named.
+# m above the floor: an object in the way is searched for at this height.
 HIP_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """The result of a check: the marked places, and how many objects are `marked`; which places
-    nobody can reach, and what is in the way, by the place's name; `shut`: leaves that look like
-    doors, without a mark."""
+    """The result of a check of places.
+
+    Attributes
+    ----------
+    places
+        The marked places, doors and lamps.
+    marked
+        The number of marked objects.
+    lost
+        The places that residents cannot reach.
+    between
+        The name of the object in the way, by the name of the place.
+    shut
+        Names of objects that look like doors, and have no mark.
+    """
 
     places: Places
     marked: int
@@ -48,7 +62,7 @@ class Checked:
 
     @property
     def count(self) -> str:
-        """How many objects are marked, as what, and whether all is well."""
+        """A text with the number of marked objects, and of places that cannot be reached."""
         places = self.places.places
         counts = {
             "place": len(places),
@@ -67,7 +81,7 @@ class Checked:
 
 
 def guessed_rooms(home: Examined) -> Iterable[Found]:
-    """Reports marked places whose room only the sensors nearby tell."""
+    """Yield a finding of the marked places whose room was guessed from sensors nearby."""
     if not marked(home.view_layer):
         return
     try:
@@ -76,7 +90,7 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
         return
     if names:
         yield (
-            f"Rooms guessed from the sensors nearby, since no wall parts them: {named(names)}",
+            f"Rooms guessed from the sensors nearby, since no wall separates them: {named(names)}",
             "Set Room in the panel Resident's Place; or draw a box that marks the room (Ignored by "
             "sensors, its name noted), or put the objects into a collection named after the room",
             names,
@@ -84,22 +98,22 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
 
 
 def _lived(scene: Any, view_layer: Any) -> list[Any]:
-    """What moves by a routine (`angen day`): the marked objects of a home that has residents."""
+    """Return the objects that a routine moves: the marked objects of a home with residents."""
     return marked(view_layer) if residents_in(scene) else []
 
 
-# The doctor knows nothing of residents.
+# The doctor does not import residents: add their checks here.
 CHECKS["rooms"] = guessed_rooms
 MOVED_WITHOUT_KEYS.append(_lived)
 
 
 def check_places(depsgraph: Any) -> Checked:
-    """Raises AngenError."""
+    """Check the marked places; raise `AngenError` if none can be read."""
     return finished(checking_places(depsgraph))
 
 
 def checking_places(depsgraph: Any) -> Generator[Doing, None, Checked]:
-    """The same in steps."""
+    """Check the places as `check_places` does, and yield `Doing`."""
     reading = yield from doing("floors and places", scaled(reading_marks(depsgraph), 0.0, 0.8))
     looking = scaled(unreached_in_steps(reading.places), 0.8, 1.0)
     lost = yield from doing("ways", looking)
@@ -115,13 +129,14 @@ def checking_places(depsgraph: Any) -> Generator[Doing, None, Checked]:
 
 
 def _shut(depsgraph: Any) -> tuple[str, ...]:
+    """Return the names of objects that look like doors, and have no mark."""
     home = Examined(depsgraph.scene, depsgraph.view_layer, depsgraph)
     found = {leaf.name for leaf, *_ in leaves(home) if leaf.angen_place.use == NONE}
     return tuple(sorted(found))
 
 
 def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> str:
-    """The name of what a ray meets from as far as one gets to the place; empty: nothing."""
+    """Return the name of the object between the end of a way and its place; empty if none."""
     home = ground.home
     level = ground.storey.height + HIP_M
     start, end = np.array([*lost.nearest, level]), np.array([*lost.place.at[:2], level])
@@ -130,16 +145,15 @@ def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> s
         return ""
     way = ((end - start) / length)[None]
     others = np.setdiff1d(home.rows, rows)
-    _, met = home.caster.first_met(
+    _, numbers = home.caster.first_met(
         home.depsgraph, others, start[None] / home.metres, way, np.array([length / home.metres])
     )
     names = {solid.number: solid.name for solid in home.caster.solids.solids}
-    return names.get(int(met[0]), "")
+    return names.get(int(numbers[0]), "")
 
 
 def _causes(checked: Checked) -> Iterable[list[Unreached]]:
-    """The places that cannot be reached, in groups: of each the same thing is in the way, or one
-    gets as far."""
+    """Return the unreachable places, grouped by the object in the way, or by the end of the way."""
     found: dict[Any, list[Unreached]] = {}
     for one in checked.lost:
         far = tuple(one.nearest) if len(one.way) else ()
@@ -149,8 +163,10 @@ def _causes(checked: Checked) -> Iterable[list[Unreached]]:
 
 
 def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
-    """One line on places of one cause: from where they cannot be reached, how far one gets, and
-    what is in the way."""
+    """Return a line on unreachable places with one cause.
+
+    It says from where the places cannot be reached, how far residents get, and what is in the way.
+    """
     nearest = min(lost, key=lambda one: one.short)
     several = len(lost) > 1
     names = named((one.place.name for one in lost), len(lost))
@@ -160,19 +176,20 @@ def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
         return text + f"{on} on another floor, and residents do not climb stairs"
     x, y = (lengths.text(float(c)) for c in nearest.nearest)
     of = quoted(nearest.place.name) if several else "it"
-    text += f"one gets as far as ({x}, {y}), {lengths.text(nearest.short)} short of {of}"
+    text += f"residents get as far as ({x}, {y}), {lengths.text(nearest.short)} short of {of}"
     between = checked.between.get(nearest.place.name, "")
     return text + (f"; '{between}' is between" if between else "")
 
 
 def sentences(checked: Checked, lengths: Lengths) -> list[str]:
-    shut = f"Nobody opens {named(checked.shut)}: what is a door has to be marked as one"
+    """Return all problems of a check, a line for each."""
+    shut = f"No resident opens {named(checked.shut)}: mark each that is a door with Use: Door"
     lost = [sentence(checked, group, lengths) for group in _causes(checked)]
     return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
 
 
 def as_text(checked: Checked, lengths: Lengths) -> str:
-    """A table of what is marked, then what is wrong."""
+    """Return a table of the marked places, followed by the problems."""
     rows = [
         (p.name, LABELS[p.use], p.room + " (guessed)" * p.room_guessed)
         for p in checked.places.places.values()
@@ -193,7 +210,7 @@ def as_text(checked: Checked, lengths: Lengths) -> str:
 
 
 def as_json(checked: Checked) -> str:
-    """Metres, and degrees counter-clockwise from +x."""
+    """Return the check as JSON; lengths in metres, angles in degrees counter-clockwise from +x."""
     lost = {one.place.name: one for one in checked.lost}
     places = [_facts(p, lost.get(p.name), checked) for p in checked.places.places.values()]
     doors = [
@@ -209,11 +226,11 @@ def as_json(checked: Checked) -> str:
         for lamp in checked.places.lamps.values()
     ]
     rooms = sorted({name for s in checked.places.storeys for name in s.rooms} - {""})
-    told = {
+    report = {
         "places": places, "doors": doors, "lamps": lamps, "rooms": rooms,
         "problems": list(checked.places.problems),
     }  # fmt: skip
-    return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _facts(place: Place, lost: Unreached | None, checked: Checked) -> dict[str, Any]:
@@ -240,28 +257,29 @@ def _point(at: Array) -> list[float]:
     return [round(float(c), 4) for c in at]
 
 
-# Ways that end before a place, as curves on the floor, which no sensor sees.
+# Curves of the ways that end before a place. Sensors ignore them.
 
 COLLECTION = "Ways"
-# m: above the floor, and its radius.
+# m: height of the curve above the floor, and its radius.
 ABOVE_M, RADIUS_M = 0.05, 0.015
 RED = (0.85, 0.12, 0.1, 1.0)
 
 
 def show(scene: Any, places: Places, lost: list[Unreached]) -> None:
-    """Draws how far residents get towards each lost place, instead of earlier drawings, and the
-    arrows of all places."""
+    """Draw how far residents get towards unreachable places, and the arrows of all places."""
     scene.angen_show_places = True
     remove(scene)
     drawn = [one for one in lost if len(one.way) > 1]
     if not drawn:
         return
-    own = bpy.data.collections.new(COLLECTION)
-    own[WAY_MARK] = True
-    own.hide_render = True
-    scene.collection.children.link(own)
+    collection = bpy.data.collections.new(COLLECTION)
+    collection[WAY_MARK] = True
+    collection.hide_render = True
+    scene.collection.children.link(collection)
     for one in drawn:
-        own.objects.link(_curve(scene, one, places.storeys[one.place.storey].height + ABOVE_M))
+        collection.objects.link(
+            _curve(scene, one, places.storeys[one.place.storey].height + ABOVE_M)
+        )
 
 
 def _curve(scene: Any, lost: Unreached, height: float) -> Any:
@@ -291,7 +309,7 @@ def _material() -> Any:
 
 
 def remove(scene: Any) -> None:
-    """Takes all ways out of the scene."""
+    """Remove all drawn ways from the scene."""
     for obj in [obj for obj in scene.objects if WAY_MARK in obj]:
         curve = obj.data
         bpy.data.objects.remove(obj)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs days in the open home, one after the other, each from its routine alone; the home's own keys
-are put aside for that."""
+"""Simulate days in the open home, one after the other, each from its routine alone.
+
+The home's own animation is replaced during the run, and restored at the end.
+"""
 
 from __future__ import annotations
 
@@ -52,16 +54,17 @@ from .keys import KeyedStretch, lights_of
 from .places import reading_marks
 from .settings import build_of, residents_in
 
-# A home's own keys and strips put aside, and its camera: a day has its own story.
-
-# Of constraints, those that ask for the scene's camera.
+# Types of constraints that use the scene's camera.
 THROUGH_CAMERA = ("CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER")
 
 
 @contextmanager
-def put_aside(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
-    """Everything stands as at the scene's first frame, until the end; drivers, constraints and
-    modifiers go on. `but`: datablocks that keep their keys. What is linked keeps its own too."""
+def without_animation(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
+    """Keep the home as at the scene's first frame until the end, without its own animation.
+
+    Drivers, constraints and modifiers stay active. The datablocks in `but` keep their animation,
+    and so do linked ones.
+    """
     scene.frame_set(scene.frame_start)
     before = []
     for owner in list(all_animated()):
@@ -70,9 +73,9 @@ def put_aside(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
             before.append((owner, data.action, getattr(data, "action_slot", None), data.use_nla))
             data.action, data.use_nla = None, False
     camera = scene.camera
-    if not _is_asked_for_camera():
-        # There Blender's sound listens. It keeps its place at every frame from 0 on, and copies all
-        # of them at each new one: milliseconds late in a day.
+    if not _needs_camera():
+        # Blender's audio stores the camera's location for every frame from 0 on, and copies all of
+        # them at each new frame. Late in a day, that takes milliseconds.
         scene.camera = None
     try:
         yield
@@ -85,8 +88,8 @@ def put_aside(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
                 data.action_slot = slot
 
 
-def _is_asked_for_camera() -> bool:
-    """Whether anything may depend on which camera is the scene's."""
+def _needs_camera() -> bool:
+    """Return whether anything may depend on the scene's active camera."""
     drivers = [curve.driver for owner in all_animated() for curve in owner.animation_data.drivers]
     targets = (t for driver in drivers for variable in driver.variables for t in variable.targets)
     nodes = (node for tree in bpy.data.node_groups for node in tree.nodes)
@@ -99,21 +102,29 @@ def _is_asked_for_camera() -> bool:
     )
 
 
-# One day in the open home: the keys of its stretches come and go, the sensors read on.
-
-# s: with more movement than this between two exchanges keys take much memory.
+# s of movement between two exchanges of keys. More would need much memory.
 MOST_MOVEMENT = 200.0
-# s: keys go on for so long after a stretch, for what needs the frames after its own.
+# s: keys cover this time after a stretch, for sensors that need later frames.
 AFTER_S = 1.0
-# Updates that *Explain* goes back to: of the same tilt, and the one before that.
+# *Explain* needs this many earlier updates: the last two scans at the same tilt.
 TILTS_BACK = 24
 
 
 class DayRun:
-    """Day `number` (from 0) of a run, with what was `acted` on it, or the s `between` of it.
-    `residents`: the object of each person; `causes`: whether events are to be told with who and
-    what made them. After `progress` was gone through, `events` are those of the day, and
-    `recording` is what was read, in the frames of the day."""
+    """The run of day `number` (from 0), or of the part `between` two times (s) of it.
+
+    After `progress` has run, `events` are the events of the day, and `recording` has the readings,
+    in frames of the day.
+
+    Parameters
+    ----------
+    acted
+        What the residents do on the day.
+    residents
+        The object of each person.
+    causes
+        Whether events get their person and cause.
+    """
 
     def __init__(
         self,
@@ -141,7 +152,7 @@ class DayRun:
         self.events: tuple[Event[int], ...] = ()
 
     def progress(self) -> Iterator[Progress]:
-        """Does it. Raises AngenError."""
+        """Simulate the day and yield the progress; raise `AngenError` if a sensor cannot sense."""
         first, *others = pairwise(self._bounds)
         begin, end = frame_at(self._bounds[0]), frame_at(self._bounds[-1]) - 1
         exchanges = [Exchange(frame_at(start), self._shown(start, end)) for start, end in others]
@@ -157,12 +168,12 @@ class DayRun:
                 self._clock,
                 self._causes.note if self._causes.wanted else None,
             )
-            self._causes.take_left()
-        self.events = attribute_events(_events(self._causes.told, self._midnight))
+            self._causes.explain_left()
+        self.events = attribute_events(_events(self._causes.events, self._midnight))
 
     def _shown(self, start: float, end: float) -> Callable[[], None]:
         def exchange() -> None:
-            self._causes.take_left()
+            self._causes.explain_left()
             self._show(start, end)
             give_back()
 
@@ -172,11 +183,14 @@ class DayRun:
         self._keys.show(self._acted, start - self._before, end + AFTER_S)
 
 
-def _events(told: Iterable[Event[float]], midnight: float) -> list[Event[int]]:
-    """How everything is at midnight, and what happens then; without frames, which a day has not."""
+def _events(events: Iterable[Event[float]], midnight: float) -> list[Event[int]]:
+    """Return the state of each field at midnight, and the events after it.
+
+    Frames are set to 0, because a day has none.
+    """
     begins: dict[tuple[str, str], Event[int]] = {}
     found = []
-    for event in sorted(told):
+    for event in sorted(events):
         time = round((event.time - midnight) * US)
         if time <= 0:
             at_midnight = replace(event.at(0), frame=0.0, person="", because="")
@@ -188,7 +202,7 @@ def _events(told: Iterable[Event[float]], midnight: float) -> list[Event[int]]:
 
 @contextmanager
 def at_ten_frames(scene: Any) -> Iterator[None]:
-    """The scene in the time of a day: 10 frames a second, each of them whole."""
+    """Set the scene to the frame rate of a day: 10 whole frames a second."""
     render = scene.render
     names = ("fps", "fps_base", "frame_map_old", "frame_map_new")
     before = [getattr(render, name) for name in names]
@@ -204,15 +218,19 @@ def at_ten_frames(scene: Any) -> Iterator[None]:
         scene.frame_set(frame, subframe=subframe)
 
 
+# Blender's integers have 32 bits.
 LARGEST_SEED = 0x7FFFFFFF
-# s: what a diary begins with at the first midnight was begun so long before.
+# s: an activity with which a diary begins at midnight began so much earlier.
 UNDER_WAY = 3600.0
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A routine that was read from the file `name`, and the segments of a diary in its place, in s
-    since the midnight of its `first` day; `text` is that of both files."""
+    """A routine from the file `name`, and the segments of a diary that replace its plans.
+
+    The times of segments are in s since midnight of the diary's `first` day. `text` is the text of
+    both files.
+    """
 
     name: str
     text: str
@@ -222,22 +240,24 @@ class Plan:
 
     @classmethod
     def read(cls, path: Path, diary_path: Path | None = None) -> Plan:
-        """A diary tells what is done instead of the routine's plans. Raises InputError."""
+        """Read a routine, and a diary in place of its plans; raise `InputError` if invalid."""
         plan = cls.of(read_text(path), path.name)
         if diary_path is None:
             return plan
-        told = read_text(diary_path)
-        first, segments = diary.read(told, diary_path.name)
-        return replace(plan, text=plan.text + told, diary=tuple(segments), first=first)
+        diary_text = read_text(diary_path)
+        first, segments = diary.read(diary_text, diary_path.name)
+        return replace(plan, text=plan.text + diary_text, diary=tuple(segments), first=first)
 
     @classmethod
     def of(cls, text: str, name: str) -> Plan:
-        """From the text of a routine that is called so. Raises InputError."""
+        """Return the plan of a routine's text; raise `InputError` if it is invalid."""
         return cls(name, text, file.read(text, name))
 
     def segments(self, start: date, days: int, seed: int) -> list[Segment]:
-        """Who does what on `days` days from the date `start`, in s since its midnight; what is
-        under way then was begun before."""
+        """Return who does what on `days` days from `start`, in s since midnight of `start`.
+
+        A segment that is under way at midnight has begun before.
+        """
         if self.first is None:
             return timetable(self.routine, start, days, seed)
         shift = (self.first - start).days * DAY
@@ -256,7 +276,7 @@ class Plan:
 
 
 class Household:
-    """Who lives in the open home, and how: `residents` is the object of each person."""
+    """The people of a routine in the open home; `residents` has the object of each person."""
 
     def __init__(
         self,
@@ -267,7 +287,10 @@ class Household:
         seed: int,
         read: bool = True,
     ) -> None:
-        """`read`: at once; else whoever makes it goes through `reading`. Raises InputError."""
+        """Read the home at once, or, with `read` False, leave that to `reading`.
+
+        Raise `InputError` if the seed or a resident is invalid.
+        """
         if not 0 <= seed <= LARGEST_SEED:
             raise InputError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
         self.scene, self.sensors, self.plan = scene, list(sensors), plan
@@ -278,14 +301,16 @@ class Household:
         scene.frame_set(scene.frame_start)
         for obj in self.residents.values():
             _check_placed(obj)
-        # Whether events are to be told with who and what made them.
+        # Whether events get their person and cause.
         self.causes = True
         if read:
             finished(self.reading())
 
     def reading(self) -> Shares[None]:
-        """Reads the marked places, in steps, while the scene stands at its first frame. Raises
-        AngenError."""
+        """Read the marked places and yield the share that is done.
+
+        The scene must be at its first frame. Raise `AngenError` if the places cannot be read.
+        """
         self.places: Places = (yield from reading_marks(evaluated_depsgraph())).places
         self._builds: dict[str, Build] = {}
         for name, obj in self.residents.items():
@@ -298,11 +323,11 @@ class Household:
         return self.start + timedelta(number)
 
     def acted(self, number: int) -> Acted:
-        """What is done on day `number`, whatever days are asked for. Raises InputError."""
+        """Return what is done on day `number`; raise `InputError` if it cannot be acted."""
         return finished(self.acting(number))
 
     def acting(self, number: int) -> Shares[Acted]:
-        """The same in steps."""
+        """Act a day as `acted` does, and yield the share that is done."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
         return self._last[1]
@@ -328,8 +353,10 @@ class Household:
         keys: KeyedStretch,
         between: tuple[float, float] | None = None,
     ) -> Generator[Progress, None, Day]:
-        """Day `number`, or the s `between` of it, with the keys of `keyed`. Raises InputError,
-        AngenError."""
+        """Simulate day `number`, or the part `between` two times (s) of it, with keys from `keyed`.
+
+        Raise `AngenError` if the day cannot be acted or simulated.
+        """
         acted, sensors = self.acted(number), self.sensors
         calendar = calendar_number(self.start) + number
         what = acted, self.residents, keys, calendar, between, self.causes
@@ -343,11 +370,11 @@ class Household:
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:
-        """Residents, doors, lamps and things in place of the home's own story, until the end."""
-        # What a lamp shines with when it is on, its keys tell.
+        """Replace the home's animation by keys of residents, doors, lamps and things."""
+        # Keep the keys of lamps: they say with what power a lamp shines when it is on.
         lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
         lights = {light for lamp in lamps for light in lights_of(lamp)}
-        with put_aside(self.scene, lights):
+        with without_animation(self.scene, lights):
             keys = KeyedStretch(self.residents, self.places)
             try:
                 yield keys
@@ -356,6 +383,7 @@ class Household:
 
     @contextmanager
     def _seeded(self) -> Iterator[None]:
+        """Set the scene's seed to that of the run."""
         before = self.scene.angen_seed
         self.scene.angen_seed = self.seed
         try:
@@ -365,23 +393,23 @@ class Household:
 
     def _room_at(self, point: Array) -> str:
         storeys = self.places.storeys
-        # A lying body's hips are lower than a metre.
+        # The storey is found by height: the hips of a person who lies are lower than a metre.
         return storeys[self.places.storey_at(float(point[2]))].room_at(point) if storeys else ""
 
 
 def _check_placed(resident: Any) -> None:
-    """Raises InputError where Blender does not place a resident, or what it pushes."""
+    """Raise `InputError` if a resident, or its walking frame, is not in the evaluated scene."""
     for obj in (resident, resident.angen_resident.walking_frame):
         if obj is not None and not is_placed(obj, evaluated_depsgraph()):
             raise InputError(
                 f"'{obj.name}' is disabled in viewports or in no collection of this view layer, so "
-                "that no sensor meets it: enable it in the Outliner (monitor icon, its "
+                "no sensor notices it: enable it in the Outliner (monitor icon, its "
                 "collection's tick)"
             )
 
 
 def resident_of(person: Person) -> Any:
-    """The object that acts for a person. Raises InputError."""
+    """Return the object that acts for a person; raise `InputError` if there is none."""
     obj = bpy.data.objects.get(person.resident)
     if obj is None:
         known = [one.name for one in residents_in(bpy.context.scene)]
@@ -398,7 +426,10 @@ def run_days(
     progress: Callable[[int, Progress], object] = lambda number, step: None,
     between: tuple[float, float] | None = None,
 ) -> Iterator[Day]:
-    """The days of these numbers, counted from 0, or the s `between` of them. Raises AngenError."""
+    """Yield the simulated days of these numbers (from 0), or the part `between` of each.
+
+    Raise `AngenError` if a day cannot be acted or simulated.
+    """
     with closing(running_days(household, numbers, between)) as steps:
         for step in steps:
             if isinstance(step, Day):
@@ -410,7 +441,7 @@ def run_days(
 def running_days(
     household: Household, numbers: Iterable[int], between: tuple[float, float] | None = None
 ) -> Generator[tuple[int, Progress] | Day, None, None]:
-    """The same in steps: the number of a day with how far it is, and last the day itself."""
+    """Simulate as `run_days` does; yield the number and progress of a day, and last the day."""
     with household.keyed() as keys:
         for number in numbers:
             with closing(household.run(number, keys, between=between)) as run:
@@ -426,8 +457,11 @@ def running_days(
 
 
 def moved_share(spans: Array, part: float) -> float:
-    """How much of a day's movement, `spans` (n, 2) in s, is in the first part of its time: while
-    all rest, a run takes no time."""
+    """Return the share of a day's movement that is in the first `part` of its time.
+
+    `spans` are the movements, shape (n, 2), in s. The share measures progress, because a run takes
+    next to no time while nobody moves.
+    """
     moving = float(np.diff(spans).sum())
     before = float(np.diff(np.minimum(spans, part * DAY_S)).sum())
     return before / moving if moving else part

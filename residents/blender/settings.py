@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`obj.angen_resident`: who an armature is in the routines of days. Adds new residents."""
+"""Residents' settings (`obj.angen_resident`), which routines use; and new residents."""
 
 from __future__ import annotations
 
@@ -62,30 +62,30 @@ def _set_mass(group: Any, mass: float) -> None:
 class ANGEN_PG_resident(PropertyGroup):
     sort: EnumProperty(
         name="Sort",
-        description="What the resident is: how it is built and moves",
+        description="Kind of resident, which decides its build and how it moves",
         items=[
-            (NO_RESIDENT, "No Resident", "Moved by its own animation only", 0),
+            (NO_RESIDENT, "No Resident", "Moved only by its own animation", 0),
             *SORT_ITEMS,
         ],
     )
     speed: FloatProperty(
         name="Speed",
-        description="How fast it usually walks; with it go the lengths of its steps",
+        description="Usual walking speed, which also sets the length of steps",
         default=1.1, min=0.05, soft_min=0.3, soft_max=1.6, unit="VELOCITY",
     )  # fmt: skip
     stature: FloatProperty(
         name="Stature",
-        description="Height of the body (of a cat: of its back): the scale of the armature",
+        description="Height of the body, or of a cat's back; sets the scale of the armature",
         get=_get_stature, set=_set_stature, min=0.05, soft_max=2.2, precision=3, unit="LENGTH",
     )  # fmt: skip
     mass: FloatProperty(
         name="Mass",
-        description="What the body weighs on pressure pads: the mass of its mesh",
+        description="Mass with which the body weighs on pads",
         get=_get_mass, set=_set_mass, min=0.0, soft_max=150.0, unit="MASS",
     )  # fmt: skip
     walking_frame: PointerProperty(
         name="Walking Frame",
-        description="What the resident pushes before it as it walks, both hands on it",
+        description="Object that the resident pushes with both hands as it walks",
         type=Object,
     )
 
@@ -95,12 +95,12 @@ def is_resident(obj: Any) -> bool:
 
 
 def residents_in(scene: Any) -> list[Any]:
-    """The armatures of all residents of a scene, by name."""
+    """Return the armatures of all residents of a scene, sorted by name."""
     return sorted(filter(is_resident, scene.objects), key=lambda obj: obj.name)
 
 
 def build_of(obj: Any) -> Build:
-    """The body of a resident's armature. Raises ValueError where it is none."""
+    """Return the body of a resident's armature; raise `ValueError` if it is no resident."""
     if not is_resident(obj):
         raise ValueError(f"'{obj.name}' is no resident: add one with Shift+A, Sensor, Resident")
     settings = obj.angen_resident
@@ -111,7 +111,7 @@ def build_of(obj: Any) -> Build:
 
 
 def make_resident(obj: Any, sort: Sort) -> None:
-    """The usual settings of a sort for an armature with a body."""
+    """Give an armature with a body the usual settings of a sort."""
     usual, settings = BUILDS[sort], obj.angen_resident
     settings.sort = sort.value
     settings.stature, settings.mass, settings.speed = usual.stature, usual.mass, usual.speed
@@ -130,16 +130,16 @@ def unregister() -> None:
     _unregister()
 
 
-# A new resident in the scene, ready to be weighed, felt and named in a routine.
+# New residents, with a mass and a temperature.
 
 
 def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: bool = False) -> Any:
-    """Adds one that stands at a point (in Blender's units) and looks along a yaw (rad)."""
+    """Add a resident that stands at a point (Blender units) and faces along a yaw (rad)."""
     collection = context.collection
     rig = add_person(collection, sort)
     make_resident(rig, sort)
     rig.location, rig.rotation_euler = at, (0.0, 0.0, yaw)
-    # What was removed on the way is in the view layer until then.
+    # Objects removed while building the body stay in the view layer until this update.
     context.view_layer.update()
     warm(body_of(rig), USUAL["PET" if sort is Sort.CAT else "PERSON"], context.view_layer)
     if with_frame:
@@ -150,7 +150,7 @@ def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: b
 
 
 def stand_up(rig: Any) -> None:
-    """The bones as one stands, in place of the spread arms of rest; the frame before the hips."""
+    """Pose the bones of a resident as it stands, and put the walking frame in front of it."""
     metres = unit_scale(bpy.context.scene)
     place, yaw = rig.location * metres, rig.rotation_euler.z
     build = build_of(rig)
@@ -167,7 +167,7 @@ def stand_up(rig: Any) -> None:
 
 
 def add_walking_frame(rig: Any) -> Any:
-    """A walking frame with four wheels, in the resident's size; it becomes the resident's."""
+    """Add a walking frame with four wheels in the resident's size; return its object."""
     mesh = bpy.data.meshes.new(f"{rig.name} walking frame")
     points: list[Vector] = []
     faces: list[list[int]] = []
@@ -184,7 +184,7 @@ def add_walking_frame(rig: Any) -> Any:
 
 
 def _tubes() -> list[tuple[tuple[float, ...], tuple[float, ...], float]]:
-    """Ends and radius of each: handles, legs, wheels on their axles, cross bars, the seat."""
+    """Return ends and radius of each tube: handles, legs, wheels, cross bars and the seat."""
     back, side, high = walker.HANDLE_BACK, walker.HANDLE_SIDE, walker.HANDLE_HEIGHT
     tubes: list[tuple[tuple[float, ...], tuple[float, ...], float]] = []
     for y in (side, -side):

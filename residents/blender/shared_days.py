@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shares the days of `angen day --jobs` among several processes.
+"""Share the days of `angen day --jobs` among several processes.
 
-This process hands each worker one day at a time, by its number, over the worker's standard
-input. The system closes that pipe when this process ends, however it ends, and the worker ends
-with it.
+This process hands each worker one day at a time, by its number, over the worker's standard input.
+The system closes that pipe when this process ends, however it ends, and the worker ends with it.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ import bpy
 from ...angen_addon.commands.console import DONE, SIGNALS, leave_hard, note
 from .folder import Folder
 
-# s
-LOOK_EVERY, PATIENCE_S = 0.2, 2.0
+# s between two checks of the workers, and until a worker that does not end is killed.
+POLL_S, PATIENCE_S = 0.2, 2.0
 # The option of the command that makes its process a worker.
 WORKER = "--worker"
 # Runs the command line of this very package in another Python.
@@ -37,19 +36,22 @@ _START = (
 
 
 def worker_command() -> list[str]:
-    """Return this process's own command, as that of a worker."""
+    """Return the command that runs this process's command line as a worker."""
     if bpy.app.binary_path:
-        # Threads that wait for each other at each frame cost more than they give.
+        # With several processes, threads within each cost more than they gain.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
     root = Path(__file__).resolve().parents[2]
     return [sys.executable, "-c", _START, str(root), *sys.argv[1:], "--quiet", WORKER]
 
 
 def days_of_worker() -> Iterator[int]:
-    """Yield the days that a worker is handed, until the process that started it closes the pipe or
-    ends: then the worker ends at once, also amid a day."""
+    """Yield the days that a worker is handed.
+
+    When the process that started it closes the pipe or ends, the worker ends at once, also amid a
+    day.
+    """
     for number in SIGNALS:
-        # Whoever ends a worker by a signal is to be told of as such.
+        # The exit status then shows which signal ended the worker.
         signal.signal(number, signal.SIG_DFL)
     handed: queue.SimpleQueue[int] = queue.SimpleQueue()
 
@@ -70,17 +72,16 @@ class _Worker:
 
 
 class SharedDays:
-    """The days `left` to be made into a folder by this process and `workers` others, which run
-    within the context."""
+    """The days `left` to simulate, shared by this process and `workers` others in the context."""
 
     def __init__(self, folder: Folder, left: Sequence[int], workers: int) -> None:
         self._folder, self._left, self._count = folder, deque(left), workers
         self._workers: list[_Worker] = []
-        self._looked = 0.0
+        self._polled = 0.0
 
     def __enter__(self) -> SharedDays:
         for _ in range(self._count):
-            # In a session of its own: Ctrl-C in a terminal is for this process alone.
+            # A new session, so that Ctrl-C in a terminal reaches only this process.
             process = subprocess.Popen(
                 worker_command(),
                 stdin=subprocess.PIPE,
@@ -103,25 +104,29 @@ class SharedDays:
             worker.process.kill()
             worker.process.wait()
 
-    def own(self, waiting: Callable[[], object]) -> Iterator[int]:
-        """Yield the days that this process makes, until all are made or a worker has failed.
-        `waiting` is called now and then while there is none, but workers are at theirs."""
+    def own_days(self, waiting: Callable[[], object]) -> Iterator[int]:
+        """Yield the days that this process simulates, until all are done or a worker has failed.
+
+        Call `waiting` now and then while only workers have days.
+        """
         while True:
-            self.look()
+            self.poll_workers()
             if self._left:
                 yield self._left.popleft()
             elif any(worker.day is not None for worker in self._workers):
                 waiting()
-                time.sleep(LOOK_EVERY)
+                time.sleep(POLL_S)
             else:
                 return
 
-    def look(self) -> None:
-        """Hand each worker that has made its day the next one, and take back the days of workers
-        that have ended. To be called often."""
-        if time.monotonic() - self._looked < LOOK_EVERY:
+    def poll_workers(self) -> None:
+        """Hand the next day to each worker that is done, and take back the days of ended workers.
+
+        Call it often.
+        """
+        if time.monotonic() - self._polled < POLL_S:
             return
-        self._looked = time.monotonic()
+        self._polled = time.monotonic()
         for worker in list(self._workers):
             status = worker.process.poll()
             if worker.day is not None and self._folder.has(worker.day):
@@ -133,15 +138,17 @@ class SharedDays:
                 self._hand(worker, self._left[0])
 
     def _hand(self, worker: _Worker, day: int) -> None:
+        """Send the number of a day to a worker."""
         self._left.remove(day)
         worker.day = day
         assert worker.process.stdin is not None
         with suppress(OSError):
-            # Where it has ended, `look` takes the day back.
+            # If the worker has ended, `poll_workers` takes the day back.
             worker.process.stdin.write(b"%d\n" % day)
             worker.process.stdin.flush()
 
     def _lose(self, worker: _Worker, status: int) -> None:
+        """Take back the day of an ended worker; if it ended by an error, begin no new days."""
         _close(worker.process)
         if status > 0:
             # The worker has printed its error. No new days begin; those under way are finished.

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stretch of a day in the window: its keys in the home, and the way back from there.
+"""Show a stretch of a day in the window as animation, and restore the home afterwards.
 
-How the home was is noted in the scene as text, so that it survives undo, saving and opening.
+The earlier state of the home is stored in the scene as text, so that it survives undo, saving and
+opening.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .keys import MOVED, KeyedStretch, lights_of
 from .person import body_of
 from .still import rests
 
-# s before and after a stretch that can be scrubbed into.
+# s before and after a stretch that can be scrubbed too.
 AROUND_S = 2.0
 TIME = ("fps", "fps_base", "frame_map_old", "frame_map_new")
 RANGE = ("frame_start", "frame_end", "frame_current", "use_preview_range")
@@ -38,8 +39,10 @@ def show(
     start: float,
     end: float,
 ) -> None:
-    """What happens from `start` to `end` (s of the day `on`) as animation at the home's frames, in
-    the day's light. The scene's Start becomes that of its first frame."""
+    """Show `start` to `end` (s of the day `on`) as animation, in the day's light.
+
+    The scene's Start becomes the date and time of its first frame.
+    """
     leave(scene)
     ranged = {name: getattr(scene, name) for name in RANGE}
     scene.frame_set(scene.frame_start)
@@ -57,16 +60,16 @@ def show(
     keys = KeyedStretch(residents, places)
     for owner in owners:
         data = owner.animation_data
-        # What a lamp shines with when it is on, its keys tell.
+        # Keep the keys of lamps: they say with what power a lamp shines when it is on.
         if data is not None and owner not in lamps:
             data.action, data.use_nla = None, False
-    daylight.put_in()
+    daylight.insert_keys()
     first, last = max(start - AROUND_S, 0.0), end + AROUND_S
     keys.show(acted, first - 1.0, last + 1.0)
     render = scene.render
     render.fps, render.fps_base, render.frame_map_old, render.frame_map_new = FPS, 1.0, 100, 100
     scene.use_preview_range = False
-    # In this order, for the one pushes the other.
+    # In this order, because Blender keeps the first frame before the last.
     scene.frame_end, scene.frame_start = frame_at(last), frame_at(first)
     begin = datetime.combine(on, time()) + timedelta(seconds=time_at(frame_at(first)))
     whole = begin.microsecond == 0
@@ -75,7 +78,7 @@ def show(
 
 
 def leave(scene: Any) -> None:
-    """The home as it was before; nothing where no stretch is shown."""
+    """Restore the home as it was before `show`; do nothing if no stretch is shown."""
     if not scene.angen_day.before:
         return
     before = json.loads(scene.angen_day.before)
@@ -89,7 +92,7 @@ def leave(scene: Any) -> None:
             _give_back(owner, noted)
     for name, value in before["time"].items():
         setattr(scene.render, name, value)
-    # Files of earlier versions noted none.
+    # Files of earlier versions have no start.
     scene.angen_start = before.get("start", scene.angen_start)
     wanted = before["range"]
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
@@ -100,7 +103,7 @@ def leave(scene: Any) -> None:
 def _objects(
     acted: Acted, places: Places, residents: Mapping[str, Any], daylight: Daylight
 ) -> list[Any]:
-    """Whatever a day moves, and whatever the home's own story moves."""
+    """Return the objects that the day or the home's own animation moves."""
     objects = bpy.data.objects
     named = [*acted.swings, *acted.holds, *places.doors, *(o.name for o in residents.values())]
     found = {name: objects[name] for name in named if name in objects}
@@ -113,19 +116,19 @@ def _objects(
 
 
 def _lamps(places: Places) -> set[Any]:
-    """The lights of the lamps that people switch."""
+    """Return the lights of the lamps that residents switch."""
     lamps = [bpy.data.objects.get(lamp.object) for lamp in places.lamps.values()]
     return {light for lamp in lamps if lamp for light in lights_of(lamp)}
 
 
 def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
-    """Those, that of the sun, and those of the home's own story."""
+    """Return the lights of lamps, of the sun, and of the home's own animation."""
     sun = {daylight.sun.data} if daylight.sun is not None else set()
     return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
 
 
 def _noted(owner: Any) -> dict[str, Any]:
-    """How an object or a light is now."""
+    """Return the state of an object or a light, as values for JSON."""
     of = "lights" if isinstance(owner, bpy.types.Light) else "objects"
     bones = owner.pose.bones if getattr(owner, "pose", None) else ()
     found = _noted_animation(owner) | {"of": of, "name": owner.name, "values": _values(owner)}
@@ -133,16 +136,17 @@ def _noted(owner: Any) -> dict[str, Any]:
 
 
 def _noted_sky(world: Any, path: str) -> dict[str, Any]:
-    """How strong a world's sky is now, which the path in its node tree tells."""
+    """Return the state of a world's sky, whose strength is at a path in the node tree."""
     found = _noted_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
     return found | {"values": {path: world.node_tree.path_resolve(path)}}
 
 
 def _noted_animation(owner: Any) -> dict[str, Any]:
+    """Return the action and slot of a datablock, and keep the action in the file."""
     data = owner.animation_data
     action, slot = (data.action, getattr(data, "action_slot", None)) if data else (None, None)
     if action is not None:
-        # Else it would be lost where the file is saved meanwhile.
+        # Without a user, saving the file would drop the action.
         fake, action.use_fake_user = action.use_fake_user, True
     return {
         "animated": data is not None,
@@ -154,11 +158,13 @@ def _noted_animation(owner: Any) -> dict[str, Any]:
 
 
 def _values(part: Any) -> dict[str, Any]:
+    """Return the values of the properties that keys change."""
     found = {name: getattr(part, name) for name in MOVED if hasattr(part, name)}
     return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
 
 
 def _give_back(owner: Any, noted: Mapping[str, Any]) -> None:
+    """Restore a datablock to its stored state."""
     data = owner.animation_data
     ours = data.action if data is not None else None
     if data is not None:
@@ -168,7 +174,7 @@ def _give_back(owner: Any, noted: Mapping[str, Any]) -> None:
             data.action.use_fake_user = noted["fake"]
             if noted["slot"]:
                 data.action_slot = data.action.slots[noted["slot"]]
-    # Blender 4.2 goes on counting a world's nodes as a user.
+    # Blender 4.2 still counts a world's node tree as a user.
     unused = noted["of"] == "worlds" or (ours is not None and ours.users == 0)
     if ours is not None and unused and ours.name != noted["action"]:
         bpy.data.actions.remove(ours)

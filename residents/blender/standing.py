@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds where a person stands to sit, lie down or use an object, and where hips or hand go; and the
-free cells of the floors, where residents can walk."""
+"""Find where a person stands to sit, lie down or use an object, and where hips or hand go.
+
+The search needs the free cells of the floors, where residents can walk.
+"""
 
 from __future__ import annotations
 
@@ -43,29 +45,38 @@ from ..acting.ways import Floor, regions
 from .marks import MarkedObject, look_of
 from .settings import is_resident, residents_in
 
-# Finds where residents can walk: the floors below the marks, as free cells, and their rooms.
-
-# m: of a cell, where the home is not too large for it; of the largest.
+# m: usual size of a cell, and the largest size, for large homes.
 SIZE_M, COARSEST_M = 0.05, 0.1
-# m: a mark is at what is so near.
+# m: a mark belongs to parts of the floor that are so near.
 NEAR_M = 0.8
-# m around the marks that residents may walk on.
+# m: residents can walk this far around the marks.
 AROUND_M = 2.0
-# Heights (m) at which a body must not meet anything on its way from cell to cell.
+# Heights (m) at which nothing may be in the way from one cell to the next.
 FELT_M = (0.3, 1.0, 1.6)
 # Rays go down around each mark at these distances (m) to find its floor.
 RINGS_M, DEEP_M = (0.5, 1.0, 1.6, 2.2), 4.0
-# m: a mark is at most so far above its floor.
+# m: largest height of a mark above its floor.
 ABOVE_M = 2.7
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
 @dataclass(frozen=True)
 class WalkedStorey:
-    """A storey as residents walk on it: `home` without what they pass or are, and the number
-    (nx, ny) of the cells that a body gets to from one another, 0 where it does not fit; `main` is
-    the number that most marks are at. `doorways` (k, 2) are points along shut leaves, where nobody
-    stays."""
+    """A storey with the cells on which residents can walk.
+
+    Attributes
+    ----------
+    storey
+        Its height, floor and rooms.
+    home
+        The home without the objects that residents pass, and without the residents.
+    part
+        The number of the connected part of each cell, shape (nx, ny); 0 where a body does not fit.
+    main
+        The number of the part that most marks are near.
+    doorways
+        Points along shut leaves, near which nobody stands, shape (k, 2), m.
+    """
 
     storey: Storey
     home: EvaluatedHome
@@ -74,9 +85,11 @@ class WalkedStorey:
     doorways: Array = field(default_factory=lambda: np.empty((0, 2)))
 
 
-def walked(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
-    """The home as it is for who walks: without the leaves of doors and what hangs on them, and
-    without residents and what they push."""
+def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
+    """Return the home without what residents pass or are.
+
+    That is doors' leaves with what is parented to them, and residents with their walking frames.
+    """
     frames = [r.angen_resident.walking_frame for r in residents_in(home.depsgraph.scene)]
     uids = {obj.session_uid for obj in (*leaves, *frames) if obj is not None}
 
@@ -87,7 +100,7 @@ def walked(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
 
 
 def _lives(obj: Any) -> bool:
-    """Whether it is somebody's body, or what hangs on it."""
+    """Return whether an object is the body of a resident or walker, or is parented to one."""
     owners = list(candidates(obj))
     rigged = any(owner.type == "ARMATURE" for owner in owners)
     return any(map(is_resident, owners)) or (
@@ -95,38 +108,56 @@ def _lives(obj: Any) -> bool:
     )
 
 
-def grounds(
+def walkable_storeys(
     home: EvaluatedHome,
     walk: EvaluatedHome,
     marks: Array,
     names: Sequence[str],
     things: NDArray[np.intp],
 ) -> Shares[list[WalkedStorey]]:
-    """The storeys below points (n, 3) m of the marks of these names, the lowest first; `things`
-    (k,) are the rows of solids that are no floor. Raises AngenError."""
+    """Find the storeys below marks, the lowest first, and yield the share that is done.
+
+    Parameters
+    ----------
+    marks
+        The points of the marks, shape (n, 3), m.
+    names
+        The names of the marked objects, in the same order.
+    things
+        The rows of solids that are no floor, shape (k,).
+
+    Raises
+    ------
+    AngenError
+        If no floor is below the marks, or they are too far apart.
+    """
     rows = set(things.tolist())
     heights = _heights(walk.part(lambda solid: solid.row not in rows), marks)
     found: list[WalkedStorey] = []
     for height in heights:
         below = [h for h in heights if h <= height]
-        mine = [under(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
+        mine = [storey_index(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
         grid = _grid(height, marks[mine], list(compress(names, mine)))
         part = len(found) / len(heights), (len(found) + 1) / len(heights)
         found.append((yield from scaled(_ground(home, walk, grid, marks[mine]), *part)))
     return found
 
 
-def under(heights: Sequence[float], z: float) -> int:
+def storey_index(heights: Sequence[float], z: float) -> int:
+    """Return the index of the highest floor that is at or below a height z (m)."""
     below = [k for k, height in enumerate(heights) if height <= z + PIT_M]
     return below[-1] if below else 0
 
 
 def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
-    """The heights (m) of the floors: what most rays around the marks meet. Raises AngenError."""
+    """Return the heights (m) of the floors: for each mark, where most rays around it hit.
+
+    Raise `InputError` if there is no floor.
+    """
     starts = (marks[:, None] + around(RINGS_M) + [0.0, 0.0, 0.2]).reshape(-1, 3)
     ranges = finished(free_ways(home, starts, DOWN, DEEP_M))
-    met = (starts[:, 2] - ranges)[ranges < DEEP_M - 1e-6]
-    votes = Counter(np.round(met / GRAIN_M).astype(int).tolist())
+    hits = (starts[:, 2] - ranges)[ranges < DEEP_M - 1e-6]
+    votes = Counter(np.round(hits / GRAIN_M).astype(int).tolist())
     chosen: Counter[int] = Counter()
     for z in marks[:, 2].tolist():
         low, high = (z - ABOVE_M) / GRAIN_M, (z + RUG_M) / GRAIN_M
@@ -137,14 +168,15 @@ def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
         raise InputError("no floor is below the marked places: give the home a floor")
     groups = grouped(sorted(chosen), lambda grain: grain * GRAIN_M)
     most = [max(group, key=lambda grain: (chosen[grain], -grain)) for group in groups]
-    # The height itself, not the middle of its grain.
-    return [float(np.median(met[np.abs(met - grain * GRAIN_M) <= GRAIN_M])) for grain in most]
+    # The median of the hits is more exact than the rounded height.
+    return [float(np.median(hits[np.abs(hits - grain * GRAIN_M) <= GRAIN_M])) for grain in most]
 
 
 def _ground(
     home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array
 ) -> Shares[WalkedStorey]:
-    # The shares are those of the time in the sample home.
+    """Find the free cells and rooms of a storey, and yield the share that is done."""
+    # Shares of the time, measured in the sample home.
     over = (yield from saying(0.0, floors(walk, grid, OVER_M))).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
     along = []
@@ -154,12 +186,12 @@ def _ground(
         np.all([pair[0] for pair in along], axis=0),
         np.all([pair[1] for pair in along], axis=0),
     )
-    # Inside solids there is nothing in the way either: only what is reached is floor.
+    # Rays inside solids hit nothing: only cells connected with a mark are floor.
     seeds = np.where(level & _near(grid, marks), 1, 0)
     reached = (yield from saying(0.6, flood(seeds, level, ways))) > 0
     free = reached & ~_beside(ways, reached)
     part = regions(Floor(grid.low, grid.size, free), BODY_M)
-    # What no body gets to is the inside of a wall.
+    # Cells that no body can reach are inside walls.
     free &= (yield from saying(0.65, flood((part > 0).astype(np.int64), free, ways))) > 0
     floor = Floor(grid.low, grid.size, free)
     number, names, guessed = yield from saying(0.7, _rooms(home, grid, grid.floor))
@@ -170,7 +202,7 @@ def _ground(
 
 
 def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
-    """The cells around marks of these names. Raises InputError where they are too far apart."""
+    """Return the grid around marks; raise `InputError` if they are too far apart."""
     low, high = marks[:, :2].min(axis=0) - AROUND_M, marks[:, :2].max(axis=0) + AROUND_M
     size = SIZE_M
     area = float(np.prod(high - low + 2 * size))
@@ -183,13 +215,13 @@ def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
             "places: mark only what belongs to one home"
         )
     first = np.floor(low / size)
-    # An even number, for rooms are found on cells twice as large.
+    # An even number of cells, because rooms are found on cells twice as large.
     shape = ((np.ceil(high / size) - first + 1) // 2 * 2).astype(int)
     return Grid(first * size, (int(shape[0]), int(shape[1])), size, height)
 
 
 def _near(grid: Grid, marks: Array) -> Mask:
-    """(nx, ny): the cells at which a mark is, within AROUND_M."""
+    """Return the cells within AROUND_M of a mark, shape (nx, ny)."""
     points = grid.at(0.0)[:, :2]
     near = np.zeros(len(points), bool)
     for mark in marks[:, :2]:
@@ -198,7 +230,7 @@ def _near(grid: Grid, marks: Array) -> Mask:
 
 
 def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
-    """The cells on both sides of what is too thin to stand on a cell of its own."""
+    """Return the cells on both sides of an obstacle that is thinner than a cell."""
     found = np.zeros_like(reached)
     thin = reached[:-1] & reached[1:] & ~ways[0]
     found[:-1] |= thin
@@ -212,8 +244,10 @@ def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
 def _rooms(
     home: EvaluatedHome, grid: Grid, height: float
 ) -> Steps[tuple[NDArray[np.int64], tuple[str, ...], Mask]]:
-    """The room (nx, ny) of each cell, their names, as sensors and marks of rooms tell, and which
-    cells (nx, ny) are guessed."""
+    """Return the room number of each cell, the rooms' names, and the cells with a guessed room.
+
+    Sensors and objects that mark rooms have the names. Both arrays have the shape (nx, ny).
+    """
     view_layer = home.depsgraph.view_layer
     marked = volumes(home)
     try:
@@ -230,7 +264,7 @@ def _rooms(
 
 
 def _main(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:
-    """The number of the part of the floor that most of the marks are near."""
+    """Return the number of the part of the floor that most marks are near."""
     votes: Counter[int] = Counter()
     for mark in marks:
         x, y = floor.cell(mark)
@@ -241,39 +275,41 @@ def _main(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:
     return max(votes, key=lambda number: (votes[number], int(sizes[number])), default=0)
 
 
-# m: who stands before a seat has the hips so far before where they will be.
+# Lengths in m.
+# A person about to sit stands this far in front of where the hips will be.
 BEFORE_SEAT_M = 0.57
-# Hips are so far behind a seat's front, or a bed's edge.
+# Distance of the hips behind a seat's front, and inside a bed's edge.
 ON_SEAT_M, ON_EDGE_M = 0.3, 0.22
-# Heights of seats and beds above the floor.
+# Least and greatest height of seats above the floor.
 SEATS_M = (0.15, 1.1)
-# Between the body's middle and the front of what is used; to a point, such as an empty.
+# Distance of a standing body's middle from an object's front, and from a point such as an empty.
 USED_FROM_M, POINT_FROM_M = 0.3, 0.45
-# Hands are at this height at what is higher.
+# Height of the hands at a higher object.
 HAND_M = 1.1
-# Nobody reaches higher.
+# Greatest height that a person reaches.
 REACH_M = 2.2
-# A place to stand is looked for within this, and has so much room around it at least.
+# A point to stand is searched for within WITHIN_M, and has at least ROOM_M of free room around it.
 WITHIN_M, ROOM_M = 1.2, 0.12
-# What is not on everybody's way counts as so much farther away.
+# Cost of a point in another part of the floor than most marks.
 APART_M = 1.5
-# So does what is so near to a shut leaf, which would meet who stands there.
+# A point nearer than LEAF_M to a shut leaf has this cost, because the leaf would hit the person.
 LEAF_M, IN_DOORWAY_M = 0.3, 0.5
-# No wall may be between who stands there and the object, at this height above the floor.
+# Height at which no wall may be between the person and the object.
 SIGHT_M = 1.25
-# Cells that are tried.
+# Number of cells that are tried.
 TRIED = 400
+# Distance between samples of a seat's or bed's height.
 STEP_M = 0.02
-# A seat may have a hole: it is as high as it is anywhere so near.
+# A seat may have a hole: its height is the greatest within this distance of the hips.
 AT_HIPS_M = 0.08
-# The target itself may lie in what it is marked on, or in what stands there.
+# Sight lines end this far before the target, which may be inside another object.
 SHORT_M = 0.12
 
 
 def place_of(
     marked: MarkedObject, ground: WalkedStorey, number: int, target: MarkedObject | None = None
 ) -> Place:
-    """The place of a marked object; `target`: what the hand goes to instead of the object."""
+    """Return the place of a marked object; the hand goes to `target` if that is given."""
     mark = marked.obj.angen_place
     look = look_of(marked.obj, marked.matrix)
     floor = ground.storey.height
@@ -284,13 +320,13 @@ def place_of(
     elif mark.use == SIT:
         target_at = _seat(marked, look, floor)
         ideal = target_at[:2] + look * (mark.away or BEFORE_SEAT_M)
-        at = stand(ground, marked, ideal, target_at)
+        at = standing_point(ground, marked, ideal, target_at)
     elif mark.use == LIE:
         target_at = _bed(marked, look)
         at, edge = _bedside(ground, marked, look, target_at)
     else:
         aimless = mark.use in (LAMP, CURTAIN)
-        at, target_at = _used(ground, target or marked, look, mark.away, aimless)
+        at, target_at = _point_of_use(ground, target or marked, look, mark.away, aimless)
         away = target_at[:2] - at
         look = away / np.linalg.norm(away) if np.linalg.norm(away) > 1e-6 else look
     yaw = math.atan2(look[1], look[0])
@@ -305,18 +341,27 @@ def place_of(
     )  # fmt: skip
 
 
-def stand(
+def standing_point(
     ground: WalkedStorey, marked: MarkedObject, ideal: Array, target: Array, ring: float = 0.0
 ) -> Array:
-    """(2,) m: the best place to stand near `ideal` (2,), or at `ring` m from it, with no wall
-    between it and `target` (3,); `ideal` itself where there is none."""
+    """Return the best point to stand near `ideal`, or at a distance of `ring` (m) from it.
+
+    No wall is between the point and `target`. If there is no such point, return `ideal`.
+
+    Parameters
+    ----------
+    ideal
+        A point on the floor, shape (2,), m.
+    target
+        The point that the person uses, shape (3,), m.
+    """
     floor = ground.storey.floor
     cells = np.argwhere(floor.free & (floor.clearance >= ROOM_M))
     points = floor.low + (cells + 0.5) * floor.size
     off = np.linalg.norm(points - ideal, axis=1)
     near = off <= WITHIN_M + ring
     cells, points, off = cells[near], points[near], np.abs(off[near] - ring)
-    # Beside a seat, where a table is before it.
+    # If a table is in front of a seat, prefer a point beside the seat.
     far = np.linalg.norm(points - target[:2], axis=1)
     cost = (
         0.5 * off
@@ -329,9 +374,9 @@ def stand(
     order = np.argsort(cost, kind="stable")[:TRIED]
     if not len(order):
         return ideal
-    # The middle of a cell is not better than what lies in it.
+    # Within its own cell, the ideal point is as good as the cell's middle.
     exact = floor.cell(ideal)
-    seen = _sees(ground, marked, points[order], target)
+    seen = _is_in_sight(ground, marked, points[order], target)
     if not seen.any():
         return ideal
     best = order[int(np.argmax(seen))]
@@ -340,9 +385,11 @@ def stand(
     return found
 
 
-def _sees(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Array) -> Array:
-    """(n,): whether nothing but the object is between points (n, 2) and a target, at the height of
-    a breast."""
+def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Array) -> Array:
+    """Return whether only the object itself is between points and a target, shape (n,).
+
+    The points have the shape (n, 2); rays go at the height SIGHT_M above the floor.
+    """
     home = ground.home
     rows = np.setdiff1d(home.rows, marked.rows)
     way = target[:2] - points
@@ -359,7 +406,7 @@ def _sees(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Arr
 
 
 def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
-    """(3,): what the hips rest on."""
+    """Return the point on a seat on which the hips rest, shape (3,), m."""
     if not marked.solid:
         return marked.at
     middle, deep, wide = marked.box(look)
@@ -372,7 +419,7 @@ def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
     if not known.any():
         return np.array([*middle, float(marked.points[:, 2].max())])
     front = float(along[np.argmax(known)])
-    # Of what is shallow, as a stool, the middle.
+    # On a shallow seat, such as a stool, the hips are in the middle.
     hips = max(front - ON_SEAT_M, (front - deep) / 2.0)
     there = np.abs(along - hips) <= AT_HIPS_M
     top = np.nanmax(height[:, there]) if (known & there).any() else np.nanmax(height)
@@ -380,7 +427,7 @@ def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
 
 
 def _bed(marked: MarkedObject, look: Array) -> Array:
-    """(3,): what the hips rest on of who lies."""
+    """Return the point on a bed on which the hips of a lying person rest, shape (3,), m."""
     if not marked.solid:
         return marked.at
     middle, deep, wide = marked.box(look)
@@ -395,14 +442,14 @@ def _bed(marked: MarkedObject, look: Array) -> Array:
 def _bedside(
     ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array
 ) -> tuple[Array, Array]:
-    """The point (2,) where a person stands beside a bed, and the one (3,) where they sit on its
-    edge."""
+    """Return where a person stands beside a bed, shape (2,), and sits on its edge, shape (3,)."""
     across = np.array([-look[1], look[0]])
     sides = []
     for side in (across, -across):
         edge = _edge(ground, marked, target, side)
         ideal = target[:2] + side * (edge - ON_EDGE_M + BEFORE_SEAT_M)
-        at = stand(ground, marked, ideal, np.array([*(target[:2] + side * edge), target[2]]))
+        beside = np.array([*(target[:2] + side * edge), target[2]])
+        at = standing_point(ground, marked, ideal, beside)
         here = ground.storey.floor.cell(at)
         apart = 0.0 if ground.part[here] == ground.main else APART_M
         free = bool(ground.storey.floor.free[here])
@@ -413,7 +460,7 @@ def _bedside(
 
 
 def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:
-    """The distance in m from the target to the bed's edge on one side."""
+    """Return the distance (m) from the target to the bed's edge on one side."""
     if marked.solid:
         return float(marked.reach(side)[1] - target[:2] @ side)
     steps = np.arange(0.05, 1.5, STEP_M)
@@ -425,13 +472,16 @@ def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array
     return float(steps[over[0]]) if len(over) else 0.45
 
 
-def _used(
+def _point_of_use(
     ground: WalkedStorey, marked: MarkedObject, look: Array, away: float, aimless: bool
 ) -> tuple[Array, Array]:
-    """Where one stands (2,) and where the hand goes (3,); `aimless`: from any side."""
+    """Return where a person stands, shape (2,), and where the hand goes, shape (3,).
+
+    With `aimless`, the person may stand on any side of the object.
+    """
     floor = ground.storey.height
     if aimless:
-        at = stand(ground, marked, marked.middle[:2], marked.middle, ring=POINT_FROM_M)
+        at = standing_point(ground, marked, marked.middle[:2], marked.middle, ring=POINT_FROM_M)
         return at, marked.middle
     if not marked.solid:
         target, front, usual = marked.at, marked.at[:2], POINT_FROM_M
@@ -441,4 +491,4 @@ def _used(
         top = float(marked.points[:, 2].max())
         hand = min(top, floor + HAND_M)
         target = np.array([*(front + look * min(0.15, deep)), hand])
-    return stand(ground, marked, front - look * (away or usual), target), target
+    return standing_point(ground, marked, front - look * (away or usual), target), target

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Playback of a shown stretch jumps over the frames in which nothing moves."""
+"""Skip the frames in which nothing moves during playback of a shown stretch."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from ...angen_addon.runtime import state
 from ..acting.timeline import Acted
 from ..days.rows import frame_at
 
-# s: so much of a rest is played before and after; a shorter one is played whole.
+# s: a rest is played for AROUND_S at its start and end; rests shorter than LEAST_S are not skipped.
 AROUND_S = 1.0
 LEAST_S = 4.0
-# The frame before the present one, by which playback's direction shows.
+# The previous frame, which shows the direction of playback.
 _last = 0
 
 
 def rests(acted: Acted, first: float, last: float) -> str:
-    """The frames from `first` to `last` (s of the day) in which nothing moves: from and to, as the
-    scene keeps them."""
+    """Return ranges of frames without movement, as JSON, in `first` to `last` (s of the day)."""
     found, since = [], first
     for start, end in [*acted.spans(first, last).tolist(), (last, last)]:
         if start - since >= LEAST_S:
@@ -31,8 +30,8 @@ def rests(acted: Acted, first: float, last: float) -> str:
     return json.dumps(found)
 
 
-def beyond(scene: Any, frame: int, back: bool) -> int:
-    """The frame at which playback goes on from a frame."""
+def playback_frame(scene: Any, frame: int, back: bool) -> int:
+    """Return the frame at which playback continues after reaching a frame."""
     settings = scene.angen_day
     if not settings.before or not settings.skip or not settings.rests:
         return frame
@@ -43,18 +42,17 @@ def beyond(scene: Any, frame: int, back: bool) -> int:
 
 
 def _jump(scene: Any, _depsgraph: Any = None) -> None:
-    """Before Blender evaluates the frame: it then evaluates the one that is jumped to."""
+    """Skip a rest before Blender evaluates the frame, so that it evaluates the later one."""
     global _last
     frame, before = scene.frame_current, _last
     _last = frame
     if scene.angen_day.before and not state.CACHE.running:
-        there = beyond(scene, frame, back=frame == before - 1)
+        there = playback_frame(scene, frame, back=frame == before - 1)
         if there != frame:
             scene.frame_current = _last = there
 
 
-# A handler of frames makes every run slow (runtime/handlers.py): it is there only while Blender
-# plays.
+# A frame handler slows down every run (runtime/handlers.py): it is registered only during playback.
 @persistent  # type: ignore[untyped-decorator]
 def play(*_: Any) -> None:
     stop()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sidebar tab "Sensors": a day of a routine as a strip of hours and a list of activities."""
+"""Panel Day: a day of a routine as a strip of hours and a list of activities (sidebar)."""
 
 from __future__ import annotations
 
@@ -12,16 +12,18 @@ from ...panels.lines import ClosedSidebar, draw_working
 from ..days.rows import HOUR_S, hours_minutes, lasting, time_at
 from .strip import colours_of, hour_pixels, icon_of, plain_pixels
 
-# Hours in a line of the strip: as many as a narrow sidebar has room for.
+# Hours in a line of the strip. A narrow sidebar has room for 12.
 HOURS_A_LINE = 12
 
 
-def _strip(layout: Any, asked: Any, person: str, now: float | None) -> None:
-    """A bar of the day's hours, coloured by activity; a click goes to the hour. `now`: the time
-    that is shown, in s since midnight, or None."""
+def _draw_strip(layout: Any, settings: Any, person: str, now: float | None) -> None:
+    """Draw the day of a person as a bar of hours, coloured by activity; a click goes to the hour.
+
+    `now` is the shown time in s since midnight, or None.
+    """
     layout.label(text=person)
-    colours = colours_of(asked.done)
-    spans = [(d.start, d.end, colours[d.name]) for d in asked.done if d.person == person]
+    colours = colours_of(settings.done)
+    spans = [(d.start, d.end, colours[d.name]) for d in settings.done if d.person == person]
     lines = layout.column(align=True)
     for hour in range(24):
         if hour % HOURS_A_LINE == 0:
@@ -49,8 +51,8 @@ class ANGEN_UL_done(UIList):
         row.operator("angen.day_show", text=text, icon_value=icon, emboss=False).index = index
 
 
-def _draw_run(layout: Any, asked: Any) -> None:
-    """Draws what a run of whole days needs, closed at first."""
+def _draw_run(layout: Any, settings: Any) -> None:
+    """Draw the settings of a run of whole days, in a subpanel that is closed at first."""
     header, body = layout.panel("ANGEN_day_run", default_closed=True)
     header.label(text="Run into a Folder")
     if body is None:
@@ -58,10 +60,10 @@ def _draw_run(layout: Any, asked: Any) -> None:
         return
     column = body.column()
     column.use_property_split = True
-    column.prop(asked, "out")
-    column.prop(asked, "days")
+    column.prop(settings, "out")
+    column.prop(settings, "days")
     body.label(text="Also for Other Tools")
-    body.grid_flow(columns=3, even_columns=True, align=True).prop(asked, "formats")
+    body.grid_flow(columns=3, even_columns=True, align=True).prop(settings, "formats")
     if not draw_working(body, "angen.day_run"):
         body.operator("angen.day_run", icon="PLAY")
 
@@ -70,14 +72,14 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
     bl_label = "Day"
 
     def draw(self, context: Context) -> None:
-        layout, asked = self.layout, context.scene.angen_day
+        layout, settings = self.layout, context.scene.angen_day
         column = layout.column()
         column.use_property_split = True
-        column.prop(asked, "text")
-        if asked.text is None:
-            column.prop(asked, "routine")
+        column.prop(settings, "text")
+        if settings.text is None:
+            column.prop(settings, "routine")
         for name in ("date", "number", "seed"):
-            column.prop(asked, name)
+            column.prop(settings, name)
         header, body = layout.panel("ANGEN_day_site", default_closed=True)
         header.label(text="Place on Earth")
         if body is not None:
@@ -86,27 +88,27 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
                 body.prop(context.scene.angen_site, name)
         if not draw_working(layout, "angen.day_read"):
             layout.operator("angen.day_read", icon="FILE_REFRESH")
-        _draw_run(layout, asked)
-        if not asked.done:
+        _draw_run(layout, settings)
+        if not settings.done:
             return
-        layout.label(text=asked.told)
-        layout.label(text="A click goes to that hour")
+        layout.label(text=settings.told)
+        layout.label(text="Click an hour to go to it")
         scene = context.scene
         at = time_at(scene.frame_current + scene.frame_subframe)
-        now = at if asked.before else None
-        for person in dict.fromkeys(item.person for item in asked.done):
-            _strip(layout, asked, person, now)
+        now = at if settings.before else None
+        for person in dict.fromkeys(item.person for item in settings.done):
+            _draw_strip(layout, settings, person, now)
         row = layout.row(align=True)
-        row.prop(asked, "time")
+        row.prop(settings, "time")
         row.operator("angen.day_go", text="Go", icon="TIME").time = ""
-        layout.template_list("ANGEN_UL_done", "", asked, "done", asked, "active", rows=6)
-        if asked.before:
-            shown = asked.done[asked.shown]
+        layout.template_list("ANGEN_UL_done", "", settings, "done", settings, "active", rows=6)
+        if settings.before:
+            shown = settings.done[settings.shown]
             layout.label(
                 text=f"{hours_minutes(at)}:{at % 60:04.1f}, {shown.name} ({shown.person})",
                 icon="TIME",
             )
-            layout.prop(asked, "skip")
+            layout.prop(settings, "skip")
             layout.operator("angen.day_leave", icon="LOOP_BACK")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What residents do with the active object (Physics tab and sidebar), and the places they reach."""
+"""Panels of the active object as a place for residents, and of all places (Physics, sidebar)."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ...panels.lines import (
     has_name_column,
 )
 from ..acting.places import DOOR, DRAWER, LAMP, MOVED
-from ..blender.marks import BEFORE, FACING, NONE, as_door, marked
+from ..blender.marks import FACING, NONE, WITH_DISTANCE, describe_leaf, marked
 
 MOST = 6
 
 
 def draw_place(layout: Any, context: Context) -> None:
-    """Draws the place that the active object marks."""
+    """Draw the settings of the active object as a place."""
     obj = context.object
     mark = obj.angen_place
     column = layout.column()
@@ -36,7 +36,7 @@ def draw_place(layout: Any, context: Context) -> None:
     column.prop(mark, "room")
     if mark.use in FACING:
         column.prop(mark, "facing")
-    if mark.use in BEFORE:
+    if mark.use in WITH_DISTANCE:
         draw_property(column, context.scene, mark, "away", "Distance", "m")
     if mark.use == LAMP:
         column.prop(mark, "switch")
@@ -46,18 +46,18 @@ def draw_place(layout: Any, context: Context) -> None:
 
 
 def _draw_moved(layout: Any, column: Any, context: Context) -> None:
-    """Draws how a leaf, drawer or curtain moves."""
+    """Draw how a door, drawer or curtain moves."""
     mark = context.object.angen_place
-    told, slides = as_door(context.object) if mark.use != DRAWER else ("", True)
+    text, slides = describe_leaf(context.object) if mark.use != DRAWER else ("", True)
     if mark.use == DOOR:
         column.prop(mark, "motion")
     if slides:
-        draw_property(column, context.scene, mark, "slide", "Slides by", "m")
+        draw_property(column, context.scene, mark, "slide", "Slides By", "m")
     else:
         column.prop(mark, "angle")
     if mark.use != DRAWER:
         column.prop(mark, "other_side", text="Other End" if slides else "Other Side")
-        draw_lines(layout, told, "INFO")
+        draw_lines(layout, text, "INFO")
     if mark.use == DOOR:
         column.prop(mark, "entrance")
 
@@ -94,13 +94,13 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
         if state.CACHE.places is None:
             layout.label(text=f"{count} marked, not checked", icon="INFO")
             return
-        told, found = state.CACHE.places
-        draw_lines(layout, told, "ERROR" if found else "CHECKMARK")
+        count_text, found = state.CACHE.places
+        draw_lines(layout, count_text, "ERROR" if found else "CHECKMARK")
         for text in found[:MOST]:
             draw_lines(layout, text, "ERROR")
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
-        draw_lines(layout, "As found then: check again after changes", "INFO")
+        draw_lines(layout, "After changes, Check Places again", "INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_physics_place, ANGEN_PT_places))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The active object as a resident: Physics tab and sidebar."""
+"""Panels of the active object as a resident (Physics tab and sidebar)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ..body.skeleton import Sort
 
 
 def resident_of(obj: Any) -> Any:
-    """The armature of the resident that an object belongs to, or None."""
+    """Return the armature of the resident that an object belongs to, or None."""
     return next((one for one in (obj, obj.parent) if is_resident(one)), None) if obj else None
 
 
@@ -43,7 +43,11 @@ class _Resident:
         column.prop(settings, "speed")
         column.prop(settings, "stature")
         if body_of(rig) is None:
-            draw_lines(layout, "Its body was deleted: sensors do not notice it", "ERROR")
+            draw_lines(
+                layout,
+                "The body was deleted, and sensors do not notice it: undo, or add a new resident",
+                "ERROR",
+            )
             return
         column.prop(settings, "mass")
         warmth = body_of(rig).angen_warmth

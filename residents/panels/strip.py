@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The hours of a day as small pictures, coloured by what is done: the pieces of the panel's bar."""
+"""Pictures of the hours of a day, coloured by activity, which make up the bar in the panel Day."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..days.rows import HOUR_S
 
-# Pixels of a tile, which Blender draws at half the size where the interface's scale is 1.
+# Pixels of a picture. Blender draws it at half the size if the interface's scale is 1.
 SIZE = 32
 # sRGB: Okabe and Ito's colours, then Tol's, in the order in which activities begin.
 COLOURS = (
@@ -20,7 +20,7 @@ COLOURS = (
     (0, 114, 178), (136, 34, 85), (153, 153, 51), (68, 170, 153), (170, 68, 153), (221, 204, 119),
 )  # fmt: skip
 NOTHING = (60, 60, 60)
-# Below the colours: the height of the clock's axis, and what its numbers are written with.
+# Height of the axis below the colours, its background, and the colour of its numbers.
 AXIS, GROUND, INK = 14, (24, 24, 24), (230, 230, 230)
 # The ten digits: five rows of three bits, each drawn as 2 × 2 pixels.
 DIGITS = (
@@ -29,13 +29,13 @@ DIGITS = (
 )  # fmt: skip
 
 Pixels = NDArray[np.uint8]
-# The pictures by what is on them, as long as the extension is on: to make one takes 0.1 ms, and
-# Blender forgets none that an earlier redraw names.
+# Pictures by their pixels, kept until the extension is switched off: making one takes 0.1 ms, and
+# Blender may still draw icons of an earlier redraw.
 _made: Any = None
 
 
 def colours_of(done: Sequence[Any]) -> dict[str, tuple[int, int, int]]:
-    """The colour of each activity of a day, by name."""
+    """Return the colour of each activity of a day, by name."""
     names = dict.fromkeys(item.name for item in sorted(done, key=lambda item: item.start))
     return {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
 
@@ -43,15 +43,18 @@ def colours_of(done: Sequence[Any]) -> dict[str, tuple[int, int, int]]:
 def hour_pixels(
     hour: int, spans: Sequence[tuple[float, float, tuple[int, int, int]]], is_now: bool = False
 ) -> Pixels:
-    """(SIZE, SIZE, 4), the lowest row first: an hour from left to right, in the colours of spans in
-    s since midnight, above its number; `is_now`: in light."""
+    """Return the picture of an hour, shape (SIZE, SIZE, 4), RGBA, with the lowest row first.
+
+    Time runs from left to right, above the number of the hour. `spans` are start, end (s since
+    midnight) and colour. With `is_now`, the number is highlighted.
+    """
     pixels = np.empty((SIZE, SIZE, 4), np.uint8)
     pixels[:AXIS], pixels[AXIS:] = (*(INK if is_now else GROUND), 255), (*NOTHING, 255)
     for start, end, colour in spans:
         ends = (np.clip([start, end], hour * HOUR_S, (hour + 1) * HOUR_S) / HOUR_S - hour) * SIZE
         first, last = (round(float(at)) for at in ends)
         if start < (hour + 1) * HOUR_S and end > hour * HOUR_S:
-            # Nothing is too short to be seen.
+            # Even the shortest activity gets one column.
             first = min(first, SIZE - 1)
             pixels[AXIS:, first : max(last, first + 1), :3] = colour
     for place, digit in enumerate(f"{hour:02d}"):
@@ -64,14 +67,14 @@ def hour_pixels(
 
 
 def plain_pixels(colour: tuple[int, int, int]) -> Pixels:
-    """A square of one colour, for the list."""
+    """Return the picture of a square in one colour, shape (SIZE, SIZE, 4), for the list."""
     pixels = np.zeros((SIZE, SIZE, 4), np.uint8)
     pixels[4:-4, 4:-4] = (*colour, 255)
     return pixels
 
 
 def icon_of(pixels: Pixels) -> int:
-    """Blender's number of these pixels as an icon."""
+    """Return Blender's icon number of a picture."""
     global _made
     if _made is None:
         _made = bpy.utils.previews.new()

@@ -199,11 +199,11 @@ def test_check_places_draws_how_far_one_gets(world):
     assert 2.5 < end.x < 3.0 and end.z == pytest.approx(0.05, abs=0.01)
     count, (mend, told) = cache.places
     assert count == "5 marked: 1 place cannot be reached"
-    assert told.startswith("'Bed' cannot be reached from 'Point 0': one gets as far as (2.")
+    assert told.startswith("'Bed' cannot be reached from 'Point 0': residents get as far as (2.")
     # In front of the door, not where a wall is nearest to the bed.
     assert 1.6 < end.y < 2.3
     assert told.endswith("; 'Door' is between")
-    assert mend == "Nobody opens 'Door': what is a door has to be marked as one"
+    assert mend == "No resident opens 'Door': mark each that is a door with Use: Door"
     bpy.data.objects["Door"].angen_place.use = "DOOR"
     bpy.ops.angen.places_check()
     assert not [obj for obj in bpy.data.objects if obj.name.startswith("Way to")]
@@ -241,9 +241,9 @@ def test_places_behind_one_thing_are_told_together(world):
     bpy.ops.angen.places_check()
     count, (mend, told) = cache.places
     assert count == "7 marked: 3 places cannot be reached" and mend.startswith(
-        "Nobody opens 'Door'"
+        "No resident opens 'Door'"
     )
-    assert told.startswith("'Bed', 'Desk', 'Shelf' cannot be reached from 'Point 0': one gets as")
+    assert told.startswith("'Bed', 'Desk', 'Shelf' cannot be reached from 'Point 0': residents get")
     assert " short of 'Desk'; " in told or " short of 'Bed'; " in told
     assert told.endswith("; 'Door' is between")
 

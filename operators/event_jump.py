@@ -19,14 +19,14 @@ from .polls import is_idle, needs
 from .recording import has_fresh_recording
 
 
-def recorded(context: Context) -> tuple[Recording, Track] | None:
+def recorded_track(context: Context) -> tuple[Recording, Track] | None:
     """Return the recording and the active sensor's track, or None without recorded updates."""
     sensor, recording = active_sensor(context), state.CACHE.recording(context.scene)
     track = recording.track_of(sensor.uid) if sensor and recording else None
     return (recording, track) if recording and track and len(track) else None
 
 
-def poll_recorded(cls: Any, context: Context) -> bool:
+def has_recorded_track(cls: Any, context: Context) -> bool:
     """Poll: whether the active sensor has a fresh recording."""
     sensor = active_sensor(context)
     return (
@@ -34,7 +34,7 @@ def poll_recorded(cls: Any, context: Context) -> bool:
         and needs(cls, sensor, "Make a sensor the active object: click it")
         and has_fresh_recording(cls, context)
         and sensor is not None
-        and needs(cls, recorded(context), why_not_recorded(sensor))
+        and needs(cls, recorded_track(context), why_not_recorded(sensor))
     )
 
 
@@ -51,10 +51,10 @@ class ANGEN_OT_event_jump(Operator):
             ("PREVIOUS", "Previous", "The last event before the playhead", 1),
         ],
     )
-    poll = classmethod(poll_recorded)
+    poll = classmethod(has_recorded_track)
 
     def execute(self, context: Context) -> set[str]:
-        found = recorded(context)
+        found = recorded_track(context)
         assert found is not None
         recording, track = found
         scene = context.scene

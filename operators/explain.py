@@ -13,7 +13,7 @@ from ..angen_addon.view.active import active_sensor
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.log import log_indices
 from ..sensor_logic.recording.tracks import Track
-from .event_jump import poll_recorded, recorded
+from .event_jump import has_recorded_track, recorded_track
 from .polls import cancelled
 
 
@@ -38,10 +38,10 @@ class ANGEN_OT_explain(Operator):
         "have to change for an event",
     )
 
-    poll = classmethod(poll_recorded)
+    poll = classmethod(has_recorded_track)
 
     def execute(self, context: Context) -> set[str]:
-        scene, found, sensor = context.scene, recorded(context), active_sensor(context)
+        scene, found, sensor = context.scene, recorded_track(context), active_sensor(context)
         assert found is not None and sensor is not None
         recording, track = found
         if recording.clock != clock_of(scene):

@@ -48,7 +48,7 @@ class ExportOptions:
         draw_start(column, context.scene, self.needing())
 
     def needing(self) -> str:
-        """Return the name of what requires a date, such as a format; empty if nothing does."""
+        """Return the name of the format that requires a date, or an empty text."""
         return ""
 
     def export(self, context: Context) -> str:
@@ -101,7 +101,7 @@ class ExportOptions:
 
 
 def draw_start(layout: Any, scene: Any, needing: str = "") -> None:
-    """Draw the scene's Start, in red if it is not a date, or if `needing` requires one."""
+    """Draw the scene's Start, in red if it is no date, or is empty and a format needs it."""
     try:
         start = start_of(scene)
     except InputError:

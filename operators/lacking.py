@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Look again for what the file needs and lacks."""
+"""Search again for missing libraries and files, and for drivers that Blender blocked."""
 
 from __future__ import annotations
 

@@ -264,7 +264,7 @@ class ANGEN_OT_sensor_place(Operator):
     bl_label = "Place Sensor"
     bl_description = (
         "Place a sensor on the surface under the mouse: a motion detector looks level from a wall, "
-        "and down from a ceiling; a pad lies on a floor or a seat; a switch stands on a door's "
+        "and down from a ceiling; a pad lies on a floor or a seat; a switch is mounted on a door's "
         "frame. Click to place, R or wheel to turn, digits for the height on a wall, P to parent "
         "it to the surface, Esc to cancel"
     )

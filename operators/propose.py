@@ -23,7 +23,7 @@ from .long_work import LongWork
 from .polls import can_read_scene, cancelled, has_editable_collection, needs
 
 
-def pattern_of(context: Context) -> Sensor | None:
+def active_detector(context: Context) -> Sensor | None:
     """Return the active motion detector, whose parameters new detectors get, or None."""
     active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
@@ -52,7 +52,7 @@ class ANGEN_OT_place_propose(LongWork, Operator):
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         settings = context.scene.angen_coverage
-        like = None if self.preset else pattern_of(context)
+        like = None if self.preset else active_detector(context)
         parameters, rate = shown.pattern(like, self.preset)
         self._like = like.name if like else ""
         wish = Wish(
@@ -78,7 +78,7 @@ class ANGEN_OT_place_propose(LongWork, Operator):
         self.report({"INFO"}, result.summary())
 
 
-def _can_decide(cls: Any, context: Context) -> bool:
+def _has_proposal(cls: Any, context: Context) -> bool:
     """Poll: whether there is a proposal to accept or discard."""
     is_there = shown.proposed(context.scene) or shown.is_of_proposal(context.scene)
     return needs(cls, is_there, "There is no proposal: Propose Places first") and can_read_scene(
@@ -94,7 +94,7 @@ class ANGEN_OT_place_accept(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return has_editable_collection(cls, context) and _can_decide(cls, context)
+        return has_editable_collection(cls, context) and _has_proposal(cls, context)
 
     def execute(self, context: Context) -> set[str]:
         found = shown.proposed(context.scene)
@@ -133,7 +133,7 @@ class ANGEN_OT_place_discard(Operator):
     bl_description = "Remove the proposed places, and show the earlier coverage map again"
     bl_options = {"REGISTER", "UNDO"}
 
-    poll = classmethod(_can_decide)
+    poll = classmethod(_has_proposal)
 
     def execute(self, context: Context) -> set[str]:
         count = shown.discard(context.scene)

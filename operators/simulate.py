@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulate the sensors over a range of frames; show progress, and keep the done part on Esc.
+"""Simulate the sensors over a range of frames with progress; Esc keeps the frames that are done.
 
 A fresh recording stays whole. Frames inside it are not simulated again. A run that overlaps or
 adjoins it covers all of its frames too, and begins at the first of them: hold times, noise and the
@@ -52,7 +52,7 @@ class RunPlan:
     question: str = ""
 
 
-def plan_of(
+def plan_run(
     first: int, last: int, sensors: Sequence[Sensor], kept: StoredRecording | None
 ) -> RunPlan:
     """Return how to simulate `sensors` from frame `first` to `last`, given the recording `kept`."""
@@ -61,16 +61,19 @@ def plan_of(
     begin, end = kept.recording.frame_start, kept.recording.frame_end
     names, recorded = {sensor.name for sensor in sensors}, kept.recording.tracks.keys()
     is_around = first <= begin and end <= last
-    asked, there = f"frames {first} to {last}", f"frames {begin} to {end}"
+    new_frames, old_frames = f"frames {first} to {last}", f"frames {begin} to {end}"
     if kept.stale:
-        is_lost, there = end - begin > last - first, f"{there}, and is stale"
+        is_lost, old_frames = end - begin > last - first, f"{old_frames}, and is stale"
     else:
         is_lost = not (is_around and recorded <= names)
         if is_lost and names <= recorded and begin <= first and last <= end:
             done = (
-                f"Nothing has changed since {there} were recorded: {asked} are not simulated again"
+                f"Nothing has changed since {old_frames} were recorded: {new_frames} are "
+                "not simulated again"
             )
-            return RunPlan(first, last, sensors, f"{done}. Clear Recording to do so", is_done=True)
+            return RunPlan(
+                first, last, sensors, f"{done}. For that, Clear Recording first", is_done=True
+            )
         if is_lost and names == recorded and first <= end + 1 and begin <= last + 1:
             first, last = min(first, begin), max(last, end)
             note = f"To go on from the recording, frames {first} to {last} are simulated"
@@ -78,7 +81,7 @@ def plan_of(
     if not is_lost:
         return RunPlan(first, last, sensors)
     left_out = "" if recorded <= names else ", without light sensors,"
-    question = f"The recording has {there}.\n{capital(asked)}{left_out} replace it"
+    question = f"The recording has {old_frames}.\n{capital(new_frames)}{left_out} replace it"
     return RunPlan(first, last, sensors, question=question)
 
 
@@ -187,7 +190,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         kept = state.CACHE.kept(scene)
         if kept is not None:
             kept.verify(scene, context.evaluated_depsgraph_get())
-        return plan_of(max(first, scene.frame_start), last, sensors, kept)
+        return plan_run(max(first, scene.frame_start), last, sensors, kept)
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         scene, plan = context.scene, self._planned

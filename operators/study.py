@@ -193,7 +193,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
         return {"FINISHED"}
 
 
-def _is_named(cls: Any, context: Context) -> bool:
+def _has_study_file(cls: Any, context: Context) -> bool:
     """Poll: whether a study file is chosen."""
     return needs(
         cls, context.window_manager.angen_study.file, "Write a study first, or name the file of one"
@@ -205,7 +205,7 @@ class ANGEN_OT_study_command(Operator):
     bl_label = "Copy Command"
     bl_description = "Copy the command that runs the study, for a terminal"
 
-    poll = classmethod(_is_named)
+    poll = classmethod(_has_study_file)
 
     def execute(self, context: Context) -> set[str]:
         context.window_manager.clipboard = command(context.window_manager.angen_study.file)
@@ -230,7 +230,7 @@ class ANGEN_OT_study_report(Operator):
     bl_label = "Open Report"
     bl_description = "Open the report that `angen study report` wrote in a browser"
 
-    poll = classmethod(_is_named)
+    poll = classmethod(_has_study_file)
 
     def execute(self, context: Context) -> set[str]:
         file = Path(bpy.path.abspath(context.window_manager.angen_study.file))

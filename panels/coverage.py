@@ -9,9 +9,9 @@ import bpy
 from bpy.types import Context, Panel, UILayout
 
 from ..angen_addon.coverage import shown
-from ..operators.propose import pattern_of
+from ..operators.propose import active_detector
 from ..sensor_logic.wording import plural
-from .lines import ClosedSidebar, draw_lines, draw_property, draw_working
+from .lines import ClosedSidebar, draw_lines, draw_progress, draw_property
 
 ROOMS_SHOWN = 12
 
@@ -30,7 +30,7 @@ class ANGEN_PT_coverage(ClosedSidebar, Panel):
         column.prop(settings, "selected")
         layout.operator_context = "INVOKE_DEFAULT"
         row = layout.row(align=True)
-        if not draw_working(row, "angen.coverage"):
+        if not draw_progress(row, "angen.coverage"):
             row.operator("angen.coverage", icon="MESH_GRID")
         row.operator("angen.export_coverage", text="", icon="EXPORT")
         row.operator("angen.coverage_clear", text="", icon="TRASH")
@@ -56,11 +56,11 @@ class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
         height.active = settings.mounting != "CEILING"
         draw_property(height, context.scene, settings, "mounting_height", "On Walls At", "m")
         column.prop(settings, "beside")
-        like = pattern_of(context)
+        like = active_detector(context)
         text = f"Parameters of {like.name}" if like else "Parameters: the defaults"
         layout.label(text=text, icon="INFO")
         layout.operator_context = "INVOKE_DEFAULT"
-        if not draw_working(layout, "angen.place_propose"):
+        if not draw_progress(layout, "angen.place_propose"):
             layout.operator("angen.place_propose", icon="PIVOT_CURSOR")
         if shown.proposed(context.scene) or shown.is_of_proposal(context.scene):
             row = layout.row(align=True)

@@ -11,7 +11,7 @@ from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.view.active import active_sensor
 from ..operators.instance_override import why_not
 from .lines import draw_lines
-from .readings import shown
+from .readings import reading_text
 
 MOST_ROWS = 16
 
@@ -29,7 +29,7 @@ def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
         text=f"In {where}: {len(sensors)}", icon="OUTLINER_OB_GROUP_INSTANCE", translate=False
     )
     for sensor in sensors[:MOST_ROWS]:
-        seen = shown(sensor, context.scene)
+        seen = reading_text(sensor, context.scene)
         row = column.row(align=True)
         row.active = sensor.settings.enabled
         chosen = active is not None and active.uid == sensor.uid

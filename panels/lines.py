@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bases of the panels, and texts in panels: broken into lines, or as names beside values."""
+"""Base classes of panels, and functions that draw texts, properties and progress."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def has_name_column() -> bool:
     return region is None or region.width <= 1 or region.width > NARROW * scale
 
 
-def draw_working(layout: Any, operator: str) -> bool:
+def draw_progress(layout: Any, operator: str) -> bool:
     """Draw the progress of an operator if it is running; return whether it is running."""
     working = state.CACHE.working
     if working is None or working[0] != operator:

@@ -15,8 +15,8 @@ from ..angen_addon.scene.sensors import Sensor, check
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import is_chosen, label_of, specs
-from .lines import draw_lines, draw_property, draw_working, has_name_column
-from .readings import ReadingText, shown
+from .lines import draw_lines, draw_progress, draw_property, has_name_column
+from .readings import ReadingText, reading_text
 
 
 def sensor_of(obj: Any) -> Sensor | None:
@@ -31,7 +31,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
 
     `layout` must span the full width of the region, as subpanels require.
     """
-    seen = shown(sensor, context.scene)
+    seen = reading_text(sensor, context.scene)
     # Operators drawn here act on the sensor, also if its housing is the active object.
     layout.context_pointer_set("object", sensor.object)
     layout.label(text=seen.text, icon=seen.icon)
@@ -78,7 +78,7 @@ def _draw_origin(layout: Any, seen: ReadingText) -> None:
 def _draw_measure(layout: Any) -> None:
     column = layout.column()
     column.operator_context = "INVOKE_DEFAULT"
-    if not draw_working(column, "angen.measure_light"):
+    if not draw_progress(column, "angen.measure_light"):
         column.operator("angen.measure_light", icon="LIGHT_SUN")
 
 

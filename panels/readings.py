@@ -76,8 +76,8 @@ class ReadingTexts:
         quantity = sensor.reading
         found = self._playhead.of(sensor, quantity)
         words = _warming_up(sensor, found, self._scene)
-        words = words or _words(sensor.kind, quantity, found, self._lengths)
-        return _shown(sensor.kind, quantity, found, words, self._lengths)
+        words = words or _texts(sensor.kind, quantity, found, self._lengths)
+        return _text_of(sensor.kind, quantity, found, words, self._lengths)
 
     def source(self, sensor: Sensor) -> Any:
         """Return everything that a sensor's icon and `short` text depend on, for comparison."""
@@ -85,12 +85,12 @@ class ReadingTexts:
         return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
 
 
-def shown(sensor: Sensor, scene: Any) -> ReadingText:
+def reading_text(sensor: Sensor, scene: Any) -> ReadingText:
     """Return the texts for one sensor's reading, or for the reason why it has none."""
     return ReadingTexts(scene).of(sensor)
 
 
-def _shown(
+def _text_of(
     kind: Kind,
     quantity: Field,
     found: PlayheadReading,
@@ -113,7 +113,7 @@ def _shown(
     )
 
 
-def _words(
+def _texts(
     kind: Kind, quantity: Field, found: PlayheadReading, lengths: Any
 ) -> tuple[str, str, str]:
     """Return full text, icon and brief text of a reading."""

@@ -15,7 +15,7 @@ from ..angen_addon.scene.sensors import Sensor, simulated
 from ..operators.export_options import draw_start
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.wording import capital, plural
-from .lines import ClosedSidebar, Sidebar, draw_lines, draw_property, draw_working
+from .lines import ClosedSidebar, Sidebar, draw_lines, draw_progress, draw_property
 
 SHOWN_LACKS = 3
 
@@ -101,7 +101,7 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
     if state.CACHE.running:
-        draw_working(layout, "angen.simulate")
+        draw_progress(layout, "angen.simulate")
     elif kept is None:
         layout.label(text=f"Not recorded: {values}", icon="INFO")
     elif kept.stale:

@@ -28,7 +28,7 @@ from .readings import (
     UNKNOWN,
     WRONG,
     ReadingText,
-    shown,
+    reading_text,
 )
 
 # Order of states: those that need attention come first.
@@ -76,7 +76,7 @@ class ANGEN_UL_sensors(UIList):
         sensor = sensor_of(item)
         if sensor is None:
             return
-        seen = shown(sensor, context.scene)
+        seen = reading_text(sensor, context.scene)
         row = layout.row(align=True)
         row.active = sensor.settings.enabled
         wide = _is_wide(context)
@@ -97,7 +97,7 @@ class ANGEN_UL_sensors(UIList):
 
     def filter_items(self, context: Context, data: Any, name: str) -> tuple[list[int], list[int]]:
         settings = context.window_manager.angen_table
-        return arranged(
+        return sorted_and_filtered(
             list(getattr(data, name)), context.scene, settings, self.bitflag_filter_item
         )
 
@@ -105,7 +105,7 @@ class ANGEN_UL_sensors(UIList):
         """Draw nothing: search and order are above the table."""
 
 
-def arranged(
+def sorted_and_filtered(
     objects: list[Any], scene: Any, settings: Any, show: int
 ) -> tuple[list[int], list[int]]:
     """Return the flag (`show` or 0) and the row in the table for each object."""
@@ -126,7 +126,7 @@ def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> li
     for number, sensor in enumerate(sensors):
         if sensor is None:
             continue
-        seen = shown(sensor, scene) if words or by == "STATE" else None
+        seen = reading_text(sensor, scene) if words or by == "STATE" else None
         if matches(sensor, seen, words):
             keys.append((sort_key(sensor, seen, by), number))
     return [number for _, number in sorted(keys, reverse=settings.reverse)]

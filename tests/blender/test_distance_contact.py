@@ -6,7 +6,7 @@ import math
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
-from bl_ext.user_default.angen_sensors.panels.readings import shown
+from bl_ext.user_default.angen_sensors.panels.readings import reading_text
 
 ops = bpy.ops.angen
 
@@ -122,7 +122,7 @@ def test_a_contact_without_a_magnet_is_open_and_says_so(world):
     found = explain(world.scene, sensor, recording, 1)
     assert "no magnet" in found.headline
     world.scene.frame_set(2)
-    assert shown(sensor, world.scene).text == "Open, –"
+    assert reading_text(sensor, world.scene).text == "Open, –"
 
 
 def test_in_an_instance_the_magnet_is_that_of_the_instance(world):

@@ -114,7 +114,7 @@ def test_a_film_on_a_screen_is_followed(world, lamp, tmp_path, grouped, refreshe
 
 def told(world):
     (sensor,) = world.sensors()
-    return readings.shown(sensor, world.scene)
+    return readings.reading_text(sensor, world.scene)
 
 
 def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkeypatch):
@@ -184,11 +184,11 @@ def test_at_rest_the_selected_sensor_comes_first(world, lamp):
     world.update()
     world.scene.frame_set(5)
     state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
-    texts = {s.name: readings.shown(s, world.scene).text for s in world.sensors()}
+    texts = {s.name: readings.reading_text(s, world.scene).text for s in world.sensors()}
     assert texts["lux"].startswith("Lit") and texts["a"] == "Measured at rest"
     state.CACHE.live.measure_waiting(world.scene, bpy.context.view_layer, at_most=1)
     assert not state.CACHE.live.has_waiting_light
-    assert all(readings.shown(s, world.scene).old == "" for s in world.sensors())
+    assert all(readings.reading_text(s, world.scene).old == "" for s in world.sensors())
 
 
 def test_measure_now_measures_at_this_frame_after_an_edit(world, lamp):

@@ -14,7 +14,7 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.kinds import appearance_of
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
 from bl_ext.user_default.angen_sensors.operators import show
-from bl_ext.user_default.angen_sensors.panels.table import arranged
+from bl_ext.user_default.angen_sensors.panels.table import sorted_and_filtered
 from bl_ext.user_default.angen_sensors.sensor_logic import parameters
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds import KINDS
 from bl_ext.user_default.angen_sensors.sensor_logic.parameters import specs
@@ -291,7 +291,7 @@ def table(**settings):
     """Return the names in the table, from top to bottom."""
     chosen = SimpleNamespace(**{"sort": "NAME", "search": "", "reverse": False, **settings})
     objects = list(bpy.context.view_layer.objects)
-    flags, places = arranged(objects, bpy.context.scene, chosen, SHOW)
+    flags, places = sorted_and_filtered(objects, bpy.context.scene, chosen, SHOW)
     assert sorted(places) == list(range(len(objects)))
     rows = sorted(zip(places, flags, objects, strict=True), key=lambda row: row[0])
     return [obj.name for _, flag, obj in rows if flag == SHOW]

@@ -11,7 +11,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import sim
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
 from bl_ext.user_default.angen_sensors.panels import readings
-from bl_ext.user_default.angen_sensors.panels.readings import shown
+from bl_ext.user_default.angen_sensors.panels.readings import reading_text
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -30,7 +30,7 @@ def told(name="Front door"):
     """Return the text of panels, table and overlay on a sensor."""
     sensors = all_sensors(bpy.context.view_layer)
     (sensor,) = (s for s in sensors if s.name == name)
-    return shown(sensor, bpy.context.scene)
+    return reading_text(sensor, bpy.context.scene)
 
 
 def sensor():
@@ -236,7 +236,7 @@ def test_unbake_of_the_selected_alone_and_its_undo(door, fcurves, capfd):
     bpy.context.view_layer.objects.active = sensor()
     bpy.ops.ed.undo_push(message="baked")
     assert ops.unbake_keyframes(selected=True) == {"FINISHED"}
-    assert "Keys of 1 sensor removed" in capfd.readouterr().out
+    assert "Removed the keys of 1 sensor" in capfd.readouterr().out
     assert told().keys == "" and told("Back door").keys
     bpy.ops.ed.undo_push(message="unbaked")
     bpy.ops.ed.undo()

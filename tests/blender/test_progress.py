@@ -15,7 +15,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.commands import home
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
 from bl_ext.user_default.angen_sensors.operators import long_work
-from bl_ext.user_default.angen_sensors.panels.lines import draw_working
+from bl_ext.user_default.angen_sensors.panels.lines import draw_progress
 from panel_layout import Layout
 
 
@@ -150,7 +150,7 @@ def test_the_panel_finds_the_work_of_a_real_operator():
     try:
         bpy.ops.angen.test_work()
         layout = Layout()
-        assert draw_working(layout, "angen.test_work") and not draw_working(layout, "angen.other")
+        assert draw_progress(layout, "angen.test_work") and not draw_progress(layout, "angen.other")
         assert layout.labels == ["25 %. Esc ends", "Part 1"]
     finally:
         state.CACHE.working = None

@@ -10,7 +10,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
 from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
-from bl_ext.user_default.angen_sensors.panels.readings import shown
+from bl_ext.user_default.angen_sensors.panels.readings import reading_text
 from light_stage import lamp
 from panel_layout import drawn
 
@@ -208,7 +208,7 @@ def test_a_run_without_light_says_so_and_claims_nothing_of_it(lit, tmp_path, cap
     assert "Light sensors are not in it" in drawn("ANGEN_PT_simulation").text
     assert drawn("ANGEN_PT_events").text == "Light is not in this recording: simulate with light"
     sensor = next(s for s in lit.sensors() if s.name == "Light")
-    assert shown(sensor, lit.scene).text == "No reading"
+    assert reading_text(sensor, lit.scene).text == "No reading"
     with pytest.raises(RuntimeError, match="simulate with light"):
         ops.event_jump()
     ops.export_events(filepath=str(tmp_path / "events.csv"))

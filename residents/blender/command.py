@@ -56,8 +56,7 @@ class DayLine:
     def show(self, step: Progress | None = None, acted: Acted | None = None) -> None:
         """Show the progress.
 
-        `step` is the progress of the day that was `acted`. Without both, several processes are at
-        work.
+        `step` is the progress of the day `acted`. Both are None if several processes simulate days.
         """
         now = time.perf_counter()
         if self._quiet or now - self._shown < (TERMINAL_S if self._terminal else LOG_S):

@@ -120,10 +120,10 @@ class ReplacedAnimation:
 
 
 class KeyedStretch:
-    """The keys of one stretch of a day at a time, which replace the home's own animation.
+    """The keys of a stretch of a day, which replace the home's own animation.
 
-    `residents` are armatures by person. Frame 1 is at the time `begins` (s of the day), and a
-    second has `fps` frames. `clear` restores the home.
+    It keys one stretch at a time. `residents` are armatures by person. Frame 1 is at the time
+    `begins` (s of the day), and a second has `fps` frames. `clear` restores the home.
     """
 
     def __init__(
@@ -178,7 +178,7 @@ class KeyedStretch:
         rig.rotation_mode = "XYZ"
         metres = unit_scale(bpy.context.scene)
         for path, index, values in channels(pose, self._rest[person], bones):
-            kept = _until_wound(values) if path == "rotation_euler" else LINEAR
+            kept = _yaw_interpolation(values) if path == "rotation_euler" else LINEAR
             values = values / metres if path == "location" else values
             curves.write(path, index, at, values, kept)
         for axis in (0, 1):
@@ -190,7 +190,7 @@ class KeyedStretch:
             for axis in range(3):
                 curves.write("location", axis, at, pose.walker[:, axis] / metres)
             yaw = pose.walker[:, 3]
-            curves.write("rotation_euler", 2, at, yaw, _until_wound(yaw))
+            curves.write("rotation_euler", 2, at, yaw, _yaw_interpolation(yaw))
         for obj in (body_of(rig), frame):
             if obj is not None:
                 self._show_or_hide(obj, line.away(), frames)
@@ -350,7 +350,7 @@ def _carried(
     return hand + rotated(carried, offset), compose(carried, turn)
 
 
-def _until_wound(yaw: Array) -> Index:
+def _yaw_interpolation(yaw: Array) -> Index:
     """Return the interpolation after each key of a yaw, shape (n,).
 
     It is constant where the yaw jumps by a whole turn.

@@ -26,7 +26,7 @@ from ..acting.places import CURTAIN, DOOR, DRAWER, LIE, SIT, Door
 FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE, known.DRAWER)
 
 
-def look_of(obj: Any, matrix: Any) -> Array:
+def facing_of(obj: Any, matrix: Any) -> Array:
     """Return where a marked object faces, as a unit vector on the floor, shape (2,)."""
     angle = obj.angen_place.facing
     local = np.array([math.sin(angle), -math.cos(angle), 0.0])
@@ -36,7 +36,7 @@ def look_of(obj: Any, matrix: Any) -> Array:
     return found / size if size > 1e-9 else local[:2]
 
 
-def set_look(obj: Any, matrix: Any, look: Array) -> None:
+def set_facing(obj: Any, matrix: Any, look: Array) -> None:
     """Turn the mark so that it faces along a world direction on the floor, shape (2,)."""
     axes = np.array(matrix)[:2, :2]
     if abs(np.linalg.det(axes)) < 1e-12:
@@ -211,7 +211,7 @@ def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
     marked = MarkedObject(home, obj)
     if not marked.solid:
         raise AngenError("it has no surface: mark the drawer's mesh object")
-    look = look_of(obj, marked.matrix)
+    look = facing_of(obj, marked.matrix)
     middle, deep, wide = marked.box(look)
     low_z, high_z = float(marked.points[:, 2].min()), float(marked.points[:, 2].max())
     way = np.array([*-look, 0.0])
@@ -267,12 +267,12 @@ def guess(obj: Any, depsgraph: Any) -> None:
             marked = MarkedObject(home, obj)
         except NotPlaced:
             return
-        look = _look(home, marked, mark.use)
+        look = _guess_facing(home, marked, mark.use)
         if look is not None:
-            set_look(obj, marked.matrix, look)
+            set_facing(obj, marked.matrix, look)
 
 
-def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
+def _guess_facing(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
     """Return the likely direction that it faces, shape (2,); None if no side is likelier."""
     axes = np.array(marked.matrix)[:2, :2].T
     sizes = np.linalg.norm(axes, axis=1)
@@ -286,7 +286,7 @@ def _look(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
         _, deep, wide = marked.box(x)
         ways = [x, -x] if deep > wide else [y, -y]
     tops = [_top_at(marked, way) for way in ways]
-    free = [_free(home, marked, way) for way in ways]
+    free = [_free_distance(home, marked, way) for way in ways]
     if max(tops) - min(tops) > UNEVEN_M and use in (SIT, LIE):
         high = int(np.argmax(tops))
         return ways[high] if use == LIE else -ways[high]
@@ -310,7 +310,7 @@ def _top_at(marked: MarkedObject, way: Array) -> float:
     return float(np.nanmax(heights)) if np.isfinite(heights).any() else 0.0
 
 
-def _free(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
+def _free_distance(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
     """Return the free distance (m) beyond the object's end in a direction."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])

@@ -114,7 +114,7 @@ def _armature(
 
 
 def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]:
-    """Return the mesh with fewer triangles, reduced least where it bends, by Decimate."""
+    """Return the mesh simplified by Decimate, which keeps more triangles where it bends."""
     mesh = bpy.data.meshes.new("reduced")
     mesh.from_pydata(points.tolist(), [], quads.tolist())
     thing = bpy.data.objects.new("reduced", mesh)

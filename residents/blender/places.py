@@ -28,20 +28,20 @@ def read_places(scene: Any, depsgraph: Any) -> Places:
 
 def read_marks(depsgraph: Any) -> HomeMarks:
     """Return the marks of the evaluated scene; raise `AngenError` if none can be read."""
-    return finished(reading_marks(depsgraph))
+    return finished(read_marks_in_steps(depsgraph))
 
 
-def reading_marks(depsgraph: Any) -> Shares[HomeMarks]:
+def read_marks_in_steps(depsgraph: Any) -> Shares[HomeMarks]:
     """Read the marks as `read_marks` does, and yield the share that is done."""
     marks = HomeMarks()
-    yield from marks.reading(depsgraph)
+    yield from marks.read_in_steps(depsgraph)
     return marks
 
 
 class HomeMarks:
-    """The marks of a home, and the storeys that they are on, after `reading` has run."""
+    """The marks of a home and the storeys that they are on, once `read_in_steps` has run."""
 
-    def reading(self, depsgraph: Any) -> Shares[None]:
+    def read_in_steps(self, depsgraph: Any) -> Shares[None]:
         """Read the marks, and yield the share done; raise `AngenError` if none can be read."""
         objects = marked(depsgraph.view_layer)
         if not objects:
@@ -76,9 +76,9 @@ class HomeMarks:
             for obj, point in zip(objects, points, strict=True)
         }
         doors = finished(self._read(self._door, [o for o in objects if o.angen_place.use in MOVED]))
-        self._stay_out_of(doors.values())
+        self._add_doorways(doors.values())
         lamps = {o.name: self._lamp(o) for o in objects if o.angen_place.use == LAMP}
-        used = [o for o in objects if self._stood_at(o, lamps)]
+        used = [o for o in objects if self._needs_standing_point(o, lamps)]
         places = yield from scaled(self._read(self._place, used), 0.85, 1.0)
         storeys = tuple(ground.storey for ground in self.grounds)
         self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
@@ -95,7 +95,7 @@ class HomeMarks:
                 self.problems.append(f"'{obj.name}': {why}")
         return found
 
-    def _stay_out_of(self, doors: Iterable[Door]) -> None:
+    def _add_doorways(self, doors: Iterable[Door]) -> None:
         """Add the doorways to the storeys, so that nobody stands in them."""
         lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
         self.grounds = [
@@ -104,8 +104,8 @@ class HomeMarks:
             for of_it in [[line for storey, line in lines if storey == number]]
         ]
 
-    def _stood_at(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:
-        """Return whether a resident stands somewhere for a mark: not for doors and high lamps."""
+    def _needs_standing_point(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:
+        """Return whether residents stand somewhere to use a mark: not for doors and high lamps."""
         if obj.angen_place.use != LAMP:
             return bool(obj.angen_place.use != DOOR)
         ground = self.grounds[self.numbers[obj.name]]

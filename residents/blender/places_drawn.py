@@ -17,7 +17,7 @@ from ...angen_addon.view.overlay.settings import redraw_views
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
-from .marks import FACING, NONE, SLIDES, leaf_of, look_of, marked, opening_angle
+from .marks import FACING, NONE, SLIDES, facing_of, leaf_of, marked, opening_angle
 
 # Colours by use, different from those of sensors' states.
 REST, USED, LEAF, LIT = (0.6, 0.5, 1.0), (0.15, 0.8, 0.7), (0.3, 0.85, 0.3), (0.75, 1.0, 0.55)
@@ -38,7 +38,7 @@ def lines(obj: Any, metres: float) -> Array:
         return _lamp(obj)
     if mark.use not in FACING:
         return np.empty((0, 2, 3))
-    look = look_of(obj, obj.matrix_world)
+    look = facing_of(obj, obj.matrix_world)
     long = (BED_M if mark.use == LIE else LONG_M) / metres
     start = _top(obj) + np.array([0.0, 0.0, ABOVE_M / metres])
     if mark.use == LIE:
@@ -71,7 +71,7 @@ def _lamp(obj: Any) -> Array:
 
 
 def _leaf(obj: Any, metres: float) -> Array:
-    """Return the swing of a door as on a floor plan, or an arrow along which it slides."""
+    """Return the lines of a door's swing, as on a floor plan, or of its sliding as an arrow."""
     try:
         leaf, _ = leaf_of(obj)
     except AngenError:

@@ -28,7 +28,7 @@ from ...sensor_logic.wording import Lengths, named, plural, quoted
 from ..acting.places import Place, Places
 from ..acting.reach import Unreached, unreached_in_steps
 from .marks import LABELS, NONE, marked
-from .places import read_marks, reading_marks
+from .places import read_marks, read_marks_in_steps
 from .settings import residents_in
 from .standing import WalkedStorey
 
@@ -97,24 +97,26 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
         )
 
 
-def _lived(scene: Any, view_layer: Any) -> list[Any]:
+def _moved_by_routine(scene: Any, view_layer: Any) -> list[Any]:
     """Return the objects that a routine moves: the marked objects of a home with residents."""
     return marked(view_layer) if residents_in(scene) else []
 
 
 # The doctor does not import residents: add their checks here.
 CHECKS["rooms"] = guessed_rooms
-MOVED_WITHOUT_KEYS.append(_lived)
+MOVED_WITHOUT_KEYS.append(_moved_by_routine)
 
 
 def check_places(depsgraph: Any) -> Checked:
     """Check the marked places; raise `AngenError` if none can be read."""
-    return finished(checking_places(depsgraph))
+    return finished(check_places_in_steps(depsgraph))
 
 
-def checking_places(depsgraph: Any) -> Generator[Doing, None, Checked]:
+def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
     """Check the places as `check_places` does, and yield `Doing`."""
-    reading = yield from doing("floors and places", scaled(reading_marks(depsgraph), 0.0, 0.8))
+    reading = yield from doing(
+        "floors and places", scaled(read_marks_in_steps(depsgraph), 0.0, 0.8)
+    )
     looking = scaled(unreached_in_steps(reading.places), 0.8, 1.0)
     lost = yield from doing("ways", looking)
     between = {}
@@ -153,7 +155,7 @@ def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> s
 
 
 def _causes(checked: Checked) -> Iterable[list[Unreached]]:
-    """Return the unreachable places, grouped by the object in the way, or by the end of the way."""
+    """Return groups of unreachable places with the same cause: an object, or the end of the way."""
     found: dict[Any, list[Unreached]] = {}
     for one in checked.lost:
         far = tuple(one.nearest) if len(one.way) else ()

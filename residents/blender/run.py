@@ -51,7 +51,7 @@ from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
 from .keys import KeyedStretch, lights_of
-from .places import reading_marks
+from .places import read_marks_in_steps
 from .settings import build_of, residents_in
 
 # Types of constraints that use the scene's camera.
@@ -287,9 +287,10 @@ class Household:
         seed: int,
         read: bool = True,
     ) -> None:
-        """Read the home at once, or, with `read` False, leave that to `reading`.
+        """Check seed and residents, and read the home if `read` is True.
 
-        Raise `InputError` if the seed or a resident is invalid.
+        Otherwise the caller runs `read_in_steps`. Raise `InputError` if the seed or a resident is
+        invalid.
         """
         if not 0 <= seed <= LARGEST_SEED:
             raise InputError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
@@ -304,14 +305,14 @@ class Household:
         # Whether events get their person and cause.
         self.causes = True
         if read:
-            finished(self.reading())
+            finished(self.read_in_steps())
 
-    def reading(self) -> Shares[None]:
+    def read_in_steps(self) -> Shares[None]:
         """Read the marked places and yield the share that is done.
 
         The scene must be at its first frame. Raise `AngenError` if the places cannot be read.
         """
-        self.places: Places = (yield from reading_marks(evaluated_depsgraph())).places
+        self.places: Places = (yield from read_marks_in_steps(evaluated_depsgraph())).places
         self._builds: dict[str, Build] = {}
         for name, obj in self.residents.items():
             with explained(self.plan.routine.persons[name].where, ValueError):
@@ -324,9 +325,9 @@ class Household:
 
     def acted(self, number: int) -> Acted:
         """Return what is done on day `number`; raise `InputError` if it cannot be acted."""
-        return finished(self.acting(number))
+        return finished(self.act_in_steps(number))
 
-    def acting(self, number: int) -> Shares[Acted]:
+    def act_in_steps(self, number: int) -> Shares[Acted]:
         """Act a day as `acted` does, and yield the share that is done."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
@@ -430,7 +431,7 @@ def run_days(
 
     Raise `AngenError` if a day cannot be acted or simulated.
     """
-    with closing(running_days(household, numbers, between)) as steps:
+    with closing(run_days_in_steps(household, numbers, between)) as steps:
         for step in steps:
             if isinstance(step, Day):
                 yield step
@@ -438,7 +439,7 @@ def run_days(
                 progress(*step)
 
 
-def running_days(
+def run_days_in_steps(
     household: Household, numbers: Iterable[int], between: tuple[float, float] | None = None
 ) -> Generator[tuple[int, Progress] | Day, None, None]:
     """Simulate as `run_days` does; yield the number and progress of a day, and last the day."""

@@ -53,7 +53,7 @@ def show(
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
         "start": scene.angen_start,
-        "owners": [_noted(owner) for owner in owners] + [_noted_sky(*sky) for sky in skies],
+        "owners": [_state_of(owner) for owner in owners] + [_state_of_sky(*sky) for sky in skies],
     }
     scene.angen_day.before = json.dumps(before)
     scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
@@ -89,7 +89,7 @@ def leave(scene: Any) -> None:
         if noted["of"] == "worlds" and owner is not None:
             owner = owner.node_tree
         if owner is not None:
-            _give_back(owner, noted)
+            _restore(owner, noted)
     for name, value in before["time"].items():
         setattr(scene.render, name, value)
     # Files of earlier versions have no start.
@@ -127,21 +127,21 @@ def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
     return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
 
 
-def _noted(owner: Any) -> dict[str, Any]:
+def _state_of(owner: Any) -> dict[str, Any]:
     """Return the state of an object or a light, as values for JSON."""
     of = "lights" if isinstance(owner, bpy.types.Light) else "objects"
     bones = owner.pose.bones if getattr(owner, "pose", None) else ()
-    found = _noted_animation(owner) | {"of": of, "name": owner.name, "values": _values(owner)}
+    found = _state_of_animation(owner) | {"of": of, "name": owner.name, "values": _values(owner)}
     return found | {"bones": {bone.name: _values(bone) for bone in bones}}
 
 
-def _noted_sky(world: Any, path: str) -> dict[str, Any]:
+def _state_of_sky(world: Any, path: str) -> dict[str, Any]:
     """Return the state of a world's sky, whose strength is at a path in the node tree."""
-    found = _noted_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
+    found = _state_of_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
     return found | {"values": {path: world.node_tree.path_resolve(path)}}
 
 
-def _noted_animation(owner: Any) -> dict[str, Any]:
+def _state_of_animation(owner: Any) -> dict[str, Any]:
     """Return the action and slot of a datablock, and keep the action in the file."""
     data = owner.animation_data
     action, slot = (data.action, getattr(data, "action_slot", None)) if data else (None, None)
@@ -163,7 +163,7 @@ def _values(part: Any) -> dict[str, Any]:
     return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
 
 
-def _give_back(owner: Any, noted: Mapping[str, Any]) -> None:
+def _restore(owner: Any, noted: Mapping[str, Any]) -> None:
     """Restore a datablock to its stored state."""
     data = owner.animation_data
     ours = data.action if data is not None else None

@@ -42,7 +42,7 @@ from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.model import Array
 from ..acting.places import BODY_M, CURTAIN, LAMP, LIE, SIT, STAND, Place, Storey
 from ..acting.ways import Floor, regions
-from .marks import MarkedObject, look_of
+from .marks import MarkedObject, facing_of
 from .settings import is_resident, residents_in
 
 # m: usual size of a cell, and the largest size, for large homes.
@@ -86,20 +86,20 @@ class WalkedStorey:
 
 
 def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
-    """Return the home without what residents pass or are.
+    """Return the home without doors' leaves and without residents.
 
-    That is doors' leaves with what is parented to them, and residents with their walking frames.
+    Objects parented to a leaf are left out too, and so are walking frames.
     """
     frames = [r.angen_resident.walking_frame for r in residents_in(home.depsgraph.scene)]
     uids = {obj.session_uid for obj in (*leaves, *frames) if obj is not None}
 
     def stays(solid: Solid) -> bool:
-        return not (uids & solid.owners or _lives(solid.original))
+        return not (uids & solid.owners or _is_living_body(solid.original))
 
     return home.part(stays)
 
 
-def _lives(obj: Any) -> bool:
+def _is_living_body(obj: Any) -> bool:
     """Return whether an object is the body of a resident or walker, or is parented to one."""
     owners = list(candidates(obj))
     rigged = any(owner.type == "ARMATURE" for owner in owners)
@@ -311,7 +311,7 @@ def place_of(
 ) -> Place:
     """Return the place of a marked object; the hand goes to `target` if that is given."""
     mark = marked.obj.angen_place
-    look = look_of(marked.obj, marked.matrix)
+    look = facing_of(marked.obj, marked.matrix)
     floor = ground.storey.height
     edge = None
     if mark.use == STAND:
@@ -386,9 +386,9 @@ def standing_point(
 
 
 def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Array) -> Array:
-    """Return whether only the object itself is between points and a target, shape (n,).
+    """Return which points see the target with nothing but the marked object in between, shape (n,).
 
-    The points have the shape (n, 2); rays go at the height SIGHT_M above the floor.
+    `points` have the shape (n, 2). Rays go at the height SIGHT_M above the floor.
     """
     home = ground.home
     rows = np.setdiff1d(home.rows, marked.rows)

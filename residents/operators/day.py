@@ -70,10 +70,11 @@ def _is_current(scene: Any) -> bool:
     return _computed is None or _computed.key == _key(scene)[0]
 
 
-def _computing(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
-    """Return the day of the panel's settings, computing it unless it is the last computed one.
+def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
+    """Return the day of the panel's settings, and yield `Doing` while it is computed.
 
-    With `anew`, compute it in any case. Raise `InputError` if a setting is invalid.
+    The last computed day is reused, unless `anew` is True. Raise `InputError` if a setting is
+    invalid.
     """
     global _computed
     key, plan = _key(scene)
@@ -82,8 +83,8 @@ def _computing(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
         frame = scene.frame_current
         try:
             household = Household(scene, [], plan, start, seed, read=False)
-            yield from doing("floors and places", scaled(household.reading(), 0.0, 0.6))
-            acting = scaled(household.acting(number), 0.6, 1.0)
+            yield from doing("floors and places", scaled(household.read_in_steps(), 0.0, 0.6))
+            acting = scaled(household.act_in_steps(number), 0.6, 1.0)
             acted = yield from doing("what everybody does", acting)
         finally:
             scene.frame_set(frame)
@@ -127,7 +128,7 @@ class ANGEN_OT_day_read(LongWork, Operator):
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         with _without_shown_activity(context.scene):
-            day = yield from _computing(context.scene, anew=True)
+            day = yield from _compute_day(context.scene, anew=True)
         yield day
 
     def _finish(self, context: Context, day: ComputedDay) -> None:
@@ -141,7 +142,7 @@ class ANGEN_OT_day_read(LongWork, Operator):
         self.report({"INFO"}, settings.told)
 
 
-class _Showing(LongWork):
+class _ShowActivity(LongWork):
     """Mix-in of operators that show an activity as animation, and can go to a time in it."""
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
@@ -159,7 +160,7 @@ class _Showing(LongWork):
             yield None
             return
         with _without_shown_activity(scene):
-            day = yield from _computing(scene, anew=False)
+            day = yield from _compute_day(scene, anew=False)
             _show(scene, day, index)
         yield day
 
@@ -173,7 +174,7 @@ class _Showing(LongWork):
             _scroll_timelines(context)
 
 
-class ANGEN_OT_day_show(_Showing, Operator):
+class ANGEN_OT_day_show(_ShowActivity, Operator):
     bl_idname = "angen.day_show"
     bl_label = "Show Activity"
     bl_description = "Show this activity as animation, for scrubbing, simulating and Explain"
@@ -196,7 +197,7 @@ class ANGEN_OT_day_show(_Showing, Operator):
         return self.index, settings.done[self.index].start
 
 
-class ANGEN_OT_day_go(_Showing, Operator):
+class ANGEN_OT_day_go(_ShowActivity, Operator):
     bl_idname = "angen.day_go"
     bl_label = "Go to Time"
     bl_description = "Go to this time of the day, and show its activity as animation"

@@ -21,7 +21,7 @@ from ...sensor_logic.files import check_folder
 from ...sensor_logic.wording import part_is
 from ..blender.day_settings import BITS
 from ..blender.folder import Folder, check_dates
-from ..blender.run import Household, moved_share, running_days
+from ..blender.run import Household, moved_share, run_days_in_steps
 from ..days.rows import Day
 from ..days.truth import DAY_S
 from .day import settings_of
@@ -89,9 +89,9 @@ class ANGEN_OT_day_run(LongWork, Operator):
         frame, subframe = self._playhead
         try:
             with _named_as_here():
-                yield from doing("floors and places", scaled(household.reading(), 0.0, READ))
+                yield from doing("floors and places", scaled(household.read_in_steps(), 0.0, READ))
                 # Act the first day now: errors come before anything is written.
-                acting = scaled(household.acting(0), READ, ACTED)
+                acting = scaled(household.act_in_steps(0), READ, ACTED)
                 yield from doing("what everybody does", acting)
                 folder = Folder(path, household, formats)
                 result = yield from _days(household, folder, days)
@@ -137,7 +137,7 @@ def _days(household: Household, folder: Folder, days: int) -> Generator[Doing, N
     problem, made = None, 0
     spans: dict[int, Any] = {}
     try:
-        with closing(running_days(household, left)) as steps:
+        with closing(run_days_in_steps(household, left)) as steps:
             for step in steps:
                 if isinstance(step, Day):
                     folder.keep(step)

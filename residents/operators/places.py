@@ -21,7 +21,7 @@ from ...sensor_logic.wording import capital
 from ..acting import places as known
 from ..blender import reachable
 from ..blender.marks import LABELS, NONE, USES, guess
-from ..blender.reachable import Checked, checking_places, sentences
+from ..blender.reachable import Checked, check_places_in_steps, sentences
 
 # Kinds of places that an empty can mark. Doors and lamps need an object.
 POINTS = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIANCE)
@@ -83,7 +83,7 @@ class ANGEN_OT_places_check(LongWork, Operator):
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         context.view_layer.update()
         try:
-            found = yield from checking_places(context.evaluated_depsgraph_get())
+            found = yield from check_places_in_steps(context.evaluated_depsgraph_get())
         except AngenError as error:
             raise AngenError(capital(str(error))) from None
         yield found

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel, UIList
 
-from ...panels.lines import ClosedSidebar, draw_working
+from ...panels.lines import ClosedSidebar, draw_progress
 from ..days.rows import HOUR_S, hours_minutes, lasting, time_at
 from .strip import colours_of, hour_pixels, icon_of, plain_pixels
 
@@ -56,7 +56,7 @@ def _draw_run(layout: Any, settings: Any) -> None:
     header, body = layout.panel("ANGEN_day_run", default_closed=True)
     header.label(text="Run into a Folder")
     if body is None:
-        draw_working(layout, "angen.day_run")
+        draw_progress(layout, "angen.day_run")
         return
     column = body.column()
     column.use_property_split = True
@@ -64,7 +64,7 @@ def _draw_run(layout: Any, settings: Any) -> None:
     column.prop(settings, "days")
     body.label(text="Also for Other Tools")
     body.grid_flow(columns=3, even_columns=True, align=True).prop(settings, "formats")
-    if not draw_working(body, "angen.day_run"):
+    if not draw_progress(body, "angen.day_run"):
         body.operator("angen.day_run", icon="PLAY")
 
 
@@ -86,7 +86,7 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
             body.use_property_split = True
             for name in ("latitude", "longitude", "utc_offset", "north"):
                 body.prop(context.scene.angen_site, name)
-        if not draw_working(layout, "angen.day_read"):
+        if not draw_progress(layout, "angen.day_read"):
             layout.operator("angen.day_read", icon="FILE_REFRESH")
         _draw_run(layout, settings)
         if not settings.done:

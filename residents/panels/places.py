@@ -14,8 +14,8 @@ from ...panels.lines import (
     ClosedSidebar,
     PhysicsTab,
     draw_lines,
+    draw_progress,
     draw_property,
-    draw_working,
     has_name_column,
 )
 from ..acting.places import DOOR, DRAWER, LAMP, MOVED
@@ -85,7 +85,7 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
             draw_place(layout, context)
         layout.operator_menu_enum("angen.place_point", "use", text="Add Place at 3D Cursor")
         row = layout.row(align=True)
-        if not draw_working(row, "angen.places_check"):
+        if not draw_progress(row, "angen.places_check"):
             row.operator("angen.places_check", icon="VIEWZOOM")
         row = row.row(align=True)
         row.active = context.scene.angen_overlay.show

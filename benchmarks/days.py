@@ -99,7 +99,9 @@ def _checked(count: int, seconds: float) -> dict[str, Any]:
             stretch = household, number, (begin, begin + seconds)
             fast, skipping_s = _stretch(*stretch)
             find, most = skipping.find_stillness, living.MOST_MOVEMENT
-            skipping.find_stillness = lambda *_: skipping.Stillness(np.empty((0, 2)), ("as a reference",))
+            skipping.find_stillness = lambda *_: skipping.Stillness(
+                np.empty((0, 2)), ("as a reference",)
+            )
             living.MOST_MOVEMENT = 1e9
             try:
                 plain, plain_s = _stretch(*stretch)

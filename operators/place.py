@@ -173,6 +173,8 @@ UP = Vector((0.0, 0.0, 1.0))
 MIN_RISE = 0.5
 # A surface counts as a floor if the z component of its normal is larger.
 FLOOR_NORMAL_Z = 0.5
+# m: what reaches less far from a wall, such as a picture or a skirting board, is no floor.
+LEDGE = 0.1
 # A typed length: numbers, each with or without a unit.
 LENGTH = re.compile(r"-?((\d+\.?\d*|\.\d+)(mm|cm|m|ft|in|'|\")?)+")
 NUMBER = re.compile(r"-?(\d+\.?\d*|\.\d+)")
@@ -183,18 +185,31 @@ ENDS = {"RET", "NUMPAD_ENTER"}
 def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
     """Return the floor below a point on a surface, or None.
 
-    The object of that surface counts as a floor only if the surface is steep, and nothing as steep
-    as a leaning wall counts.
+    The object of that surface counts as a floor only if the surface is steep. What is as steep as a
+    leaning wall, and a ledge, such as a picture on the same wall, count as none.
     """
     carrier = on.object if on.normal.z > FLOOR_NORMAL_Z else None
-    off = UP * (1e-3 / unit_scale(scene))
+    scale = unit_scale(scene)
+    off = UP * (1e-3 / scale)
+    level = Vector((on.normal.x, on.normal.y, 0.0))
+    beside = level.normalized() * (LEDGE / scale)
+    ledge = None
     start = place
+
+    def down(origin: Vector) -> SurfacePoint | None:
+        return first_surface(scene, depsgraph, origin, -UP, passes=lambda o: o == carrier)
+
     for _ in range(PASSED):
-        hit = first_surface(scene, depsgraph, start - off, -UP, passes=lambda o: o == carrier)
-        if hit is None or hit.normal.z > FLOOR_NORMAL_Z:
-            return hit
+        hit = down(start - off)
+        if hit is None:
+            break
+        if hit.normal.z > FLOOR_NORMAL_Z:
+            other = down(hit.point + off + beside)
+            if other is not None and hit.point.z - other.point.z < 2 * off.z:
+                return hit
+            ledge = ledge or hit
         start = hit.point
-    return None
+    return ledge
 
 
 def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:

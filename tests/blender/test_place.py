@@ -252,6 +252,17 @@ def test_on_a_table_and_on_a_wall_the_height_is_that_above_the_floor(world, told
     assert text == "On 'Wall'    Z 3.200 m, 2.200 m above 'Floor'"
 
 
+def test_a_picture_and_a_skirting_board_on_the_wall_are_no_floor(world, told):
+    world.box((9, 9, 0.1), at=(0, 0, 0.95), name="Floor")
+    world.box((0.2, 9, 9), at=(3, 0, 1), name="Wall")
+    world.box((0.03, 0.6, 0.4), at=(2.885, 0, 2.6), name="Picture")
+    world.box((0.02, 9, 0.1), at=(2.89, 0, 1.05), name="Skirting")
+    text, height = told("PIR", (2, 0, 3.1), (1, 0, 0), "2.2")
+    assert height == pytest.approx(3.2) and "2.200 m above 'Floor'" in text
+    world.box((0.4, 2, 0.04), at=(2.7, 0, 2.98), name="Shelf")
+    assert "0.200 m above 'Shelf'" in told("PIR", (2, 0, 3.2), (1, 0, 0))[0]
+
+
 @pytest.mark.parametrize("scale", [1.0, 0.01])
 @pytest.mark.parametrize("lean", [0.0, 10.0, -10.0])
 def test_a_typed_height_is_that_above_the_floor_and_on_the_wall(world, told, scale, lean):

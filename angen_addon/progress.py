@@ -30,11 +30,13 @@ class Doing:
     """The progress of long work: the share that is done, 0 to 1, and the present activity.
 
     `slow` marks a next step that takes long, so that a window shows this text before it starts.
+    `found` says that there is a first result, which Esc keeps.
     """
 
     share: float
     text: str
     slow: bool = False
+    found: bool = False
 
 
 class Enough(Exception):

@@ -14,6 +14,7 @@ from ..angen_addon.authoring.presets import find_preset, new_sensor
 from ..angen_addon.coverage import shown
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
+from ..angen_addon.progress import Doing
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
 from ..sensor_logic.coverage.detectors import DETECTOR
@@ -35,10 +36,10 @@ class ANGEN_OT_place_propose(LongWork, Operator):
     bl_label = "Propose Places"
     bl_description = (
         "Find places for motion detectors on walls and ceilings that together cover the most. They "
-        "get the parameters of the active motion detector. Esc keeps the best so far"
+        "get the parameters of the active motion detector. Esc keeps the best so far, once a "
+        "candidate was looked at closely"
     )
     bl_options = {"REGISTER", "UNDO"}
-    esc = "keeps the best so far"
 
     preset: StringProperty(
         name="Preset",
@@ -49,6 +50,10 @@ class ANGEN_OT_place_propose(LongWork, Operator):
     )
 
     poll = classmethod(can_read_scene)
+
+    def _show(self, context: Context, doing: Doing) -> None:
+        self.esc = "keeps the best so far" if doing.found else "cancels"
+        super()._show(context, doing)
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         settings = context.scene.angen_coverage

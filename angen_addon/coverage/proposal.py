@@ -409,6 +409,7 @@ class _Search:
                 self._share,
                 f"{len(known)} computed exactly; the best so far covers "
                 f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",
+                found=True,
             )
 
     def _left(self, choice: ChosenPlaces) -> int:

@@ -329,6 +329,7 @@ def test_enough_keeps_the_best_so_far_and_its_bound(search: Any) -> None:
     shares = [stage.share for stage in stages]
     assert shares == sorted(shares) and shares[-1] <= 1.0
     first = next(n for n, s in enumerate(stages) if "computed exactly" in s.text)
+    assert [s.found for s in stages] == [n >= first for n in range(len(stages))]
     for number in (1, first - 1):
         run = search(2)
         for _ in range(number):

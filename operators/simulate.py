@@ -216,7 +216,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
                 # Show a slow step when it begins.
                 yield Doing(now.share, text, slow=bool(now.doing))
         except Enough:
-            early = True
+            # Esc may come after the last frame.
+            early = self._recording.frame_end < self._planned.last
         except AngenError as error:
             # Keep the frames that are done.
             self.report({"ERROR"}, str(error))

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
@@ -294,6 +295,16 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
         "Undo brings back frames 1 to 72"
     ]
     assert cache().recording(door.scene) is recording
+
+
+@pytest.mark.usefixtures("door")
+@pytest.mark.parametrize(("last", "early"), [(72, False), (73, True)])
+def test_esc_after_the_last_frame_stops_nothing(last, early):
+    stub = SimpleNamespace(_recording=run_of(1000), _planned=SimpleNamespace(last=last))
+    steps = iter([SimpleNamespace(frame=72.0, share=1.0, doing="")])
+    run = ANGEN_OT_simulate._through(stub, (step for step in steps))
+    next(run)
+    assert run.throw(Enough) is early
 
 
 @pytest.mark.parametrize("early", [True, False])

@@ -317,7 +317,7 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
     """
     picture = TimelinePicture()
     placed = place(history.rows, view)
-    if not placed or view.right <= view.left:
+    if view.right <= view.left:
         return picture
     _draw_ground(picture, placed, view, chosen)
     for row, y, high in placed:
@@ -326,11 +326,12 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
         inside = [p for p in placed if p.row.room == room]
         _draw_room(picture, view, room, inside[-1].y, inside[0].y + inside[0].high, inside[0].high)
     left_out = len(history.rows) - len(placed)
-    if left_out:
-        text = f"{left_out} more: make this editor higher"
-        # On the lowest row, since the numbers of the frames are above the highest one.
-        size = LETTER * view.scale
-        picture.words.append(TimelineText(6 * view.scale, placed[-1].y + size / 2, text, size, DIM))
+    # On the lowest row: above the highest one are the numbers of the frames.
+    size, low = LETTER * view.scale, placed[-1].y if placed else view.bottom
+    if left_out and (placed or view.top - low >= 2 * size):
+        what = "more" if placed else "sensors"
+        text = f"{left_out} {what}: make this editor higher"
+        picture.words.append(TimelineText(6 * view.scale, low + size / 2, text, size, DIM))
     return picture
 
 

@@ -67,7 +67,7 @@ panel -70 381
 panel -70 515; accept; picture 07_events_written
 panel 0 515; accept
 panel 85 515; accept; picture 08_report_written 3
-panel -60 541; picture 09_baked 2
+panel -60 567; picture 09_baked 2
 view; key ctrl+z; sleep 1
 key g x; text 0.5; key Return; picture 10_stale 4
 view; key ctrl+z; picture 11_undone 3

@@ -61,6 +61,8 @@ def draw_progress(layout: Any, operator: str) -> bool:
         return False
     _, share, text = working
     far, _, doing = text.partition("\n")
+    # In a row, beside other buttons, the texts would cut each other.
+    layout = layout.column(align=True)
     layout.progress(text=f"{far}. Esc ends", factor=share)
     if doing:
         # The bar is too narrow for this text.

@@ -10,6 +10,7 @@ from ..angen_addon.view.active import active_sensor
 from ..operators.study import command, vary_of
 from ..parts import installation
 from ..sensor_logic import study_file
+from ..sensor_logic.wording import plural
 from .lines import ClosedSidebar, draw_lines
 
 
@@ -51,7 +52,9 @@ class ANGEN_PT_study(ClosedSidebar, Panel):
                 fields.prop(row, "last")
                 fields.prop(row, "steps")
         layout.prop(wanted, "seeds")
-        layout.operator("angen.study_write", text=f"Write Study of {runs} Runs", icon="FILE_NEW")
+        layout.operator(
+            "angen.study_write", text=f"Write Study of {plural(runs, 'Run')}", icon="FILE_NEW"
+        )
         layout.prop(wanted, "file")
         if wanted.file:
             draw_lines(layout, command(wanted.file), "CONSOLE")

@@ -42,7 +42,7 @@ class AngenSite(PropertyGroup):
         min=-math.pi, max=math.pi, precision=3, options=set(),
     )  # fmt: skip
     utc_offset: FloatProperty(
-        name="Hours Ahead of UTC", description="Offset of the home's clocks, the same all year",
+        name="Ahead of UTC", description="Offset of the home's clocks in hours, the same all year",
         min=-14.0, max=14.0, precision=2, options=set(),
     )  # fmt: skip
     north: FloatProperty(

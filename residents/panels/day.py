@@ -101,6 +101,8 @@ class ANGEN_PT_day(ClosedSidebar, Panel):
         row = layout.row(align=True)
         row.prop(settings, "time")
         row.operator("angen.day_go", text="Go", icon="TIME").time = ""
+        draw_progress(layout, "angen.day_show")
+        draw_progress(layout, "angen.day_go")
         layout.template_list("ANGEN_UL_done", "", settings, "done", settings, "active", rows=6)
         if settings.before:
             shown = settings.done[settings.shown]

@@ -153,7 +153,7 @@ class StoredRecording:
             if moved and original.animation_data is not None:
                 self._moved[key_of(original)] = f"'{original.name}'"
 
-    def note_elsewhere(self, depsgraph: Any) -> None:
+    def note_other_scene(self, depsgraph: Any) -> None:
         """Notes the update of another scene, which may share datablocks with this one."""
         for original in (update.id.original for update in depsgraph.updates):
             # Blender may report no update of the owners of keys and nodes.

@@ -29,8 +29,8 @@ test-all: venv ## run all tests in this version of Blender
 	@$(PYTEST) -m "not measured" $(ARGS)
 
 golden: venv ## write the golden files anew (ARGS="-k help": some of them); say why in the commit
-	@ANGEN_GOLDEN=write $(RUN) -m pytest -q tests/blender/test_golden.py $(ARGS)
-	@git status --short tests/golden
+	@ANGEN_GOLDEN=write $(RUN) -m pytest -q tests/blender/test_golden.py tests/pure/test_spelling.py $(ARGS)
+	@git status --short tests/golden tests/data/words.txt
 
 readers: ## read the files of all formats with programs that others wrote (800 MB to fetch, once)
 	@BPY= sh scripts/make_venv.sh $(READERS_VENV) readers

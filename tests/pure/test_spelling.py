@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Texts that users read are spelled right, and nothing uses words that only this project had.
 
-tests/data/words.txt has every word of these texts, in British spelling, one a line and sorted. A
-new word is added there on purpose, after a look at its spelling.
+tests/data/words.txt has every word of these texts, in British spelling, one a line and sorted.
+`make golden` writes it anew: look at the spelling of what is new in it.
 """
 
 from __future__ import annotations
 
 import ast
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -92,14 +93,12 @@ def user_texts() -> Iterator[tuple[str, int, str]]:
 
 
 def test_every_word_that_users_read_is_in_the_list() -> None:
+    used = [(word, f"{name}:{line}") for name, line, text in user_texts() for word in words(text)]
+    if os.environ.get("ANGEN_GOLDEN") == "write":
+        WORDS.write_text("\n".join(sorted({word for word, _ in used})) + "\n", encoding="utf-8")
     known = set(WORDS.read_text(encoding="utf-8").split())
-    wrong = [
-        f"{name}:{line}: {word}"
-        for name, line, text in user_texts()
-        for word in words(text)
-        if word not in known
-    ]
-    how = "These are misspelled, or new. Add new words to tests/data/words.txt, in order:"
+    wrong = [f"{place}: {word}" for word, place in used if word not in known]
+    how = "These are misspelled, or new. `make golden ARGS='-k spelling'` takes new ones in:"
     assert not wrong, "\n".join([how, *wrong])
 
 

@@ -79,8 +79,8 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
         note(f"the activities in {options.events} are ignored: give --activities FILE.csv")
     if source.left_out:
         note(
-            f"changes in {options.events} at local times that clocks in {options.timezone} "
-            f"went past, which stand at the moment at which these went forward: {source.left_out}"
+            f"{source.left_out} changes in {options.events} are at local times that clocks in "
+            f"{options.timezone} skipped; they stand at the moment when the clocks went forward"
         )
     if options.undo_faults:
         source = replace(source, events=undo(source.events, options.undo_faults))

@@ -74,7 +74,7 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
     short = cause.threshold - now.range
     what = quoted(now.name) if now.name else "something"
     if short <= 0.0:
-        return [("To open", "nothing may cross the beam until the next update")]
+        return [("To open", "nothing more must cross the beam before the next update")]
     return [
         (
             "To open",

@@ -207,4 +207,4 @@ def _check_posture(step: ActivityStep, posture: str | None) -> None:
     """Raise `InputError` for a step that needs another posture."""
     needed = _NEEDS.get(step.word)
     if needed and posture not in needed:
-        raise step.error(f"that is done {' or '.join(needed)}; put such a step before it")
+        raise step.error(f"the person must be {' or '.join(needed)}: add a step before it")

@@ -99,7 +99,8 @@ def read(path: Path) -> ParsedLog:
             try:
                 read = _value(value)
             except ValueError:
-                raise ValueError(f"line {number}: {field} is '{value}', not a value") from None
+                what = "it must be a number, true, false or a text in quotes"
+                raise ValueError(f"line {number}: {field} is '{value}': {what}") from None
             found.changes.append(Event(time, name, _plain(field), 0.0, kind, read, number))
     return found
 

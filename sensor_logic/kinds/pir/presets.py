@@ -128,7 +128,7 @@ PRESETS: tuple[Preset, ...] = (
     _range_scan(
         "EKMC1604111",
         "Panasonic EKMC1604111 (wall, 12 m)",
-        f"Panasonic: first step 12 m, 105° wide, down to 49° below; {PMOD_PIR}",
+        f"Panasonic: detects a first step at up to 12 m; 105° wide, down to 49° below; {PMOD_PIR}",
         range_max=12.0,
         horizontal=105.0,
         below=49.0,

@@ -231,8 +231,8 @@ class PirParameters(Parameters):
     blanking_time: float = parameter(
         0.0,
         "Radio blanking",
-        "How long movement is ignored after each message, on or off, while the radio sends: its "
-        "power would disturb the elements. For wireless detectors",
+        "How long a wireless detector ignores movement after each message: the radio would disturb "
+        "its elements",
         unit="s",
         short="Blanking",
         **PYRO,

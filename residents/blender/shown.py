@@ -14,6 +14,7 @@ from typing import Any
 
 import bpy
 
+from ...angen_addon.runtime import state
 from ...angen_addon.scene.light.scene import take_begins
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -53,6 +54,7 @@ def show(
         "time": {name: getattr(scene.render, name) for name in TIME},
         "range": ranged,
         "start": scene.angen_start,
+        "recording": scene.angen_recording,
         "owners": [_state_of(owner) for owner in owners] + [_state_of_sky(*sky) for sky in skies],
     }
     scene.angen_day.before = json.dumps(before)
@@ -94,6 +96,11 @@ def leave(scene: Any) -> None:
         setattr(scene.render, name, value)
     # Files of earlier versions have no start.
     scene.angen_start = before.get("start", scene.angen_start)
+    scene.angen_recording = before.get("recording", scene.angen_recording)
+    recording = state.CACHE.kept(scene)
+    if recording is not None:
+        # The home's own recording, which is compared with the home once more.
+        recording.unsure = True
     wanted = before["range"]
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
     scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]

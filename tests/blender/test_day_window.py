@@ -78,6 +78,22 @@ def test_a_stretch_is_shown_sensed_and_left_again(scene: Any, world: Any) -> Non
     assert set(bpy.data.actions.keys()) == actions
 
 
+def test_leaving_the_day_brings_the_homes_recording_back(scene: Any, addon_part: Any) -> None:
+    """Also where the shown activity was simulated meanwhile."""
+    cache = addon_part("angen_addon.runtime.state").CACHE
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    home = cache.recording(scene)
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    assert cache.recording(scene) is None, "the shown activity moves what the recording has"
+    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    assert cache.recording(scene) not in (None, home)
+    bpy.ops.angen.day_leave()
+    bpy.context.view_layer.update()
+    scene.frame_set(20)
+    assert cache.recording(scene) is home
+
+
 def test_exports_of_a_shown_activity_have_its_date_and_time(scene: Any, tmp_path: Path) -> None:
     scene.angen_start = "2020-01-01"
     bpy.ops.angen.day_read()

@@ -310,7 +310,7 @@ SCENE = {
         for name, prop in SCENE_SETTINGS.items()
     },
     "angen_start": StringProperty(
-        name="Start",
+        name="Start Time",
         description="Date and time of the scene's first frame, such as 2026-03-01T08:00. Exported "
         "files and panels then show the time of day. Empty: they show seconds",
         options=set(),

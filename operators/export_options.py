@@ -34,7 +34,7 @@ class ExportOptions:
         description="Add a leading ' to names that a spreadsheet would read as formulas (=A1)",
     )
     start: StringProperty(
-        name="Start",
+        name="Start Time",
         description="For scripts: date and time of the first frame, in place of the scene's Start",
         options={"HIDDEN", "SKIP_SAVE"},
     )
@@ -90,11 +90,11 @@ class ExportOptions:
         if not self.start:
             start = start_of(context.scene)
         else:
-            with explained("Start", InputError):
+            with explained("Start Time", InputError):
                 start = parse_start(self.start)
         if start is None and (what := self.needing()):
             raise InputError(
-                f"Start is empty, and {what} writes dates: set Start (here, or in the panel "
+                f"Start Time is empty, and {what} writes dates: set it (here, or in the panel "
                 "Simulation) to the date and time of the first frame, such as 2026-03-01T08:00"
             )
         return start

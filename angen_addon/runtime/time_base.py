@@ -21,20 +21,23 @@ def clock_of(scene: Any) -> Clock:
 
 def start_of(scene: Any) -> datetime | None:
     """Return the scene's Start, the date and time of its first frame, or None. Raise InputError."""
-    with explained("Start", InputError):
+    with explained("Start Time", InputError):
         return parse_start(scene.angen_start)
 
 
 def moment_text(scene: Any, frame: float) -> str:
-    """Return the time of day at a frame, to a tenth of a second; else the frame number."""
+    """Return the time of day at a frame, to a tenth of a second.
+
+    Without a start time, return the frame and its time since the scene's first frame.
+    """
+    seconds = (frame - scene.frame_start) * scene.render.fps_base / scene.render.fps
     try:
         start = start_of(scene)
     except InputError:
         start = None
     if start is None:
-        return f"frame {format_frame(frame)}"
+        return f"frame {format_frame(frame)} ({seconds:.3f} s)"
     # Half a millisecond more: a tenth of a second is never cut to the one before.
-    seconds = (frame - scene.frame_start) * scene.render.fps_base / scene.render.fps
     return iso_time(start, seconds + 5e-4)[11:21]
 
 

@@ -352,14 +352,14 @@ def test_the_time_of_day(two_switches, tmp_path):
     assert (samples[0][-1], samples[13][-1]) == ("time", "2026-03-02T00:00:00.000")
     ops.export_report(filepath=str(page), start="2026-03-01T08:00")
     assert "2026-03-01 08:00:00" in page.read_text(encoding="utf-8")
-    with pytest.raises(RuntimeError, match=r"Start: 'noon' is no date and time"):
+    with pytest.raises(RuntimeError, match=r"Start Time: 'noon' is no date and time"):
         ops.export_events(filepath=str(path), start="noon")
 
 
 def test_the_scenes_start_is_that_of_all_exports(two_switches, tmp_path):
     ops.simulate()
     scene, path, page = bpy.context.scene, tmp_path / "events.csv", tmp_path / "report.html"
-    with pytest.raises(RuntimeError, match=r"Start is empty, and casas writes dates: set Start"):
+    with pytest.raises(RuntimeError, match=r"Start Time is empty, and casas writes dates: set it"):
         ops.export_format(filepath=str(tmp_path / "home"), format="casas")
     assert not list(tmp_path.glob("home*"))
     scene.angen_start = "2026-03-01T08:00"
@@ -376,7 +376,7 @@ def test_the_scenes_start_is_that_of_all_exports(two_switches, tmp_path):
     labels = [text for text, *_ in drawn("ANGEN_PT_events").operators]
     assert "Explain Open, 08:00:00.0" in labels
     scene.angen_start = "noon"
-    with pytest.raises(RuntimeError, match=r"Start: 'noon' is no date and time"):
+    with pytest.raises(RuntimeError, match=r"Start Time: 'noon' is no date and time"):
         ops.export_events(filepath=str(path))
 
 

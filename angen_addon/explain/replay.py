@@ -23,7 +23,7 @@ from ..runtime import handlers, state
 from ..runtime.probes import Probes
 from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
-from ..runtime.trace import Hits, NotNoted, Trace
+from ..runtime.trace import Hits, NotRecorded, Trace
 from ..scene.lengths import lengths_of
 from ..scene.light.cycles import finished
 from ..scene.sensors import Sensor, all_sensors, read_pose, unit_scale
@@ -67,7 +67,7 @@ class Replay:
     def probes(self) -> Probes:
         """The probes of the scene at the last update that was taken.
 
-        Raise `NotNoted` if the scene cannot go back.
+        Raise `NotRecorded` if the scene cannot go back.
         """
         return self._probes
 
@@ -220,7 +220,7 @@ class Replay:
 class Recalled(Replay):
     """A sensor at the last updates of a run that is still on, read from the trace of the run.
 
-    The scene stays at its frame. A query that the run did not make raises `NotNoted`.
+    The scene stays at its frame. A query that the run did not make raises `NotRecorded`.
     """
 
     def __init__(self, scene: Any, recording: Recording, trace: Trace) -> None:
@@ -228,10 +228,10 @@ class Recalled(Replay):
 
     @property
     def probes(self) -> Probes:
-        raise NotNoted
+        raise NotRecorded
 
     def evaluate_step(self, step: int) -> Any:
-        raise NotNoted
+        raise NotRecorded
 
     def take_update(self, index: int, frame: int | None = None) -> PendingUpdates | None:
         step = self.step_of(index)

@@ -85,6 +85,7 @@ def _windows() -> list[bpy.types.Window]:
 
 
 def cancel_sensing() -> None:
+    """Stop the timer."""
     if bpy.app.timers.is_registered(_sense_at_rest):
         bpy.app.timers.unregister(_sense_at_rest)
 
@@ -173,7 +174,10 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
 
 
 def _has_edit(updates: Any, playing: bool) -> bool:
-    """Whether the user changed something; playback starts with an update of all actions."""
+    """Whether the user changed something.
+
+    Updates while the animation starts to play do not count, since they include all actions.
+    """
     if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
         return False
     return any(_is_edit(update) for update in updates)
@@ -201,7 +205,7 @@ def before_load(*_: Any) -> None:
 
 @persistent
 def after_load(*_: Any) -> None:
-    """Replace former settings in the loaded file, read its recordings, and show them."""
+    """Replace settings of earlier versions in the loaded file, and restore its recordings."""
     remove_left()
     replaced = replace_former_choices()
     recording_store.restore()
@@ -216,7 +220,7 @@ def after_load(*_: Any) -> None:
 
 @persistent
 def after_import(*_: Any) -> None:
-    """Replace former settings in appended or linked objects of an earlier version."""
+    """Replace settings of earlier versions in objects that were appended or linked."""
     replaced = replace_former_choices()
     if replaced:
         recording_store.report(replaced)
@@ -273,7 +277,7 @@ def before_save(*_: Any) -> None:
 
 @persistent
 def after_save(*_: Any) -> None:
-    """Remove these texts again."""
+    """Remove the recordings' texts once the file is saved."""
     recording_store.take_out_of_file()
 
 
@@ -325,10 +329,12 @@ def restore_handlers() -> None:
 
 
 def register() -> None:
+    """Add the handlers."""
     restore_handlers()
 
 
 def unregister() -> None:
+    """Remove the handlers, and empty the cache."""
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
         if handler in registered:

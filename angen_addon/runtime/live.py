@@ -25,7 +25,7 @@ from .probes import Probes
 from .sensor_runner import PendingUpdates, SensorRunner, all_rays
 from .trace import Trace
 
-BEFORE_THE_START = "Before the scene's first frame nothing is sensed"
+BEFORE_THE_START = "No sensor senses before the scene's first frame"
 EDITED = "The scene was edited since: scrub, play or simulate"
 ELSEWHERE = "It was read at another frame: scrub, play or simulate"
 LIGHT_BEFORE = "The scene was edited since: Measure Now, or move the playhead and let it rest"
@@ -70,7 +70,7 @@ class Live:
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any, publish: bool = True) -> None:
         """Sense at the present frame, and show the readings.
 
-        Without `publish`, because a recording is shown, only cast the rays, for the views.
+        If `publish` is false, a recording is shown: only cast the rays then, for the views.
         """
         self._publishes, self._sensed_frame = publish, None
         is_next_frame = self._frame == scene.frame_current - 1
@@ -146,7 +146,7 @@ class Live:
         return self._sensed_frame == scene.frame_current and not self._sensors_moved
 
     def runner(self, uid: Uid) -> SensorRunner | None:
-        """The runner of a sensor; None if the sensor is off or has invalid parameters."""
+        """Return the runner of a sensor; None if the sensor is off or has invalid parameters."""
         return self._by_uid.get(uid)
 
     def is_old(self, scene: Any) -> bool:
@@ -154,7 +154,10 @@ class Live:
         return self.outdated or self._frame != scene.frame_current
 
     def hold_light(self) -> None:
-        """Measure no light until the playhead moves: after each edit it would take too long."""
+        """Wait for the playhead to move before light is measured again.
+
+        To measure it after each edit would take too long.
+        """
         self._is_light_held = True
 
     def catch_up(self, scene: Any, view_layer: Any) -> None:
@@ -355,7 +358,9 @@ class Live:
             raise AngenError(BEFORE_THE_START)
         runner = self.runner(sensor.uid)
         if sensor.name in self.problems or runner is None:
-            raise AngenError(self.problems.get(sensor.name, f"'{sensor.name}' is switched off"))
+            raise AngenError(
+                self.problems.get(sensor.name, f"'{sensor.name}' is off: switch it on")
+            )
         update = self._light_updates.get(sensor.name)
         if update is None:
             step = scene.frame_current - scene.frame_start
@@ -364,7 +369,7 @@ class Live:
             number = runner.schedule.last_update(step)
             update = runner.take(number, step, view_layer.depsgraph, self._probes)
         if update is None or update.request is None:
-            raise AngenError(f"'{sensor.name}' is hidden, so that it measures no light")
+            raise AngenError(f"'{sensor.name}' is hidden, so that it measures no light: show it")
         return update
 
     def _measure(
@@ -409,7 +414,7 @@ class Live:
         ]
 
     def _show(self, update: PendingUpdates, frame: int | None = None) -> bool:
-        """Publish the reading of an update; return whether the binary output changed.
+        """Publish the reading of an update, and return whether the binary output changed.
 
         `frame` is the frame of the reading, by default that of the update.
         """
@@ -426,9 +431,9 @@ class Live:
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:
-    """Return a request with as many light paths as a reference has.
+    """Return a request with at least as many light paths as the scene's light reference.
 
-    A single picture has no reference that could correct few paths.
+    A single picture has no reference by which few paths could be corrected.
     """
     if request.engine == "EEVEE":
         return request

@@ -76,7 +76,7 @@ class Probes:
         return self._solids.edits + self._edits
 
     def note_edits(self) -> None:
-        """Count a possible edit, after the caller of the run could change the scene.
+        """Count a possible edit, because code outside of the run could change the scene.
 
         Blender reports such an edit only at the next evaluation.
         """
@@ -86,7 +86,7 @@ class Probes:
         """Update the probes to the evaluated scene.
 
         `frame` is the present whole frame, or None if the motion is not needed. `due` lists the
-        pads whose forces at this frame are queried later.
+        pads whose forces at this frame will be queried.
         """
         self._update(depsgraph)
         if frame is not None:
@@ -103,7 +103,7 @@ class Probes:
             self._contacts.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 
     def show(self, frame: int) -> None:
-        """Bring the listed solids to a stored frame; they are at the last one before."""
+        """Bring the listed solids to a stored frame."""
         if len(self.caster.frames) > 1:
             self.caster.frames.show(self._solids, frame)
 
@@ -154,7 +154,7 @@ class Probes:
             self._exact.update(depsgraph)
 
     def query_stored_frames(self, depsgraph: Any) -> None:
-        """Answer queries at the stored frames from now on."""
+        """Make the stored frames the ones that the next queries are about."""
         if self._copies is not None and len(self._copies):
             self.caster.show(depsgraph, self._copies.finish())
 

@@ -74,7 +74,7 @@ class Progress:
 class Exchange:
     """An exchange of keys during a long run: `put` replaces keys before frame `frame`.
 
-    With the new keys, the scene at the frame before is as it was with the old keys.
+    At the frame before, the scene must be the same with the old and the new keys.
     """
 
     frame: int
@@ -190,7 +190,9 @@ class _Run:
         # Other code may change the scene at a frame in ways that Blender does not report.
         alone = not handlers.has_other_frame_handlers()
         removed = explained(
-            "something that the run needs was removed during it", ReferenceError, raised=AngenError
+            "the run ended early, because an object or scene that it needs was removed",
+            ReferenceError,
+            raised=AngenError,
         )
         try:
             with removed, _idle_outputs(self._runners) as driven:
@@ -213,7 +215,7 @@ class _Run:
             _restore_frame(scene, frame_before, subframe_before)
 
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
-        """Find when objects can move from a frame on, and make a temporary scene of them."""
+        """Find when the scene can change from a frame on, and make a scene of moving objects."""
         needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
         still = self._still = skipping.find_stillness(self._scene, needs, not alone)
         self._moving = still.why
@@ -256,7 +258,9 @@ class _Run:
                     self._steps += len(steps)
                     self._evaluated += is_fresh
                     if bpy.context.scene.session_uid != self._scene.session_uid:
-                        raise AngenError("the run ended early: another scene is shown now")
+                        raise AngenError(
+                            "the run ended early, because the window shows another scene"
+                        )
                     for ready in stage.visit(window, steps, is_fresh):
                         self._record(ready, driven)
                     for doing in stage.measure(alone):
@@ -290,7 +294,7 @@ class _Run:
                 self._resume(last, stage, alone, batches)
 
     def _evaluate_drivers(self, driven: bool) -> None:
-        """Evaluate what reads the outputs before the caller gets control.
+        """Evaluate the drivers that read outputs, before the caller gets control.
 
         So this evaluation does not count as an edit, which would make the run list all solids anew.
         """
@@ -365,7 +369,7 @@ def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
 def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
     """Set outputs that drivers read to idle, and restore them at the end.
 
-    Yield whether drivers read them.
+    Yield whether any driver reads outputs.
     """
     if not state.are_driven():
         yield False

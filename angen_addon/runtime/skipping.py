@@ -98,9 +98,9 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
         for curve in _drivers(owner, shading=False)
         for target in _targets(curve.driver)
     )
-    reasons = ["other code acts at each frame (a frame handler)"] if other_handlers else []
+    reasons = ["other code has a frame handler"] if other_handlers else []
     if state.are_driven():
-        reasons.append("drivers read what sensors say")
+        reasons.append("drivers read the outputs of sensors")
     reasons += [
         *_driver_reasons(owners, shading),
         *timed_reasons(scene, shading),
@@ -109,7 +109,7 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
     for owner in owners:
         spans = _busy_spans(owner, shading)
         if np.isinf(spans).any():
-            reasons.append(f"keys of '{owner.name}' go on without end (modifiers, extrapolation)")
+            reasons.append(f"keys of '{owner.name}' act without end (modifiers, extrapolation)")
         parts.append(spans)
     every = tuple(dict.fromkeys(reasons))
     return Stillness(_join_spans(parts), every, time_stretch(scene), timed)
@@ -127,8 +127,8 @@ def _is_evaluated(owner: Any, scene: Any) -> bool:
 def _affects_sensors(owner: Any, curve: Any, shading: bool) -> bool:
     """Whether a curve or driver sets something that sensors can read.
 
-    The warmth of a material does not count as its shading. The outputs of sensors do not count
-    unless drivers read them (`state.are_driven`).
+    The warmth of a material does not count as its shading. The outputs of sensors do not count,
+    since `state.are_driven` looks for drivers that read them.
     """
     if shading:
         return True
@@ -226,7 +226,7 @@ def _strip_spans(strips: Any) -> Array:
 
 
 def _key_range(curve: Any) -> Array:
-    """Return a span around all keys of an F-curve, in which an action acts beside NLA strips."""
+    """Return a span around all keys of an F-curve, for an action that is mixed with NLA strips."""
     points = curve.keyframe_points
     if not len(points):
         return NEVER

@@ -54,7 +54,7 @@ class Window:
     motion
         The steps (m,) of the whole frames at which the motion is needed.
     pads
-        The steps among them at which each pad is due.
+        The steps of the whole frames at which each pad is due.
     read
         The sensors whose parameters and pose must be read at a step, by step.
     """
@@ -71,9 +71,9 @@ class Window:
 class Agenda:
     """The steps of a run from `first` to `last`.
 
-    These are the steps of updates, the steps between that a sensor watches, and frames beside an
-    update that needs the motion. A scene with physics is stepped through frame by frame from its
-    start.
+    These are the steps of the updates, all steps between updates for a sensor that watches them,
+    and the frames beside an update that needs the motion. A scene with physics is evaluated frame
+    by frame from its start.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class Agenda:
     def allows_batches(self) -> bool:
         """Whether frames can be stored and sensed later.
 
-        They cannot if the scene must be stepped through in order, or if a pad must be read at its
+        They cannot if the scene must be evaluated frame by frame, or if a pad must be read at its
         frame.
         """
         has_pads = any(runner.sensor.kind.requires_forces for runner in self._runners)
@@ -272,7 +272,7 @@ class Stage:
     def resume(self) -> bool:
         """Continue after a yield, at which the caller may have edited the scene.
 
-        Return whether the moving objects must be found anew, for `begin_anew`.
+        Return whether other objects may move now. Then call `begin_anew`.
         """
         # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
@@ -280,7 +280,10 @@ class Stage:
         return self._moving is not None and self.probes.must_list
 
     def begin_anew(self, moving: MovingScene | None) -> None:
-        """Use another scene of moving objects after an edit; no frame may be stored."""
+        """Use another scene of moving objects, after an edit has changed which objects move.
+
+        Call this method only while no frame is stored.
+        """
         self.probes.note_edits()
         self._moving = moving if self._batches else None
 
@@ -293,8 +296,9 @@ class Stage:
     def visit(self, window: Window, steps: list[int], fresh: bool) -> Iterator[PendingUpdates]:
         """Evaluate the scene at steps between which nothing changes, and store the frame.
 
-        Yield the updates whose readings can be computed by then; those of light sensors go to
-        `light_updates`. Without `fresh`, the scene is as at the step before. Raise AngenError.
+        Yield the updates whose readings can be computed by now. Updates of light sensors go to
+        `light_updates` instead. If `fresh` is false, the scene is as at the step before. Raise
+        AngenError.
         """
         sensed = [step for step in steps if step in window.sensed]
         depsgraph, watched, is_whole = self._evaluate(window, steps[0], sensed, fresh)
@@ -382,10 +386,10 @@ class Stage:
             yield from self._pads.sense(moved, batch.frames(moved), pads, depsgraph)
 
     def measure(self, alone: bool) -> Iterator[str]:
-        """Measure the requested light; yield a text before each picture that takes long.
+        """Measure the requested light, and yield a text before each picture that takes long.
 
-        A caller that yields in turn must call `sense` before. `alone` says that nothing but the
-        frame changes until the end of the run. Raise AngenError.
+        At such a yield the caller first calls `sense`, and can then yield itself. If `alone` is
+        true, nothing but the frame changes until the end of the run. Raise AngenError.
         """
         # A sensor that is due at several steps without changes has one request.
         asked = {p.request.name: p.request for p in self.light_updates if p.request is not None}

@@ -217,7 +217,7 @@ class Cache:
 
     def coverage_map(self, scene: Any) -> FollowedMap | None:
         """Return what the coverage map of a scene depends on; None without a map."""
-        text = FollowedMap.text_in(scene)
+        text = FollowedMap.stored_text(scene)
         if not text:
             return None
         found = self._maps.get(scene.session_uid)

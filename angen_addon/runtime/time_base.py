@@ -51,8 +51,8 @@ def frames_to_run(scene: Any) -> tuple[int, int]:
 def ends_before_time(scene: Any, first: int, last: int) -> str:
     """Return the error for a range that ends before the scene's start."""
     return (
-        f"frames {first}:{last} end before the scene's start, frame {scene.frame_start}, "
-        "where time begins"
+        f"frames {first}:{last} end before the scene's start, frame {scene.frame_start}: give "
+        "later frames"
     )
 
 
@@ -63,9 +63,9 @@ def outside_scene(scene: Any, first: int, last: int) -> str:
     """
     found = []
     if first < scene.frame_start:
-        found.append(f"time begins at frame {scene.frame_start}, and none before it is run")
+        found.append(f"those before the scene's start, frame {scene.frame_start}, are left out")
     if last > scene.frame_end:
-        found.append(f"the scene ends at frame {scene.frame_end}, and those after it are run too")
+        found.append(f"those after the scene's end, frame {scene.frame_end}, are simulated too")
     return f"frames {first}:{last}: {'; '.join(found)}" if found else ""
 
 

@@ -32,7 +32,7 @@ KEPT = 256
 BUNDLES = 1 << 20
 
 
-class NotNoted(LookupError):
+class NotRecorded(LookupError):
     """A query that the run did not make; only the scene has the answer."""
 
 
@@ -157,8 +157,8 @@ class Hits(NamedTuple):
 class _RecordedQuery:
     """A recorded query with its answers.
 
-    `which` (k,) lists the updates that the query is about, None for all of them. `bundle` tells
-    queries of one need apart, and `met` has the hits of rays.
+    `which` (k,) lists the updates that the query is about; None means all. `bundle` is the number
+    of the ray bundle, or the name of a parameter. `met` has the hits of rays.
     """
 
     need: str
@@ -272,7 +272,10 @@ class Trace:
         return answers
 
     def set_pose(self, parameters: Any, pose: Pose | None) -> None:
-        """Set the parameters and the pose of the bundles to come; None if there are none."""
+        """Set the parameters and the pose with which the next bundles are cast.
+
+        Forget the present bundles if these have changed.
+        """
         if not self._is_same_pose(parameters, pose):
             self.bundles = {}
             self.revision += 1
@@ -334,7 +337,10 @@ class Trace:
         return self._names.get(number, "")
 
     def recall(self, step: int) -> tuple[Any, Updates]:
-        """Return parameters and the update at a step, with the recorded answers. Raise NotNoted."""
+        """Return the parameters and the update at a step, with the recorded answers.
+
+        Raise NotRecorded.
+        """
         for sensed in reversed(self._updates):
             if sensed.steps[0] <= step <= sensed.steps[-1]:
                 i = bisect_left(sensed.steps, step)
@@ -342,7 +348,7 @@ class Trace:
                 scene = {need: partial(self._answer, sensed, i, need) for need in own.scene}
                 found = own.numbers[one], own.times[one], own.due[one], own.pose, scene
                 return sensed.parameters, Updates(*found, own.noise, own.device_noise)
-        raise NotNoted
+        raise NotRecorded
 
     def _answer(
         self,
@@ -352,7 +358,7 @@ class Trace:
         *asked: Any,
         which: Index | None = None,
     ) -> Answers:
-        """Return the recorded answer to a query about one update. Raise NotNoted."""
+        """Return the recorded answer to a query about one update. Raise NotRecorded."""
         bundle = _bundle(asked)
         for known in sensed.asked:
             if (known.need, known.bundle) == (need, bundle):
@@ -361,7 +367,7 @@ class Trace:
                     if known.met is not None:
                         self._met = known.met[place]
                     return Answers([known.answers[place]], FIRST)
-        raise NotNoted
+        raise NotRecorded
 
 
 def _bundle(asked: tuple[Any, ...]) -> Any:

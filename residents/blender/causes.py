@@ -16,7 +16,7 @@ from ...angen_addon.kinds import appearance_of
 from ...angen_addon.runtime import state
 from ...angen_addon.runtime.probes import Probes
 from ...angen_addon.runtime.sensor_runner import SensorRunner
-from ...angen_addon.runtime.trace import NotNoted
+from ...angen_addon.runtime.trace import NotRecorded
 from ...angen_addon.scene.bearers import candidates
 from ...angen_addon.scene.sensors import Sensor, unit_scale
 from ...sensor_logic.log import Event, NewEvents
@@ -85,7 +85,7 @@ class Causes:
                 if event.frame not in because:
                     recalled = Recalled(self._scene, self._recording, runner.trace)
                     because[event.frame] = self._because(recalled, event)
-            except NotNoted:
+            except NotRecorded:
                 self._left.append(event)
             else:
                 self._add(event, because[event.frame])

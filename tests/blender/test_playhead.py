@@ -173,7 +173,7 @@ def test_before_the_start_nothing_is_read(door):
     door.scene.frame_set(12)
     assert told().fields is not None
     door.scene.frame_set(5)
-    assert told().text == "No reading" and "Before the scene's first frame" in told().old
+    assert told().text == "No reading" and "before the scene's first frame" in told().old
 
 
 def test_an_opened_file_shows_what_is_recorded(door, tmp_path):

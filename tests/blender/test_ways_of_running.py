@@ -120,7 +120,7 @@ def test_a_change_within_an_instance_is_seen(name, world, each_caster, tmp_path)
     [
         ("strips", "; nothing moved at 85 % of the steps\n"),
         ("a_driver_on_the_frame", "; every step was evaluated: a driver of 'wall' may follow the"),
-        ("cycles_of_keys", "keys of 'wall' go on without end (modifiers, extrapolation)\n"),
+        ("cycles_of_keys", "keys of 'wall' act without end (modifiers, extrapolation)\n"),
     ],
 )
 def test_the_closing_line_tells_what_was_skipped_or_why_nothing_was(
@@ -296,7 +296,7 @@ def test_a_run_of_one_sensor_reads_what_it_reads_among_all(world, command, tmp_p
     rows = out.splitlines()
     assert status == 0 and rows == [r for r in all_rows if r.split(",")[2] in ("sensor", "lux")]
     assert len(rows) > 4
-    assert "simulated too, since drivers read their outputs: 'switch'" in told
+    assert "also simulated, since drivers read their outputs: 'switch'" in told
     # Only the chosen sensors are written.
     assert [path.name for path in (tmp_path / "samples").iterdir()] == ["lux.csv"]
 

@@ -2,8 +2,8 @@
 """Ängen Sensors: ambient sensors in a home, authored and simulated in Blender.
 
 Blender calls `register` and `unregister`. Scripts and notebooks import this package as
-`angen_sensors` and begin with `open`; docs/package.md has examples. The imports are inside the
-functions so that the pure parts can be imported without Blender.
+`angen_sensors` and begin with `open`; docs/package.md has examples. Functions import what needs
+Blender only when they are called, so that the physics can be imported without it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _registered: list[Any] = []
 
 def register() -> None:
     """Register all modules; Blender calls this function."""
-    from .angen_addon.process import taking_down
+    from .angen_addon.process import exit_cleanup
     from .parts import MODULES, installed, part
 
     for name in MODULES:
@@ -30,7 +30,7 @@ def register() -> None:
             module = part(name)
             module.register()
             _registered.append(module)
-    taking_down.expect(unregister)
+    exit_cleanup.unregister_at_exit(unregister)
 
 
 def unregister() -> None:
@@ -44,10 +44,10 @@ def open(path: str | Path) -> Home:
 
     Blender holds one file at a time: a home opened before is closed.
     """
-    from .angen_addon.api.opening import opened
+    from .angen_addon.api.opening import open_home_file
     from .parts import HOMES, installed
 
-    return cast("Home", opened(path, next(name for name in HOMES if installed(name))))
+    return cast("Home", open_home_file(path, next(name for name in HOMES if installed(name))))
 
 
 # The public names besides `open`, and their modules; only homes need Blender's module.

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the extension is made of: the modules that register with Blender, and the verbs of the
-command line, both in order. A house (a folder of the root) that is not installed is left out, and
-whatever it has here with it: the sensors work without the residents. `study`, whose house the zip
-lacks, then says how to get it.
+"""The parts of the extension: modules that register with Blender, and verbs of the command line.
+
+Both are in order. If a folder of the root is not installed, its parts are left out: the sensors
+work without the residents. The verb `study`, which the zip lacks, says how to install it.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-# Each has `register` and `unregister`. Later ones may need earlier ones; panels come in the order
-# of the sidebar.
+# Each module has `register` and `unregister`. Later modules may need earlier ones, and panels come
+# in the order of the sidebar.
 MODULES = (
     "angen_addon.properties",
     "residents.blender.marks",
@@ -95,29 +95,29 @@ VERBS = {
     "day": "residents.blender.command",
     "doctor": "angen_addon.commands.verbs",
 }
-# Those that need no blend file: `main(options, program)`, the exit status.
+# The verbs that need no blend file; `main(options, program)` returns the exit status.
 WITHOUT_BLENDER = {
     "convert": "angen_addon.commands.convert",
     "compare": "angen_addon.commands.compare",
     "replay": "angen_addon.commands.replay",
     "study": "studies.command",
 }
-# The houses that the zip lacks, each with the extra of the Python package that installs it.
+# The folders that the zip lacks, each with the extra of the Python package that installs it.
 EXTRAS = {"studies": "study"}
-# The class of an open home, for scripts: the first that is installed.
+# The modules with the class `Home`, for scripts: the first that is installed is used.
 HOMES = ("residents.blender.api", "angen_addon.api.home")
 
 
 def installed(name: str) -> bool:
-    """Whether the house of a module is there."""
+    """Whether the folder of a module is installed."""
     return find_spec(f".{name.partition('.')[0]}", __package__) is not None
 
 
 def installation(house: str) -> str:
-    """The command that installs a house which the zip lacks."""
+    """Return the command that installs a folder that the extension's zip leaves out."""
     return f'pip install "angen-sensors[{EXTRAS[house]}]"'
 
 
 def part(name: str) -> Any:
-    """The module of this name."""
+    """Return the module of this name."""
     return import_module(f".{name}", __package__)

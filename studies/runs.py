@@ -24,7 +24,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..angen_addon.api.opening import opened
+from ..angen_addon.api.opening import open_home_file
 from ..angen_addon.api.recording import Recording
 from ..angen_addon.coverage.maps import cover, detectors
 from ..angen_addon.output.run_log import about, sensor_facts
@@ -92,7 +92,7 @@ def _reopen(home: File) -> None:
     """Open a home; raise `AngenError` if that fails."""
     global _open
     _open = ""
-    opened(local_path(home))
+    open_home_file(local_path(home))
     _open = home.digest
 
 

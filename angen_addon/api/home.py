@@ -224,7 +224,7 @@ class Home:
         ----------
         frames
             The first and the last frame; by default those of the scene. Frames before the start of
-            the scene have no time and are left out. Frames after its end are simulated.
+            the scene are left out. Frames after its end are simulated.
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         progress

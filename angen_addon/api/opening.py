@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .home import Home
 
 
-def opened(path: str | Path, module: str = "angen_addon.api.home") -> Home:
+def open_home_file(path: str | Path, module: str = "angen_addon.api.home") -> Home:
     """Return the home in a blend file.
 
     `module` is the module of the extension with the class `Home` to use. Raise AngenError.

@@ -2,10 +2,10 @@
 """Cleans up before the end of a Python process that has Blender as a module, such as a script.
 
 Blender frees its data after Python has ended there. Handlers and classes of extensions, and drivers
-in Python, then make it crash or hang, so they must be gone before.
+in Python, then make it crash or hang, so they must be removed before.
 
 Blender frees its module with the last reference to it. Blender 4.2 never drops a registered
-PropertyGroup class; where its properties have an `update`, `get` or `set` function, that function
+PropertyGroup class. If its properties have an `update`, `get` or `set` function, that function
 refers to its module and so to `bpy`, which then outlives Python. So these classes are emptied.
 """
 
@@ -21,9 +21,11 @@ from .standalone import standard_output_silenced
 _unregister: Callable[[], None] | None = None
 
 
-def expect(unregister: Callable[[], None]) -> None:
-    """Arranges that `unregister` is called and the open file closed before Python ends. Where
-    Blender is a program of its own, it does so itself."""
+def unregister_at_exit(unregister: Callable[[], None]) -> None:
+    """Call `unregister` and close the open file before Python ends.
+
+    Where Blender is a program of its own, Blender does so itself.
+    """
     global _unregister
     if not bpy.app.binary_path:
         if _unregister is None:
@@ -40,7 +42,7 @@ def _clean_up() -> None:
 
 
 def _empty_groups() -> None:
-    """Empties the extension's PropertyGroup classes, which are unregistered by now."""
+    """Empty the extension's PropertyGroup classes, which are unregistered by now."""
     extension = __package__.rsplit(".", 2)[0] + "."
     for group in bpy.types.PropertyGroup.__subclasses__():
         if group.__module__.startswith(extension):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loads the extension from its folder, and opens a file, where no window of Blender does it; keeps
-Blender's messages out of standard output."""
+"""Loads the extension and opens a file in a process without Blender's window.
+
+It keeps Blender's messages out of standard output.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,7 @@ PACKAGE = "angen_sensors"
 
 
 def load_extension() -> ModuleType:
-    """The extension's root package, as `angen_sensors`; call its `register()`."""
+    """Return the extension's root package `angen_sensors`, which is not registered."""
     if PACKAGE in sys.modules:
         return sys.modules[PACKAGE]
     root = Path(__file__).resolve().parents[2]
@@ -34,7 +36,7 @@ def load_extension() -> ModuleType:
 
 
 def unreadable(file: Path) -> str:
-    """Why `file` cannot be a blend file, as far as that shows without Blender."""
+    """Return why `file` cannot be a blend file, as far as it shows without Blender; else ""."""
     try:
         with open(file, "rb") as opened:
             start = opened.read(7)
@@ -43,15 +45,15 @@ def unreadable(file: Path) -> str:
     except OSError as error:
         return f"cannot read {file}: {error.strerror}"
     if not start:
-        return f"{file} is empty"
+        return f"{file} is empty: give a blend file"
     # Plain, gzip and Zstandard blend files.
     if not (start == b"BLENDER" or start[:2] == b"\x1f\x8b" or start[:4] == b"\x28\xb5\x2f\xfd"):
-        return f"{file} is not a blend file"
+        return f"{file} is not a blend file: give one"
     return ""
 
 
 def open_file(file: Path, trusted: bool) -> str:
-    """Opens `file`, with its Python if it is trusted; returns why that failed, in a line."""
+    """Open `file`, and run its Python if it is trusted; return the error in a line, or ""."""
     import bpy
 
     try:
@@ -63,12 +65,15 @@ def open_file(file: Path, trusted: bool) -> str:
     return ""
 
 
-# Keeps Blender's messages out of standard output, where the events go.
+# Standard output carries the events alone: Blender's messages are silenced.
 
 
 def fill_closed_streams() -> None:
-    """Opens the null device in place of a closed standard input, output or error (`>&-`): else the
-    next file that the process opens would get its number, and then what is printed."""
+    """Open the null device in place of a closed standard input, output or error (`>&-`).
+
+    Otherwise the next file that the process opens would get the number of that stream, and the text
+    that is printed to it.
+    """
     for handle in range(3):
         try:
             os.fstat(handle)
@@ -82,11 +87,11 @@ def fill_closed_streams() -> None:
 
 @contextlib.contextmanager
 def standard_output_silenced() -> Iterator[None]:
-    """Sends standard output to the null device while Blender works."""
+    """Send standard output to the null device while Blender works."""
     fill_closed_streams()
-    own = sys.stdout
-    if own is not None:
-        own.flush()
+    output = sys.stdout
+    if output is not None:
+        output.flush()
         # Blender prints reports of operators through Python.
         sys.stdout = io.StringIO()
     saved = os.dup(1)
@@ -95,18 +100,20 @@ def standard_output_silenced() -> Iterator[None]:
         os.dup2(nowhere, 1)
         yield
     finally:
-        sys.stdout = own
+        sys.stdout = output
         os.dup2(saved, 1)
         os.close(saved)
         os.close(nowhere)
 
 
-# Memory of this process that nothing uses any more.
+# The memory of the process.
 
 
-def give_back() -> None:
-    """Gives what was freed back to the system, where the C library can be told to (glibc's): after
-    a day it keeps some 100 MB, a little more after each."""
+def release_memory() -> None:
+    """Return freed memory to the system, where the C library can (glibc).
+
+    Without this, a process keeps some 100 MB after a simulated day, and a little more after each.
+    """
     if sys.platform == "linux":
         with suppress(AttributeError, OSError):
             ctypes.CDLL(None).malloc_trim(0)

@@ -1,3 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recordings of runs: stored in memory and in blend files, compared with the scene, baked to
-keys."""
+"""Recordings of runs: kept in blend files, compared with the scene, baked to keyframes."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a coverage map is of the scene as it is now, compared as recordings are."""
+"""Compares the scene of a coverage map with the present scene, as for recordings."""
 
 from __future__ import annotations
 
@@ -15,24 +15,28 @@ from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, unit_scale
 from .stored_recording import THIS_BLENDER, StoredRecording
 
-# m: sensors of other kinds that are smaller hide nothing of the floor.
+# m: smaller sensors of other kinds do not hide the floor.
 SMALL_M = 0.5
 NONE_MEASURED = -1
 
 
 class FollowedMap(StoredRecording):
-    """The fingerprint of the scene of a map, without what no map depends on: settings of the scene
-    and sensors of other kinds. The scene has it as a text, so that undo and saving keep it."""
+    """The fingerprint of a coverage map's scene.
+
+    It leaves out settings of the scene and sensors of other kinds, which the map does not depend
+    on. The scene stores it as a text, so that undo and saving keep it.
+    """
 
     KEY = f"{COVERAGE_MARK}_followed"
 
     @staticmethod
-    def text_in(scene: Any) -> str:
+    def stored_text(scene: Any) -> str:
+        """Return the text that the scene stores; empty without a map."""
         return str(scene.get(FollowedMap.KEY, ""))
 
     @classmethod
     def note(cls, scene: Any, depsgraph: Any) -> FollowedMap:
-        """Write into the scene that its map is of the scene as it is now."""
+        """Store the present fingerprint in the scene as that of its map, and return it."""
         made = cls(Recording(), Fingerprint(depsgraph.view_layer.name, light=False))
         made.fingerprint = made._fingerprint_now(scene, depsgraph)
         header = [FACTS_VERSION, *THIS_BLENDER], depsgraph.view_layer.name
@@ -41,7 +45,10 @@ class FollowedMap(StoredRecording):
 
     @classmethod
     def read(cls, text: str) -> FollowedMap:
-        """What `note` wrote; a map with a damaged text counts as made by an earlier version."""
+        """Return the fingerprint in a text from `note`.
+
+        A map with a damaged text counts as made by an earlier version.
+        """
         try:
             (facts, *blender), view_layer, digests = json.loads(text)
             known = {str(key): str(digest) for key, digest in digests.items()}
@@ -54,7 +61,7 @@ class FollowedMap(StoredRecording):
     def _fingerprint_now(self, scene: Any, depsgraph: Any) -> Fingerprint:
         made = super()._fingerprint_now(scene, depsgraph)
         layer = scene.view_layers[depsgraph.view_layer.name]
-        for obj in _not_seen(layer):
+        for obj in _small_sensors(layer):
             made.digests.pop(key_of(obj, self._renamed), None)
             if obj.data is not None:
                 made.digests.pop(key_of(obj.data), None)
@@ -65,12 +72,12 @@ class FollowedMap(StoredRecording):
         return digest(unit_scale(scene))
 
     def _scene_digests(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
-        shown = what_is_shown(layer, self._renamed, _not_seen(layer))
+        shown = what_is_shown(layer, self._renamed, _small_sensors(layer))
         return {SCENE: self._settings(scene, sensors), SHOWN: shown}
 
 
-def _not_seen(view_layer: Any) -> set[Any]:
-    """Small objects that are sensors of other kinds than a map is of."""
+def _small_sensors(view_layer: Any) -> set[Any]:
+    """Return small objects that are sensors of other kinds than the map's."""
     small = SMALL_M / unit_scale(view_layer.id_data)
     return {
         obj

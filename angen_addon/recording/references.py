@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The references of the light (scene/light/cycles.py) from one run to the next."""
+"""Keeps the light references (scene/light/cycles.py) from one run to the next."""
 
 from __future__ import annotations
 
@@ -10,21 +10,23 @@ from ..scene.changes import Fingerprint, digest, fingerprint_of, key_of
 from ..scene.facts import facts_without
 from ..scene.sensors import all_sensors
 
-# Keys of fingerprints that no light depends on.
+# Start of the fingerprint's keys that light does not depend on.
 WARMTH = "Warmth "
 
 
 class LightReferences:
-    """Keeps the references of the last run for as long as all that light depends on is the same:
-    parameters of other kinds of sensors may change. Without it each run traces them anew, which
-    takes as long as some 50 s of the sample home."""
+    """The light references of the last run, valid while all that light depends on is the same.
+
+    Parameters of sensors that measure no light may change. To trace the references anew takes as
+    long as about 50 s of the sample home.
+    """
 
     def __init__(self) -> None:
         self._digest = ""
         self._found: dict[Any, Any] = {}
 
     def of(self, scene: Any, depsgraph: Any) -> dict[Any, Any]:
-        """The references for a run of the scene as it is now; the run adds to them."""
+        """Return the references for a run of the present scene; the run adds to them."""
         if not self._found:
             return {}
         now = _digest_for_light(scene, depsgraph, fingerprint_of(scene, depsgraph, light=True))
@@ -33,14 +35,14 @@ class LightReferences:
     def keep(
         self, scene: Any, depsgraph: Any, fingerprint: Fingerprint, found: dict[Any, Any]
     ) -> None:
-        """Keep what a run has found in a scene of this fingerprint."""
+        """Keep the references of a run in a scene with this fingerprint."""
         if found and fingerprint.light:
             self._digest = _digest_for_light(scene, depsgraph, fingerprint)
             self._found = found
 
 
 def _digest_for_light(scene: Any, depsgraph: Any, fingerprint: Fingerprint) -> str:
-    """A digest of what light depends on, from the fingerprint of the present scene."""
+    """Return a digest of what light depends on, from the fingerprint of the present scene."""
     digests = {k: d for k, d in fingerprint.digests.items() if not k.startswith(WARMTH)}
     for sensor in all_sensors(scene.view_layers[depsgraph.view_layer.name]):
         if not sensor.kind.requires(LIGHT):

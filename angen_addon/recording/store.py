@@ -2,7 +2,8 @@
 """Stores recordings in blend files, each as a text datablock that exists only in the file on disk.
 
 It is added just before saving, and removed after saving and loading. So neither undo steps nor the
-evaluated copy of the scene hold recordings, and Blender without the extension sees one hidden text.
+evaluated copy of the scene hold recordings. Blender without the extension shows no text, since its
+name is hidden.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ LINE = 4096
 
 
 def put_into_file() -> None:
-    """Adds the recordings of all scenes to the file as texts; encodes each recording only once."""
+    """Add the recordings of all scenes to the file as texts; encode each recording only once."""
     # The file may hold recordings, if the extension was switched on after it was opened.
     restore()
     scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
@@ -46,14 +47,16 @@ def put_into_file() -> None:
 
 
 def take_out_of_file() -> None:
-    """Removes these texts once the file is saved."""
+    """Remove the recordings' texts once the file is saved."""
     for text in _texts():
         bpy.data.texts.remove(text)
 
 
 def restore() -> None:
-    """Reads the recordings of a file that was just opened, and removes their texts; reports those
-    that it cannot read."""
+    """Read the recordings of a file that was just opened, and remove their texts.
+
+    Report each recording that cannot be read.
+    """
     room = VALUES
     for text in _texts():
         scene = text.get(SCENE)
@@ -80,8 +83,10 @@ def report(text: str) -> None:
 
 
 def find_sensors(kept: StoredRecording, scene: Any) -> None:
-    """Sets the tracks' numbers of objects, which are others in each session, by the sensors'
-    names."""
+    """Set the session uid of each track to that of the sensor with the track's name.
+
+    Blender gives objects other session uids when a file is opened.
+    """
     layers = scene.view_layers
     sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
     known = {sensor.name: sensor for sensor in sensors}
@@ -92,7 +97,10 @@ def find_sensors(kept: StoredRecording, scene: Any) -> None:
 
 
 def _texts() -> list[Any]:
-    """The extension's texts, without those of libraries and those that only have the same name."""
+    """Return the texts with recordings.
+
+    Texts in libraries, and other texts of the same name, do not count.
+    """
     return [
         text
         for text in bpy.data.texts
@@ -117,7 +125,7 @@ def _encoded(kept: StoredRecording) -> str:
 
 
 def _decoded(text: str, room: int) -> StoredRecording:
-    """The recording in a text, of at most `room` values. Raises AngenError."""
+    """Return the recording in a text, of at most `room` values. Raise AngenError."""
     title, _, data = text.partition("\n")
     if title != TITLE:
         raise AngenError("it is damaged")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A finished recording, and whether the scene is still the same as at the run."""
+"""A finished recording, compared with the present scene."""
 
 from __future__ import annotations
 
@@ -35,10 +35,20 @@ THIS_BLENDER = tuple(bpy.app.version[:2])
 class StoredRecording:
     """A recording, with the fingerprint that its scene had at the run.
 
-    `unsure`: after undo or load it is unknown whether it is stale, until `verify`. `stored`: its
-    text in a file, once encoded. `blender`: the version that the fingerprint belongs to, `made_in`
-    the one that ran the simulation. `stale_then`: why it was stale when the file was saved.
-    `facts`: the FACTS_VERSION of its fingerprint. `mark`: a random number that its scene has too.
+    Attributes
+    ----------
+    unsure
+        Whether the recording may be stale, as after undo or load, until `verify`.
+    stored
+        The recording as a text for the file, once encoded.
+    blender, made_in
+        The version of Blender of the fingerprint, and the version that ran the simulation.
+    stale_then
+        Why the recording was stale when the file was saved; else empty.
+    facts
+        The FACTS_VERSION of the fingerprint.
+    mark
+        A random number that the scene stores too.
     """
 
     def __init__(
@@ -52,9 +62,9 @@ class StoredRecording:
         self.mark = 1 + secrets.randbelow(2**31 - 1)
         self.unsure = False
         self.stored = ""
-        # Differences from the fingerprint by key, as texts for the user.
+        # Differences from the fingerprint, by key, as texts for the user.
         self._changed: dict[str, str] = {}
-        # Animated objects that the user moved, likewise: the next frame puts them back.
+        # Animated objects that the user moved, by key; the next change of frame puts them back.
         self._moved: dict[str, str] = {}
         # How many objects the file had at the last comparison.
         self._objects = len(bpy.data.objects)
@@ -67,20 +77,20 @@ class StoredRecording:
     def stale(self) -> str:
         """Why the recording is stale, in a few words; empty while it is fresh."""
         if self.facts != FACTS_VERSION:
-            return "it was made by an earlier Ängen Sensors"
+            return "it was made by an earlier version of Ängen Sensors"
         if self.blender != THIS_BLENDER:
             return f"it was made in Blender {version_text(self.blender)}"
         if self._other_view_layer:
-            return f"it is of the view layer '{self.fingerprint.view_layer}'"
+            return f"it was made in the view layer '{self.fingerprint.view_layer}'"
         if self.unsure:
             return "it is not known whether the scene is still the same"
         # A sensor's name is in the log, and decides its noise.
         names = [f"'{then}' is called '{now}'" for now, then in self._renamed.items()]
         changed = self._changed | self._moved
         if _names_new_or_gone(changed):
-            # Objects that came or went are reason enough for another visibility.
+            # Objects that came or went change the visibility too: one text is enough.
             changed.pop(SHOWN, None)
-        # Objects come before their meshes: users know their names.
+        # Users know the names of objects better than those of meshes.
         keys = sorted(changed, key=lambda key: not key.startswith("Object "))
         names += dict.fromkeys(changed[key] for key in keys)
         if not names:
@@ -88,7 +98,7 @@ class StoredRecording:
         return f"changed since: {listed(names, 3)}"
 
     def verify(self, scene: Any, depsgraph: Any) -> None:
-        """Compares the whole scene; call it after undo and load, and before an export."""
+        """Compare the whole scene; call this method after undo and load, and before an export."""
         if self._is_other_view_layer(depsgraph):
             return
         if self.blender != THIS_BLENDER:
@@ -99,8 +109,11 @@ class StoredRecording:
         self.unsure = False
 
     def _accept_from_other_version(self, scene: Any, depsgraph: Any) -> None:
-        """Counts a scene from another version of Blender as the same if the recording was fresh
-        when the file was saved, and the digests that both versions compute alike are equal."""
+        """Accept a scene from another version of Blender if it is the same as at the run.
+
+        The recording must have been fresh when the file was saved, and the digests must be equal
+        that both versions compute alike.
+        """
         made = self.fingerprint
         if made.portable and not self.stale_then and made.portable == portable(scene, depsgraph):
             self.fingerprint = fingerprint_of(scene, depsgraph, made.light)
@@ -110,15 +123,18 @@ class StoredRecording:
     def add_portable(self, scene: Any) -> None:
         """Add the digests that all versions of Blender compute alike, before the file is saved.
 
-        While the recording is fresh, the scene is as it was at the run."""
+        While the recording is fresh, the scene is as it was at the run.
+        """
         layer = scene.view_layers.get(self.fingerprint.view_layer)
         depsgraph = None if self.fingerprint.portable or self.stale else layer.depsgraph
         if depsgraph is not None:
             self.fingerprint.portable, self.stored = portable(scene, depsgraph), ""
 
     def note_begin(self, settings: dict[str, str]) -> None:
-        """Compares with the `settings_of` the scene when the run began: what other code has edited
-        meanwhile was not so for all of the readings."""
+        """Compare with the digests that `settings_of` returned when the run began.
+
+        Edits by other code during the run make the recording stale.
+        """
         known = self.fingerprint.digests
         for key, digest in settings.items():
             if known.get(key, digest) != digest:
@@ -128,8 +144,11 @@ class StoredRecording:
     def note_edit(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int, playing: bool
     ) -> None:
-        """Compares what Blender has just evaluated for another reason than a change of frame, with
-        the sensors of a `revision` of the scene."""
+        """Compare what Blender has just evaluated, after an edit.
+
+        `sensors` are those of this `revision` of the scene. `playing` says that the animation
+        plays.
+        """
         if self._is_other_view_layer(depsgraph):
             return
         if self.unsure:
@@ -137,8 +156,7 @@ class StoredRecording:
             return
         before = self._renamed
         self._compare_scene(scene, depsgraph, sensors, revision)
-        # After a renaming, Blender also reports updates of what refers to the object: nobody moved
-        # that.
+        # After a renaming, Blender also reports updates of data that refer to the object.
         follows = playing or before != self._renamed
         updates = list(depsgraph.updates)
         originals = {update.id.original: update for update in updates}
@@ -154,7 +172,7 @@ class StoredRecording:
                 self._moved[key_of(original)] = f"'{original.name}'"
 
     def note_other_scene(self, depsgraph: Any) -> None:
-        """Notes the update of another scene, which may share datablocks with this one."""
+        """Note the update of another scene, which may share datablocks with this one."""
         for original in (update.id.original for update in depsgraph.updates):
             # Blender may report no update of the owners of keys and nodes.
             hidden = isinstance(original, bpy.types.Action) or original.is_embedded_data
@@ -164,8 +182,10 @@ class StoredRecording:
     def note_frame(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int
     ) -> None:
-        """Notes a change of frame, which puts animated objects where their keys say; anything else
-        makes another `revision` of the scene."""
+        """Note a change of frame, after which animated objects are where their keys say.
+
+        Any other change makes a new `revision` of the scene.
+        """
         self._moved.clear()
         if self._is_other_view_layer(depsgraph):
             return
@@ -178,7 +198,7 @@ class StoredRecording:
             self._compare_scene(scene, depsgraph, sensors, revision)
 
     def check(self, original: Any) -> None:
-        """Compares one datablock with the fingerprint."""
+        """Compare one datablock with the fingerprint."""
         if isinstance(original, bpy.types.Scene):
             layer = original.view_layers.get(self.fingerprint.view_layer)
             if layer is not None:
@@ -194,7 +214,7 @@ class StoredRecording:
         return fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
 
     def _settings(self, scene: Any, sensors: Sequence[Sensor]) -> str:
-        """The digest of the scene's settings."""
+        """Return the digest of the scene's settings."""
         return own_settings(scene, sensors, self.fingerprint.light, self._renamed)
 
     def _scene_digests(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
@@ -218,14 +238,14 @@ class StoredRecording:
         self._compare(around)
 
     def _find_renamed(self, sensors: Iterable[Sensor]) -> None:
-        """Finds the recorded sensors that have another name now."""
+        """Find the recorded sensors that have another name now."""
         recorded = {track.uid: name for name, track in self.recording.tracks.items()}
         self._renamed = {}
         for sensor in sensors:
             self._renamed |= _renamed(sensor, recorded.get(sensor.uid, sensor.name))
 
     def was_called(self, sensor: Sensor, name: str) -> bool:
-        """Whether a sensor had this name at the run, and nothing but the name has changed."""
+        """Whether a sensor had this name at the run, and only its name has changed."""
         renamed = _renamed(sensor, name)
         known = self.fingerprint.digests
         parts = (*sensor.holders, sensor.object)
@@ -242,8 +262,10 @@ class StoredRecording:
                 self._changed.pop(key, None)
 
     def _is_other_view_layer(self, depsgraph: Any) -> bool:
-        """Whether the depsgraph is of another view layer than the recording, so that its updates
-        say nothing about it."""
+        """Whether the depsgraph is of another view layer than the recording.
+
+        Its updates then do not show whether the recording is stale.
+        """
         self._other_view_layer = depsgraph.view_layer.name != self.fingerprint.view_layer
         self.unsure |= self._other_view_layer
         return self._other_view_layer
@@ -252,25 +274,28 @@ class StoredRecording:
 def settings_of(
     scene: Any, sensors: Sequence[Sensor], recorded: Iterable[Sensor]
 ) -> dict[str, str]:
-    """Digests of the scene's settings and of its sensors, by key: what a run of those that are
-    `recorded` takes for the same from its begin to its end."""
-    light = _see_light(sensor.kind for sensor in recorded)
+    """Return digests of the scene's settings and of its sensors, by key.
+
+    A run of the `recorded` sensors relies on them to stay the same.
+    """
+    light = _depend_on_light(sensor.kind for sensor in recorded)
     objects = {part for sensor in sensors for part in (sensor.object, *sensor.holders)}
     found = {key_of(obj): digest_of(obj) for obj in objects}
     return found | {SCENE: own_settings(scene, sensors, light)}
 
 
-def _see_light(kinds: Iterable[Kind]) -> bool:
+def _depend_on_light(kinds: Iterable[Kind]) -> bool:
     return any(kind.requires(LIGHT) or kind.requires(REFLECTANCE) for kind in kinds)
 
 
 def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
-    """The recording of a run that has just ended, with the fingerprint of its scene."""
-    light = _see_light(KINDS[track.kind_name] for track in recording.tracks.values())
+    """Return the recording of a run that has just ended, with the fingerprint of its scene."""
+    light = _depend_on_light(KINDS[track.kind_name] for track in recording.tracks.values())
     return StoredRecording(recording, fingerprint_of(scene, depsgraph, light))
 
 
 def version_text(version: tuple[int, ...]) -> str:
+    """Return a version of Blender as a text."""
     return ".".join(map(str, version))
 
 
@@ -279,8 +304,10 @@ def _names_new_or_gone(changed: dict[str, str]) -> bool:
 
 
 def _renamed(sensor: Sensor, then: str) -> dict[str, str]:
-    """The names that the sensor's object and its instancers had when the sensor was called `then`,
-    by their names now, where these differ."""
+    """Return the former names of a sensor's object and instancers, by their names now.
+
+    `then` is the former name of the sensor. Names that have not changed are left out.
+    """
     parts = (*sensor.holders, sensor.object)
     names = then.split("/") if sensor.holders else [then]
     if len(names) != len(parts):
@@ -289,7 +316,7 @@ def _renamed(sensor: Sensor, then: str) -> dict[str, str]:
 
 
 def _owners(depsgraph: Any, changed: Any) -> list[Any]:
-    """The datablocks that changed actions animate, and those that hold changed node trees."""
+    """Return the datablocks whose actions or node trees have changed."""
     actions = {o for o in changed if isinstance(o, bpy.types.Action)}
     embedded = any(o.is_embedded_data for o in changed)
     found = []

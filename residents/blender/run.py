@@ -17,7 +17,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...angen_addon.process.standalone import give_back
+from ...angen_addon.process.standalone import release_memory
 from ...angen_addon.progress import Shares, finished
 from ...angen_addon.runtime.simulation import Exchange, Progress, simulate
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
@@ -175,7 +175,7 @@ class DayRun:
         def exchange() -> None:
             self._causes.explain_left()
             self._show(start, end)
-            give_back()
+            release_memory()
 
         return exchange
 
@@ -454,7 +454,7 @@ def run_days_in_steps(
                         break
                     yield number, step
             yield day
-            give_back()
+            release_memory()
 
 
 def moved_share(spans: Array, part: float) -> float:

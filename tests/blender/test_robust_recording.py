@@ -416,7 +416,7 @@ def test_a_recording_of_an_earlier_version_of_the_extension_is_stale(kept_home, 
     """Its digests have other inputs, and cannot be compared."""
     cache().kept(kept_home.scene).facts = 1
     save_and_load(tmp_path / "a.blend")
-    assert stale() == "it was made by an earlier Ängen Sensors"
+    assert stale() == "it was made by an earlier version of Ängen Sensors"
 
 
 def test_without_the_extension_a_file_has_a_hidden_text_and_nothing_else(kept_home, tmp_path):

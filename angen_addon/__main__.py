@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
-from .commands.console import leave_hard, note, tell
+from .commands.console import leave_hard, note, write_message
 from .process.standalone import (
     PACKAGE,
     fill_closed_streams,
@@ -63,11 +63,13 @@ def main(arguments: list[str]) -> int:
     file = None
     if not help_only:
         if not options or options[0].startswith("-"):
-            tell(usage + "angen: the blend file comes right after the verb\n")
+            write_message(usage + "angen: the blend file comes right after the verb\n")
             return 2
         position = HOME_AT.get(verb[0], 0)
         if len(options) <= position:
-            tell(f"usage: python -m angen_addon {verb[0]} LAYOUT.json HOME.blend [options]\n")
+            write_message(
+                f"usage: python -m angen_addon {verb[0]} LAYOUT.json HOME.blend [options]\n"
+            )
             return 2
         file = Path(options.pop(position))
         problem = unreadable(file)

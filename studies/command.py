@@ -13,8 +13,8 @@ import sys
 import time
 from dataclasses import replace
 
-from ..angen_addon.commands.console import BAD_INPUT, DONE, FAILED, note, tell
-from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path, whole
+from ..angen_addon.commands.console import BAD_INPUT, DONE, FAILED, note, write_message
+from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path, whole_number
 from ..sensor_logic.error import InputError
 from ..sensor_logic.wording import part_is, plural, shown_duration
 from . import study
@@ -121,12 +121,12 @@ class _ProgressLine:
         left = f", {shown_duration((total - done) / rate)} left" if rate else ""
         bad = f", {failed} failed" if failed else ""
         text = f"{done} of {plural(total, 'run')}, {rate:.1f} a second{left}{bad}"
-        tell(f"\r{text:<70}" if self._terminal else f"{text}\n")
+        write_message(f"\r{text:<70}" if self._terminal else f"{text}\n")
 
     def end(self) -> None:
         """Clear the line."""
         if self._terminal:
-            tell("\r" + " " * 70 + "\r")
+            write_message("\r" + " " * 70 + "\r")
 
 
 def make_parser(program: str) -> Parser:
@@ -139,7 +139,7 @@ def make_parser(program: str) -> Parser:
     where = run.add_mutually_exclusive_group()
     where.add_argument(
         "--jobs",
-        type=whole(1, 4096),
+        type=whole_number(1, 4096),
         metavar="N",
         help="processes here (default: one for each core)",
     )

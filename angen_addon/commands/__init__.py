@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: what it takes, and what each verb does without a window."""
+"""The command line: its options, and the work of each verb without a window."""

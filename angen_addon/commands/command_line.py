@@ -19,7 +19,7 @@ INTERRUPTED = "interrupted; nothing was written"
 
 
 def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
-    """Runs a command on the open file; returns the exit status."""
+    """Run a command on the open file; return the exit status."""
     fill_closed_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         # The log is UTF-8, whatever the terminal's encoding.
@@ -33,7 +33,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
             with standard_output_silenced():
                 status = verb_of(options.verb).run(options, outputs)
             options.interrupt.check()
-            if outputs.said and sys.stdout is None and options.verb != "check":
+            if outputs.printed and sys.stdout is None and options.verb != "check":
                 raise AngenError("standard output is closed")
             outputs.commit()
             return status
@@ -63,9 +63,11 @@ _command: Any = None
 
 
 def register() -> None:
+    """Register the command `angen` of Blender's command line."""
     global _command
     _command = bpy.utils.register_cli_command("angen", run_command)
 
 
 def unregister() -> None:
+    """Unregister the command."""
     bpy.utils.unregister_cli_command(_command)

@@ -17,7 +17,7 @@ from .parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:
-    """Compares two logs; returns the exit status. Raises SystemExit on bad options."""
+    """Compare two logs; return the exit status. Raise SystemExit on bad options."""
     options = make_parser(program).parse_args(arguments)
     try:
         one, two = read(options.log), read(options.other)
@@ -32,12 +32,14 @@ def main(arguments: list[str], program: str) -> int:
     except OSError as error:
         return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
     if options.json:
-        return _say(json.dumps(compare.data(one, two, found), indent=1, ensure_ascii=False) + "\n")
-    return _say(compare.text(one, two, found))
+        return _write_output(
+            json.dumps(compare.data(one, two, found), indent=1, ensure_ascii=False) + "\n"
+        )
+    return _write_output(compare.text(one, two, found))
 
 
-def _say(text: str) -> int:
-    """Writes to standard output; returns the exit status."""
+def _write_output(text: str) -> int:
+    """Write to standard output; return the exit status."""
     if sys.stdout is None:
         return _fail("standard output is closed", FAILED)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -62,15 +64,19 @@ def _fail(text: str, status: int) -> int:
 
 
 def make_parser(program: str) -> Parser:
+    """Return the parser of the verb's options."""
     parser = Parser(
         prog=f"{program} compare",
-        description="How alike two logs are: how long and how often their sensors are on.",
+        description="Compare two logs: how long and how often their sensors are on.",
     )
     about = "an event log, a folder of days, or a log in another format"
     parser.add_argument("log", type=path, metavar="LOG", help=about)
     parser.add_argument("other", type=path, metavar="LOG", help=about)
-    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     parser.add_argument(
-        "--picture", type=path, metavar="FILE.svg", help="the distributions, a panel a figure"
+        "--picture",
+        type=path,
+        metavar="FILE.svg",
+        help="draw the distributions, a panel for each figure",
     )
     return parser

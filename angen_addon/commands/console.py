@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages to the user on standard error, apart from the events on standard output; and the ways in
-which a command ends early: at once, or by Ctrl-C and other signals."""
+"""Messages to the user on standard error, and the early end of a command.
+
+Standard output has the events alone. A command ends early at once, or by Ctrl-C and other signals.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +23,15 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 def note(text: str) -> None:
-    """Prints one line for the user."""
-    tell(f"angen: {' '.join(text.split())}\n")
+    """Print one line for the user."""
+    write_message(f"angen: {' '.join(text.split())}\n")
 
 
-def tell(text: str, stream: TextIO | None = None) -> None:
-    """Writes to `stream` (default: standard error). Ignores errors, such as a closed stream, so
-    that they do not end the run."""
+def write_message(text: str, stream: TextIO | None = None) -> None:
+    """Write to `stream` (default: standard error).
+
+    Ignore errors, such as a closed stream, so that they do not end the run.
+    """
     stream = stream or sys.stderr
     if stream is not None:
         with contextlib.suppress(OSError, ValueError):
@@ -39,8 +43,10 @@ def tell(text: str, stream: TextIO | None = None) -> None:
 
 
 def leave_hard(status: int) -> NoReturn:
-    """Flushes the output, removes Blender's temporary folder and ends the process without cleaning
-    up: Blender's module crashes or hangs in its clean-up where drivers have run Python."""
+    """End the process without cleaning up, after the output and Blender's temporary folder.
+
+    Blender's module crashes or hangs in its clean-up where drivers have run Python.
+    """
     bpy = sys.modules.get("bpy")
     folder = Path(bpy.app.tempdir) if bpy is not None else None
     # The folder of this session, not the one shared with other programs.
@@ -63,11 +69,11 @@ SIGNALS = {
 
 
 class Interrupt:
-    """A context manager that notes Ctrl-C and the like, for `check` to raise later: an exception
-    raised inside a frame handler would be lost in Blender.
+    """A context manager that notes Ctrl-C and the like, for `check` to raise later.
 
-    A second Ctrl-C raises at once. `leave` is called to end the process where `watched` work does
-    not reach its next `check` in time.
+    An exception raised inside a frame handler would be lost in Blender. A second Ctrl-C raises at
+    once. `leave` is called to end the process where `watched` work does not reach its next `check`
+    in time.
     """
 
     def __init__(self, leave: Callable[[], None]) -> None:
@@ -92,13 +98,13 @@ class Interrupt:
         self.came = True
 
     def check(self) -> None:
-        """Raises KeyboardInterrupt if a signal has come."""
+        """Raise KeyboardInterrupt if a signal has come."""
         if self.came:
             raise KeyboardInterrupt
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Wraps work that can be ended at any point, since it has written nothing yet."""
+        """Wrap work that can be ended at any point, since it has written nothing yet."""
         # During a call into Blender, Python runs no signal handler. But the signal still wakes a
         # file descriptor, and another thread can read that, since rendering releases Python's lock.
         ours, theirs = socket.socketpair()

@@ -29,7 +29,7 @@ from .parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:
-    """Converts an event log; returns the exit status. Raises SystemExit on bad options."""
+    """Convert an event log; return the exit status. Raise SystemExit on bad options."""
     options = make_parser(program).parse_args(arguments)
     target = FORMATS[options.format]
     try:
@@ -63,8 +63,10 @@ def main(arguments: list[str], program: str) -> int:
 
 
 def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
-    """The log that the options name, with its start, and the names of all known sensors. Raises
-    InputError, OSError."""
+    """Return the log that the options name, and the names of all known sensors.
+
+    Raise InputError, OSError.
+    """
     home = read_home(options.home) if options.home else home_beside(options.events)
     sensors = home.sensors
     start = parse_start(options.start) if options.start else home.start
@@ -76,17 +78,19 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     for text in source.notes:
         note(text)
     if source.has_activities and not options.activities:
-        note(f"the activities in {options.events} are ignored: give --activities FILE.csv")
+        note(
+            f"the activities in {options.events} are left out: give them with --activities FILE.csv"
+        )
     if source.left_out:
         note(
-            f"{source.left_out} changes in {options.events} are at local times that clocks in "
-            f"{options.timezone} skipped; they stand at the moment when the clocks went forward"
+            f"changes in {options.events} at local times that clocks in {options.timezone} "
+            f"skip for daylight saving, which were moved to the end of the gap: {source.left_out}"
         )
     if options.undo_faults:
         source = replace(source, events=undo(source.events, options.undo_faults))
     if start is None:
         start = DEFAULT_START
-        note(f"the log begins at {start.isoformat()}: --start says when it did")
+        note(f"the log has no date, and begins at {start.isoformat()}: give another with --start")
     if zone:
         start = start.astimezone(zone) if start.tzinfo else start.replace(tzinfo=zone)
     activities = _activities(options, start, home)
@@ -97,8 +101,10 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
 def _activities(
     options: argparse.Namespace, start: datetime, home: HomeFile
 ) -> list[LoggedActivity]:
-    """The activities that the options name, or those of a folder of days, as the format calls
-    them. Raises InputError, OSError."""
+    """Return the activities that the options name, or those of a folder of days.
+
+    Their labels are those of the format. Raise InputError, OSError.
+    """
     beside = options.events / "activities.csv"
     found = options.activities or (beside if home.days and beside.is_file() else None)
     if found is None:
@@ -107,15 +113,16 @@ def _activities(
 
 
 def _zone(name: str) -> ZoneInfo:
-    unknown = f"time zone '{name}' is not known here; one is Europe/Stockholm (package tzdata)"
+    unknown = f"time zone '{name}' is unknown: give one such as Europe/Stockholm, or install tzdata"
     with replaced(unknown, ValueError, OSError, KeyError):
         return ZoneInfo(name)
 
 
 def make_parser(program: str) -> Parser:
+    """Return the parser of the verb's options."""
     parser = Parser(
         prog=f"{program} convert",
-        description="Writes an event log in the format of another tool; needs no Blender.",
+        description="Write an event log in the format of another tool; needs no Blender.",
     )
     parser.add_argument(
         "events",
@@ -136,16 +143,20 @@ def make_parser(program: str) -> Parser:
     parser.add_argument(
         "--sort",
         action="store_true",
-        help="sort the log by time first, and keep rows that are repeated exactly once",
+        help="sort the log by time first, and drop rows that repeat another exactly",
     )
     parser.add_argument(
         "--home",
         type=path,
         metavar="HOME.toml",
-        help="rooms, start and versions; also the output of `list --json` as HOME.json",
+        help="rooms, start and versions of the home; or the output of `list --json`, saved as "
+        "HOME.json",
     )
     parser.add_argument(
-        "--activities", type=path, metavar="FILE.csv", help="start,end,person,activity,room"
+        "--activities",
+        type=path,
+        metavar="FILE.csv",
+        help="activities, with the columns start,end,person,activity,room",
     )
     parser.add_argument(
         "--start", metavar="TIME", help="date and time of t = 0, such as 2026-03-02T07:00:00"
@@ -153,13 +164,13 @@ def make_parser(program: str) -> Parser:
     parser.add_argument(
         "--timezone",
         metavar="NAME",
-        help="the home's, such as Europe/Stockholm, with its daylight saving (default: none)",
+        help="time zone of the home, such as Europe/Stockholm (default: none)",
     )
     add_options(parser, path)
     parser.add_argument(
         "--undo-faults",
         type=path,
         metavar="TRUTH.csv",
-        help="undo the faults that this file lists, which --truth wrote",
+        help="undo the faults listed in this file, which --truth wrote",
     )
     return parser

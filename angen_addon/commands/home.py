@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The home in the open file: its sensors, what it lacks, and a run over its frames, with advice
-before it and progress during it on standard error."""
+"""The home in the open file: its sensors, what it lacks, and a run over its frames.
+
+Advice before the run and progress during it go to standard error.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +28,16 @@ from ..runtime.simulation import Progress, simulate, unrecorded
 from ..runtime.time_base import ends_before_time, outside_scene
 from ..scene.lengths import lengths_of
 from ..scene.sensors import Sensor, all_sensors, simulated
-from .console import note, tell
+from .console import note, write_message
 
-# Prints advice to the user before a run, on standard error.
+# Advice before a run, on standard error.
 
 
 def print_advice(sensors: list[Sensor], quiet: bool) -> None:
-    """Prints which sensors are switched off, and, unless `quiet`, why others may not read what the
-    user expects."""
+    """Print which sensors are switched off.
+
+    Unless `quiet`, also print why others may not read what the user expects.
+    """
     off = [s.name for s in sensors if not s.settings.enabled]
     if off:
         note(f"switched off: {', '.join(off)}")
@@ -50,7 +54,7 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:
-    """Advises on pyroelectric detectors: nothing warm in the home, and rates that are too slow."""
+    """Print advice on pyroelectric detectors: nothing warm in the home, or a slow rate."""
     found = warmth.pyroelectric(simulated(sensors))
     cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
     if cold:
@@ -62,7 +66,7 @@ def _advise_on_warmth(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_warm_up(sensors: list[Sensor]) -> None:
-    """Advises on detectors whose warm-up lasts longer than the animation."""
+    """Print advice on detectors whose warm-up lasts longer than the animation."""
     for sensor in simulated(sensors):
         late = advice.warm_up(sensor, bpy.context.scene)
         if late:
@@ -70,7 +74,7 @@ def _advise_on_warm_up(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_pads(sensors: list[Sensor]) -> None:
-    """Advises on pressure pads without a surface, and on bodies that sink in or have no mass."""
+    """Print advice on pads without a surface, and on bodies that sink in or have no mass."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     pads = [s for s in simulated(sensors) if s.kind.requires(FORCES)]
     for ask in (
@@ -88,7 +92,7 @@ def _advise_on_pads(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_parameters(sensors: list[Sensor]) -> None:
-    """Advises on outputs that never switch on, or never off."""
+    """Print advice on outputs that never switch on, or never off."""
     for sensor in simulated(sensors):
         for found in advice.unreachable(sensor, lengths_of(bpy.context.scene)):
             note(f"'{sensor.name}': {uncapitalized(found.text)}")
@@ -114,6 +118,7 @@ class ProgressLine:
         self._last: Progress | None = None
 
     def show(self, progress: Progress) -> None:
+        """Print the progress, at most once in an interval."""
         self._left.note(progress.share)
         self._last = progress
         now = time.perf_counter()
@@ -133,12 +138,12 @@ class ProgressLine:
             parts.append(f"{rate:.0f} times real time")
         text = ", ".join(filter(None, [*parts, left, progress.doing]))
         self._drawn = self._terminal
-        tell(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
+        write_message(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
 
     def finish(self, seconds: float, updates: int) -> None:
-        """The closing line: what was simulated and how fast."""
+        """Print the closing line: what was simulated and how fast."""
         if self._drawn:
-            tell("\r" + " " * 70 + "\r", self._stream)
+            write_message("\r" + " " * 70 + "\r", self._stream)
         if self._quiet:
             return
         elapsed = max(time.perf_counter() - self._start, 1e-9)
@@ -148,7 +153,7 @@ class ProgressLine:
             still = f"; nothing moved at {share} % of the steps"
         elif last is not None and last.moving:
             still = f"; every step was evaluated: {last.moving}"
-        tell(
+        write_message(
             f"simulated {seconds:.1f} s in {elapsed:.1f} s "
             f"({seconds / elapsed:.0f} times real time), {updates} updates{still}\n",
             self._stream,
@@ -156,24 +161,32 @@ class ProgressLine:
 
 
 def open_home(options: argparse.Namespace) -> None:
-    """Checks that Blender has opened a file, and opens it again with its scripts if it is trusted.
-    Raises InputError."""
+    """Check that Blender has opened a file, and open it again with its scripts if it is trusted.
+
+    Raise InputError.
+    """
     if not bpy.data.filepath:
         raise InputError(
-            "no blend file is open: it is missing, empty, damaged or of a newer Blender; "
-            "Blender may have printed why above"
+            "no blend file is open: the file is missing, empty, damaged or from a newer Blender; "
+            "Blender's messages above may say why"
         )
     if bpy.data.version[:2] > bpy.app.version[:2]:
         saved, here = (".".join(map(str, v[:2])) for v in (bpy.data.version, bpy.app.version))
-        note(f"the file was saved by Blender {saved}, this is {here}: newer things in it are lost")
+        note(
+            f"the file was saved by Blender {saved}, and this is Blender {here}: data of newer "
+            "features are lost"
+        )
     if options.enable_autoexec:
         bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath, load_ui=False, use_scripts=True)
     bpy.context.view_layer.update()
 
 
 def sensors_of(options: argparse.Namespace, layout: Path | None = None) -> list[Sensor]:
-    """All sensors of the scene, changed to match a layout. Prints what the home lacks, such as
-    missing files, and lists it in `options.lacks`. Raises InputError without sensors."""
+    """Return all sensors of the scene, changed to match a layout if one is given.
+
+    Print what the home lacks, such as missing files, and list it in `options.lacks`. Raise
+    InputError if there are no sensors.
+    """
     open_home(options)
     if layout is not None:
         apply_layout(layout)
@@ -193,12 +206,12 @@ def run_home(
     sensors: list[Sensor],
     on_progress: Callable[[Recording], None] = lambda _: None,
 ) -> Recording:
-    """Simulates the frames in the options; calls `on_progress` with the growing recording."""
+    """Simulate the frames in the options; call `on_progress` with the growing recording."""
     scene = bpy.context.scene
     print_advice(sensors, options.quiet)
     others = unrecorded(simulated(sensors))
     if others and not options.quiet:
-        note(f"simulated too, since drivers read their outputs: {named(s.name for s in others)}")
+        note(f"also simulated, since drivers read their outputs: {named(s.name for s in others)}")
     first, last = _frames_to_run(options)
     recording = Recording()
     line = ProgressLine(sys.stderr, options.quiet)
@@ -219,7 +232,10 @@ def run_home(
 
 
 def _frames_to_run(options: argparse.Namespace) -> tuple[int, int]:
-    """First and last frame; prints where these are not all the scene's. Raises InputError."""
+    """Return the first and last frame; print a note if they reach beyond the scene's range.
+
+    Raise InputError.
+    """
     scene = bpy.context.scene
     first, last = options.frames or (scene.frame_start, scene.frame_end)
     if last < scene.frame_start:
@@ -231,14 +247,14 @@ def _frames_to_run(options: argparse.Namespace) -> tuple[int, int]:
 
 
 def seconds_to_run(options: argparse.Namespace) -> float:
-    """The time of the last frame that the options ask for, in seconds since the scene's start."""
+    """Return the time of the last frame in the options, in seconds since the scene's start."""
     scene = bpy.context.scene
     last = options.frames[1] if options.frames else scene.frame_end
     return (last - scene.frame_start) * scene.render.fps_base / scene.render.fps
 
 
 def _print_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
-    """Prints what the file needs and lacks, each once."""
+    """Print what the file needs and lacks, each once."""
     light = any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors))
     for text in lacking(bpy.context.view_layer, light):
         if text not in options.lacks:

@@ -18,33 +18,37 @@ T = TypeVar("T")
 
 
 class Verb(NamedTuple):
-    """A verb on a blend file. `add(verbs, every)` adds its parser to the subparsers `verbs`, with
-    the options of the parser `every`, which all verbs have; `run(options, outputs)` returns the
-    exit status."""
+    """A verb on a blend file.
+
+    `add(verbs, every)` adds its parser to the subparsers `verbs`, with the options of the parser
+    `every`, which all verbs have. `run(options, outputs)` returns the exit status.
+    """
 
     add: Callable[[Any, argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace, Any], int]
 
 
 def verbs_here() -> list[str]:
-    """The names of the verbs on a blend file."""
+    """Return the names of the installed verbs on a blend file."""
     return [name for name, module in VERBS.items() if installed(module)]
 
 
 def verb_of(name: str) -> Verb:
+    """Return the verb of this name."""
     found: Verb = part(VERBS[name]).VERBS[name]
     return found
 
 
 class Parser(argparse.ArgumentParser):
-    """Prints its errors in one line, as all other errors are."""
+    """An argument parser that prints its errors in one line."""
 
     def error(self, message: str) -> NoReturn:
+        """Print a message in one line, and exit with status 2."""
         self.exit(2, f"angen: {message} (see --help)\n")
 
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
-    """The options of a command. On an error, prints it and raises SystemExit."""
+    """Return the options of a command; on an error, print it and raise SystemExit."""
     arguments = list(arguments)
     if "--frames" in arguments[:-1]:
         # argparse would read a negative first frame as an option.
@@ -57,8 +61,9 @@ def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
 
 
 def make_parser(program: str) -> argparse.ArgumentParser:
+    """Return the parser of all verbs on a blend file."""
     parser = Parser(
-        prog=program, description="Simulates the ambient sensors of a home in a blend file."
+        prog=program, description="Simulate the ambient sensors of a home in a blend file."
     )
     names = verbs_here()
     verbs = parser.add_subparsers(dest="verb", required=True, metavar=" | ".join(names))
@@ -66,7 +71,7 @@ def make_parser(program: str) -> argparse.ArgumentParser:
     every.add_argument(
         "--enable-autoexec",
         action="store_true",
-        help="open the file as one that you trust: its drivers and scripts may run Python",
+        help="trust the file: its drivers and scripts may run Python",
     )
     for name in names:
         verb_of(name).add(verbs, every)
@@ -78,8 +83,7 @@ def make_parser(program: str) -> argparse.ArgumentParser:
 
 
 def lacking(name: str) -> str:
-    """The line that says how to get a verb whose house is not installed; empty where it is, and
-    for words that are no verb."""
+    """Return how to install a verb that is not installed; empty for all other words."""
     house = WITHOUT_BLENDER.get(name, "").partition(".")[0]
     if not house or installed(house):
         return ""
@@ -87,7 +91,7 @@ def lacking(name: str) -> str:
 
 
 def wrong_verb(name: str) -> str:
-    """What to tell where `name` is no verb on a blend file."""
+    """Return the error for a `name` that is no verb on a blend file."""
     if lacking(name):
         return lacking(name)
     if name in WITHOUT_BLENDER:
@@ -97,18 +101,18 @@ def wrong_verb(name: str) -> str:
 
 
 def add_names(parser: argparse.ArgumentParser, what: str = "sensor") -> None:
-    """Adds `--sensor`."""
+    """Add the option `--sensor`."""
     parser.add_argument(
         "--sensor",
         action="append",
         default=[],
         metavar="NAME",
-        help=f"only this {what}, or those that fit a pattern such as 'PIR*'; may be given again",
+        help=f"only this {what}, or all that match a pattern such as 'PIR*'; can be repeated",
     )
 
 
 def add_choice(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that choose sensors, of all verbs that simulate."""
+    """Add the options that choose sensors, for all verbs that simulate."""
     add_names(parser)
     parser.add_argument(
         "--kind",
@@ -117,20 +121,20 @@ def add_choice(parser: argparse.ArgumentParser) -> None:
         type=str.upper,
         choices=list(KINDS),
         metavar="KIND",
-        help="only sensors of this kind, such as PIR; may be given again",
+        help="only sensors of this kind, such as PIR; can be repeated",
     )
     parser.add_argument(
-        "--no-light", action="store_true", help="no light sensors, which take the longest"
+        "--no-light", action="store_true", help="leave out light sensors, which take the longest"
     )
 
 
 def choice_of(options: argparse.Namespace) -> SensorChoice:
-    """The sensors that these options choose."""
+    """Return the sensors that these options choose."""
     return SensorChoice(tuple(options.sensor), tuple(options.kind), not options.no_light)
 
 
-def typed(read: Callable[[str], T]) -> Callable[[str], T]:
-    """A type of arguments, which says as other types do what `read` raises as InputError."""
+def argument_type(read: Callable[[str], T]) -> Callable[[str], T]:
+    """Return a converter for argparse from a function that raises InputError."""
 
     def convert(text: str) -> T:
         try:
@@ -142,12 +146,14 @@ def typed(read: Callable[[str], T]) -> Callable[[str], T]:
 
 
 def path(text: str) -> Path:
+    """Return the path in an argument, which may not be empty."""
     if not text:
         raise argparse.ArgumentTypeError("the name of a file or folder is empty")
     return Path(text)
 
 
 def frames(text: str) -> tuple[int, int]:
+    """Return the first and the last frame in a text FIRST:LAST."""
     wrong = f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
     with replaced(wrong, ValueError, raised=argparse.ArgumentTypeError):
         first, _, last = text.partition(":")
@@ -166,11 +172,11 @@ def frames(text: str) -> tuple[int, int]:
     return found
 
 
-def whole(least: int, most: int) -> Callable[[str], int]:
-    """A type of arguments: whole numbers from `least` to `most`."""
+def whole_number(least: int, most: int) -> Callable[[str], int]:
+    """Return a converter for argparse, for whole numbers from `least` to `most`."""
 
     def convert(text: str) -> int:
-        wrong = f"'{text}' is no whole number from {least} to {most}"
+        wrong = f"'{text}' is not a whole number from {least} to {most}"
         with replaced(wrong, ValueError, raised=argparse.ArgumentTypeError):
             number = int(text)
         if not least <= number <= most:
@@ -181,6 +187,7 @@ def whole(least: int, most: int) -> Callable[[str], int]:
 
 
 def tolerance(text: str) -> float:
+    """Return the number in an argument, which may not be negative."""
     try:
         value = float(text)
     except ValueError:
@@ -190,18 +197,16 @@ def tolerance(text: str) -> float:
     return value
 
 
-def of_runs(every: argparse.ArgumentParser) -> Parser:
-    """The options of all verbs that simulate."""
+def run_options(every: argparse.ArgumentParser) -> Parser:
+    """Return a parser with the options of all verbs that simulate."""
     run = Parser(add_help=False, parents=[every])
     run.add_argument(
         "--frames",
         type=frames,
         metavar="A:B",
         help="first and last frame (default: the scene's); t = 0 stays at the scene's start, and "
-        "frames after the scene's end are run too",
+        "frames after the scene's end are simulated too",
     )
     add_choice(run)
-    run.add_argument(
-        "--quiet", action="store_true", help="no progress, no advice on standard error"
-    )
+    run.add_argument("--quiet", action="store_true", help="print no progress and no advice")
     return run

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen replay EVENTS.csv --mqtt HOST`: publishes a log's sensors as live devices; needs no
-Blender."""
+"""`angen replay EVENTS.csv --mqtt HOST`: publishes the sensors of a log; needs no Blender."""
 
 from __future__ import annotations
 
@@ -19,16 +18,16 @@ from ...sensor_logic.formats.source import home_beside, read_home
 from ...sensor_logic.log import Value, parse_start
 from ..output.mqtt.address import AT_ONCE, Address, add_options, address_of
 from ..output.mqtt.link import Link
-from ..output.mqtt.player import Player, clear, found
+from ..output.mqtt.player import Player, remove_messages, retained_messages
 from ..output.version import extension_version
 from .console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
 from .parser import Parser, path
 
-INTERRUPTED = "interrupted; the sensors are unavailable now"
+INTERRUPTED = "interrupted; the sensors are marked unavailable"
 
 
 def main(arguments: list[str], program: str) -> int:
-    """Replays an event log; returns the exit status. Raises SystemExit on bad options."""
+    """Replay an event log; return the exit status. Raise SystemExit on bad options."""
     options = make_parser(program).parse_args(arguments)
     try:
         work = _forget if options.forget else _replay
@@ -60,23 +59,25 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
         raise InputError("no log to replay: give EVENTS.csv, or --forget")
     log, start = _read(options.events, options.home)
     if not log.changes:
-        raise InputError(f"{options.events} has no events")
-    stretch = Stretch(log, _time_of(options.since, start), _time_of(options.until, start))
+        raise InputError(f"{options.events} has no events to replay")
+    played = LogRange(log, _time_of(options.since, start), _time_of(options.until, start))
     speed = 1.0 if options.speed is None else options.speed
-    if options.loop and (speed == AT_ONCE or stretch.length <= 0):
-        raise InputError("--loop: a round takes no time; give a --speed, or another --from")
+    if options.loop and (speed == AT_ONCE or played.length <= 0):
+        raise InputError(
+            "--loop would repeat without a pause: give a --speed, or an earlier --from"
+        )
     home = HomeMessages(log.channels, options.topic or TOPIC, extension_version())
     link = Link(address, home.status(OFFLINE))
     player = Player(link, home, speed, check)
     try:
-        player.begin(stretch.states)
-        player.pace.start(stretch.begin)
+        player.begin(played.states)
+        player.pace.start(played.begin)
         for number in itertools.count():
-            after = number * stretch.length
+            after = number * played.length
             if number:
-                player.play(stretch.again, after)
-            player.play(stretch.changes, after)
-            player.pace.wait(stretch.end + after)
+                player.play(played.again, after)
+            player.play(played.changes, after)
+            player.pace.wait(played.end + after)
             if not options.loop:
                 break
     finally:
@@ -86,7 +87,7 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 
 def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
-    """A log with its rooms, and its start, or None without dates. Raises InputError, OSError."""
+    """Return a log with its rooms, and its start or None. Raise InputError, OSError."""
     about = read_home(home) if home else home_beside(events)
     source = read_log(events, about.start)
     for text in source.notes:
@@ -94,11 +95,11 @@ def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
     return source.log(about.sensors, source.start or DEFAULT_START), source.start
 
 
-class Stretch:
+class LogRange:
     """The part of a log to replay; times in microseconds, as in the log.
 
-    `states`: of the channels at its begin, and `again` the same as changes, for each further round;
-    `changes`: those after the begin.
+    `states` are those of the channels at its begin. `again` has them as changes, for each further
+    round. `changes` are the changes after the begin.
     """
 
     def __init__(self, log: Log, begin: int | None, end: int | None) -> None:
@@ -107,8 +108,8 @@ class Stretch:
         self.end = last if end is None else end
         if not 0 <= self.begin <= self.end:
             raise InputError(
-                f"--from {self.begin / 1e6:g} s and --until {self.end / 1e6:g} s: the log, which "
-                f"ends at {last / 1e6:g} s, has nothing between them"
+                f"--from {self.begin / 1e6:g} s and --until {self.end / 1e6:g} s: the log has no "
+                f"events between them; it ends at {last / 1e6:g} s"
             )
         self.states: dict[Channel, Value] = {
             c.channel: c.value for c in log.changes if c.time <= self.begin
@@ -118,11 +119,12 @@ class Stretch:
 
     @property
     def length(self) -> int:
+        """The length of the range in microseconds."""
         return self.end - self.begin
 
 
 def _time_of(text: str | None, start: datetime | None) -> int | None:
-    """The time of --from or --until, in microseconds since the log's start. Raises InputError."""
+    """Return the time of --from or --until, in µs since the log's start. Raise InputError."""
     if text is None:
         return None
     try:
@@ -132,12 +134,14 @@ def _time_of(text: str | None, start: datetime | None) -> int | None:
     except ValueError:
         pass
     if start is None:
-        raise InputError(f"'{text}' is not a number of seconds, and the log has no dates")
-    moment = parse_start(text) or start
+        raise InputError(f"'{text}' is not in seconds, and the log has no dates: give seconds")
+    time = parse_start(text) or start
     try:
-        return since(start, moment)
+        return since(start, time)
     except TypeError:
-        raise InputError(f"'{text}' has a time zone, and the log's times have none") from None
+        raise InputError(
+            f"'{text}' has a time zone, and the log's times have none: leave it out"
+        ) from None
 
 
 def _forget(options: argparse.Namespace, address: Address, check: Callable[[], None]) -> int:
@@ -147,7 +151,7 @@ def _forget(options: argparse.Namespace, address: Address, check: Callable[[], N
     link = Link(address, Message(f"{topic}/status", OFFLINE))
     link.connect()
     try:
-        names = clear(link, found(link, topic))
+        names = remove_messages(link, retained_messages(link, topic))
         check()
     finally:
         link.close()
@@ -156,10 +160,11 @@ def _forget(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 
 def make_parser(program: str) -> Parser:
+    """Return the parser of the verb's options."""
     parser = Parser(
         prog=f"{program} replay",
-        description="Announces the sensors of an event log to an MQTT broker, such as Home "
-        "Assistant's, and replays their readings.",
+        description="Announce the sensors of an event log to an MQTT broker, such as Home "
+        "Assistant's, and replay their readings.",
     )
     parser.add_argument(
         "events",
@@ -173,19 +178,21 @@ def make_parser(program: str) -> Parser:
         "--home",
         type=path,
         metavar="HOME.toml",
-        help="rooms; also the output of `list --json` as HOME.json",
+        help="rooms of the home; or the output of `list --json`, saved as HOME.json",
     )
     parser.add_argument(
         "--from",
         dest="since",
         metavar="TIME",
-        help="begin at this time: seconds of the log, or 2026-03-02T12:00 where it has dates",
+        help="begin at this time, in seconds of the log, or as 2026-03-02T12:00 if it has dates",
     )
     parser.add_argument(
         "--until", metavar="TIME", help="end at this time (default: the last event)"
     )
-    parser.add_argument("--loop", action="store_true", help="begin again, until Ctrl-C")
+    parser.add_argument("--loop", action="store_true", help="repeat until Ctrl-C")
     parser.add_argument(
-        "--forget", action="store_true", help="remove the sensors from the broker; no EVENTS.csv"
+        "--forget",
+        action="store_true",
+        help="remove the sensors from the broker, and replay nothing",
     )
     return parser

@@ -27,20 +27,21 @@ from ..runtime import state
 from ..scene.sensors import Sensor, all_sensors, chosen, simulated
 from .console import DONE, FAILED, note
 from .home import run_home, seconds_to_run, sensors_of
-from .parser import Verb, choice_of, of_runs, path, typed
+from .parser import Verb, argument_type, choice_of, path, run_options
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
+    """Simulate the home, and add all its outputs; return the exit status. Raise AngenError."""
     if options.bake and not options.save:
-        raise InputError("--bake changes the file: give --save FILE.blend too, or it would be lost")
+        raise InputError("--bake needs --save FILE.blend, or the keyframes would be lost")
     if not options.events and sys.stdout is None:
         raise InputError("standard output is closed: give --events FILE.csv")
     faults = _faults(options)
     address = address_of(options)
     if address and faults.plan:
         raise InputError(
-            "--faults changes the log after the run, --mqtt sends what is read in it: simulate "
-            "with --faults, then `angen replay` the log"
+            "--mqtt sends readings during the run, and --faults changes the log after it: simulate "
+            "with --faults, then send the log with `angen replay`"
         )
     sensors = sensors_of(options)
     selected = chosen(sensors, choice_of(options))
@@ -55,7 +56,7 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     if options.events:
         outputs.texts[options.events] = text
     else:
-        outputs.said = text
+        outputs.printed = text
     if options.samples is not None:
         outputs.folders.append(options.samples)
         for sensor, name in file_names(recording.tracks).items():
@@ -83,7 +84,7 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
 def _exports(
     options: argparse.Namespace, sensors: list[Sensor], selected: list[Sensor], faults: Faults
 ) -> Exports:
-    """The logs in other formats. Raises InputError where a file cannot be written as asked."""
+    """Return the logs in other formats. Raise InputError if a file cannot be written."""
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
     faults.check_names(sensor.name for sensor in sensors)
     exports = Exports(options.format, options.out)
@@ -91,7 +92,7 @@ def _exports(
     files |= {**exports.files, "--truth": faults.truth}
     for flag, file in files.items():
         if file and faults.file and file.resolve() == faults.file.resolve():
-            raise InputError(f"{flag}: {file} is also read; give another name")
+            raise InputError(f"{flag}: {file} is the faults file: give another name")
     check_outputs(files, options.samples, file_names(s.name for s in simulated(selected)).values())
     if options.report:
         check_name(options.report, "--report")
@@ -99,14 +100,16 @@ def _exports(
 
 
 def _faults(options: argparse.Namespace) -> Faults:
-    """Raises InputError."""
+    """Return the faults that the options name. Raise InputError."""
     log = options.events or (options.out[0] if options.out else None)
     return Faults(options.faults, options.truth, log)
 
 
 def _add_verb(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
-        "simulate", parents=[of_runs(every)], help="write what the sensors report"
+        "simulate",
+        parents=[run_options(every)],
+        help="simulate the sensors, and write the event log",
     )
     verb.add_argument(
         "--events", type=path, metavar="FILE.csv", help="event log (default: standard output)"
@@ -115,21 +118,24 @@ def _add_verb(verbs: Any, every: argparse.ArgumentParser) -> None:
         "--report",
         type=path,
         metavar="FILE.html",
-        help="timeline, floor plan and figures to read and print; FILE.svg: the pictures alone",
+        help="report with timeline, floor plan and figures; FILE.svg: the pictures alone",
     )
     verb.add_argument(
-        "--samples", type=path, metavar="DIR", help="every update, a CSV file a sensor"
+        "--samples",
+        type=path,
+        metavar="DIR",
+        help="folder for all updates, a CSV file for each sensor",
     )
     verb.add_argument(
         "--start",
-        type=typed(parse_start),
+        type=argument_type(parse_start),
         metavar="ISO-TIME",
         help="date and time of t = 0, such as 2026-03-01T08:00; logs get a column 'time'",
     )
     verb.add_argument(
         "--spreadsheet",
         action="store_true",
-        help="CSV for a spreadsheet: names that it would read as formulas get a leading '",
+        help="CSV for a spreadsheet: names that look like formulas get a leading '",
     )
     verb.add_argument(
         "--format",
@@ -137,7 +143,7 @@ def _add_verb(verbs: Any, every: argparse.ArgumentParser) -> None:
         default=[],
         choices=list(FORMATS),
         metavar="NAME",
-        help=f"also write the log for another tool, to the --out after it; may be given again: "
+        help=f"also write the log in this format, to the --out after it; can be repeated: "
         f"{', '.join(FORMATS)}",
     )
     verb.add_argument(

@@ -21,21 +21,21 @@ from ..output.output_files import Outputs, check_outputs
 from ..scene.sensors import chosen
 from .console import DONE, FAILED, note
 from .home import ProgressLine, open_home, run_home, sensors_of
-from .parser import Verb, add_choice, choice_of, of_runs, path, tolerance
+from .parser import Verb, add_choice, choice_of, path, run_options, tolerance
 
 SHOWN_DIFFERENCES = 50
 
 
 def _add_list(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser("list", parents=[every], help="list the sensors and their parameters")
-    verb.add_argument("--json", action="store_true", help="for programs")
+    verb.add_argument("--json", action="store_true", help="print JSON, for programs")
 
 
 def _list(options: argparse.Namespace, outputs: Outputs) -> int:
     sensors = sensors_of(options)
     found = [describe(sensor) for sensor in sensors]
     if options.json:
-        outputs.said = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        outputs.printed = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         return DONE
     width = max(len(sensor.name) for sensor in sensors)
     for sensor, facts in zip(sensors, found, strict=True):
@@ -44,7 +44,7 @@ def _list(options: argparse.Namespace, outputs: Outputs) -> int:
             f"{sensor.name:<{width}}  {sensor.kind.identifier:<14}  "
             f"{facts['update_rate']:6g} Hz  {sensor.room}{remark}"
         )
-        outputs.said += f"{line.rstrip()}\n"
+        outputs.printed += f"{line.rstrip()}\n"
     return DONE
 
 
@@ -52,23 +52,25 @@ def _add_apply(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
         "apply", parents=[every], help="add and change sensors to match a layout file"
     )
-    verb.add_argument("layout", type=path, metavar="LAYOUT.json", help="as `list --json` prints it")
     verb.add_argument(
-        "--save", type=path, metavar="FILE.blend", help="the home with the sensors; needed"
+        "layout", type=path, metavar="LAYOUT.json", help="sensors, as `list --json` prints them"
+    )
+    verb.add_argument(
+        "--save", type=path, metavar="FILE.blend", help="file for the changed home; required"
     )
     verb.add_argument(
         "--remove", action="store_true", help="delete the sensors that the layout lacks"
     )
-    verb.add_argument("--quiet", action="store_true", help="do not say what was done")
+    verb.add_argument("--quiet", action="store_true", help="print no summary")
 
 
 def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
     if not options.save:
-        raise InputError("apply changes the file: give --save FILE.blend, or it would be lost")
+        raise InputError("apply needs --save FILE.blend, or the changes would be lost")
     open_home(options)
     check_outputs({"--save": options.save})
     if options.save.exists() and options.layout.exists() and options.save.samefile(options.layout):
-        raise InputError(f"--save: {options.save} is the layout itself, and would overwrite it")
+        raise InputError(f"--save: {options.save} is the layout itself: give another file")
     applied = apply_layout(options.layout, options.remove)
     outputs.save_blend(options.save)
     if not options.quiet:
@@ -78,9 +80,11 @@ def _apply(options: argparse.Namespace, outputs: Outputs) -> int:
 
 def _add_check(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
-        "check", parents=[of_runs(every)], help="simulate and compare with an event log"
+        "check", parents=[run_options(every)], help="simulate and compare with an event log"
     )
-    verb.add_argument("expected", type=path, metavar="EXPECTED.csv")
+    verb.add_argument(
+        "expected", type=path, metavar="EXPECTED.csv", help="event log to compare with"
+    )
     verb.add_argument(
         "--tolerance",
         type=tolerance,
@@ -104,12 +108,12 @@ def _check(options: argparse.Namespace, outputs: Outputs) -> int:
     expected = [event for event in expected if choice.takes(event.sensor, event.kind)]
     recording = run_home(options, chosen(sensors_of(options), choice))
     found = differences(expected, events(recording), options.tolerance, options.time_tolerance)
-    outputs.said = "".join(f"{line}\n" for line in found[:SHOWN_DIFFERENCES])
+    outputs.printed = "".join(f"{line}\n" for line in found[:SHOWN_DIFFERENCES])
     if len(found) > SHOWN_DIFFERENCES:
-        outputs.said += f"and {len(found) - SHOWN_DIFFERENCES} more\n"
+        outputs.printed += f"and {len(found) - SHOWN_DIFFERENCES} more\n"
     note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
     if options.lacks:
-        note("the check fails, as the home lacks what is named above")
+        note("the check fails, because the home lacks what is named above")
     return FAILED if found or options.lacks else DONE
 
 
@@ -123,16 +127,14 @@ def _add_explain(verbs: Any, every: argparse.ArgumentParser) -> None:
         type=tolerance,
         required=True,
         metavar="SECONDS",
-        help="explain its last event at or before this time of the event log",
+        help="explain the last event at or before this time of the event log",
     )
     verb.add_argument(
         "--now",
         action="store_true",
-        help="explain its reading at this time instead, or what would have to change for one",
+        help="explain the reading at this time instead, or what would change it",
     )
-    verb.add_argument(
-        "--quiet", action="store_true", help="no progress, no advice on standard error"
-    )
+    verb.add_argument("--quiet", action="store_true", help="print no progress and no advice")
 
 
 def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
@@ -141,33 +143,35 @@ def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
     found = chosen(sensors, choice_of(options))
     if len(found) > 1:
         names = named(sensor.name for sensor in found)
-        raise InputError(f"explain is about one sensor, and these are {len(found)}: {names}")
+        raise InputError(f"explain needs one sensor: give --sensor NAME, one of {names}")
     (sensor,) = found
-    moment = ExplainedTime(scene, sensors, sensor, options.time)
-    if moment.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
-        raise InputError(f"--time {options.time:g}: Blender's frames end before that")
+    explained_time = ExplainedTime(scene, sensors, sensor, options.time)
+    if explained_time.last > bpy.types.Scene.bl_rna.properties["frame_current"].hard_max:
+        raise InputError(
+            f"--time {options.time:g} is after Blender's last frame: give an earlier one"
+        )
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
     with options.interrupt.watched():
-        for progress in moment.run():
+        for progress in explained_time.run():
             options.interrupt.check()
             line.show(progress)
-        line.finish(progress.seconds_total if progress else 0.0, moment.updates)
-        outputs.said = moment.text(options.now)
+        line.finish(progress.seconds_total if progress else 0.0, explained_time.updates)
+        outputs.printed = explained_time.text(options.now)
     return DONE
 
 
 def _add_doctor(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
-        "doctor", parents=[every], help="find what makes the home's sensors read nonsense"
+        "doctor", parents=[every], help="find what makes sensors of the home read wrong values"
     )
-    verb.add_argument("--json", action="store_true", help="for programs")
+    verb.add_argument("--json", action="store_true", help="print JSON, for programs")
 
 
 def _doctor(options: argparse.Namespace, outputs: Outputs) -> int:
     open_home(options)
     found = doctor.findings()
-    outputs.said = doctor.as_text(found, options.json)
+    outputs.printed = doctor.as_text(found, options.json)
     note(doctor.count(found))
     return FAILED if found else DONE
 

@@ -24,7 +24,7 @@ from ...sensor_logic.coverage.picture import svg
 from ...sensor_logic.error import AngenError, InputError
 from ...sensor_logic.report.facts import PlanStorey, SensorInPlan
 from ...sensor_logic.wording import aligned
-from ..commands.console import DONE, tell
+from ..commands.console import DONE, write_message
 from ..commands.home import LOG_INTERVAL_S, TERMINAL_INTERVAL_S, sensors_of
 from ..commands.parser import Verb, add_names, path
 from ..output.output_files import Outputs, check_outputs
@@ -232,7 +232,7 @@ def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: O
         drawn.show_map(scene, found)
         drawn.keep(scene, found)
         outputs.save_blend(options.save)
-    outputs.said = table(found)
+    outputs.printed = table(found)
 
 
 def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
@@ -265,7 +265,7 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
         drawn.show_proposal(scene, found, options.like or "", options.preset or "")
         bpy.ops.angen.place_accept()
         outputs.save_blend(options.save)
-    outputs.said = _table_of_places(found)
+    outputs.printed = _table_of_places(found)
 
 
 def plan_marks(proposal: Proposal) -> list[SensorInPlan]:
@@ -294,11 +294,11 @@ def _run_with_progress(run: Iterator[Any], options: argparse.Namespace) -> Any:
                 shown = now
                 text = f"{100 * last.share:.0f} %, {last.text}"
                 start, end = ("\r", "") if terminal else ("", "\n")
-                tell(f"{start}{text:<60}{end}")
+                write_message(f"{start}{text:<60}{end}")
     if not options.quiet:
         if terminal:
-            tell("\r" + " " * 60 + "\r")
-        tell(f"done in {time.perf_counter() - begin:.1f} s\n")
+            write_message("\r" + " " * 60 + "\r")
+        write_message(f"done in {time.perf_counter() - begin:.1f} s\n")
     return last
 
 

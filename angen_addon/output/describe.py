@@ -13,9 +13,11 @@ from ..scene.sensors import Sensor, decimal
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:
-    """An entry of a layout, from which `apply` makes the same sensor again: name, kind, room, main
-    reading and units of the published fields, pose (metres, radians), parent, collection, and all
-    parameters (SI units, radians)."""
+    """Return a sensor as an entry of a layout, from which `apply` makes the same sensor again.
+
+    It has the name, kind, room and pose (metres, radians), the main reading, the units of the
+    published fields, the parent and the collection, and all parameters (SI units, radians).
+    """
     depsgraph = evaluated_depsgraph()
     obj = sensor.object
     location, rotation = measured.place(sensor, depsgraph)
@@ -39,13 +41,13 @@ def describe(sensor: Sensor) -> dict[str, Any]:
 
 
 def _collection(obj: Any, scene: Any) -> str | None:
-    """The collection that an object is in; None for the scene's own."""
+    """Return the name of an object's collection; None for the scene's root collection."""
     names = [c.name for c in obj.users_collection if c != scene.collection]
     return names[0] if names else None
 
 
 def parameters_of(sensor: Sensor) -> dict[str, Any]:
-    """All parameters of its kind, by name."""
+    """Return all parameters of the sensor's kind, by name."""
     group = sensor.parameters
     return {
         name: _plain(getattr(group, name), spec.unit)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The output files of a command: paths are checked before a long run, and at its end all files are
-written together, or none. `Exports` are those in other tools' formats.
+"""The output files of a command.
+
+Their paths are checked before a long run. At its end all files are written together, or none.
+`Exports` are the files in formats of other tools.
 """
 
 from __future__ import annotations
@@ -26,16 +28,17 @@ from ...sensor_logic.formats.outputs import check_out, output_files
 def check_outputs(
     files: Mapping[str, Path | None], samples: Path | None = None, names: Iterable[str] = ()
 ) -> None:
-    """Raises AngenError where a result could not be written, or would overwrite a file that is
-    read or another result. `files`: option → path; `names`: the files in the folder `samples`.
+    """Raise AngenError if a result cannot be written, or would overwrite a file that is used.
+
+    `files` has the path by option, and `names` are the files in the folder `samples`.
     """
     outputs = [(flag, path) for flag, path in files.items() if path is not None]
     for flag, path in outputs:
         with explained(f"{flag}: {path}", OSError):
             if path.is_dir():
-                raise InputError(f"{flag}: {path} is a folder, not a file name")
+                raise InputError(f"{flag}: {path} is a folder: give a file name")
             if flag == "--save" and path.exists() and not path.is_file():
-                raise InputError(f"{flag}: {path} is not a plain file")
+                raise InputError(f"{flag}: {path} is not a plain file: give another name")
             check_folder(path.parent, flag)
     if samples is not None:
         with explained(f"--samples: {samples}", OSError):
@@ -50,34 +53,36 @@ def check_outputs(
 
 
 def check_not_read(paths: Iterable[Path]) -> None:
-    """Raises AngenError where a path is the open file, or a file that the open file reads."""
+    """Raise AngenError if a path is the open file, or a file that the open file reads."""
     known = _inputs()
     for path in paths:
         _check_apart(path, "", known)
 
 
 def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
-    """Raises AngenError where `path` is in `known`."""
+    """Raise AngenError if `path` is in `known`."""
     key = _key(path)
     if key is None or key not in known:
         return
     if known[key].startswith("--"):
-        raise InputError(f"{known[key]} and {flag} both name {path}: give two files")
+        raise InputError(f"{known[key]} and {flag} both name {path}: give different files")
     named = f"{flag}: " if flag else ""
-    raise InputError(f"{named}{path} is {known[key]}, which would be lost: give another file")
+    raise InputError(
+        f"{named}{path} is {known[key]}, which would be overwritten: give another file"
+    )
 
 
 def _inputs() -> dict[Any, str]:
-    """The files that the open file consists of: key (see `_key`) → what it is."""
+    """Return the files that the open file consists of: a text on each, by its `_key`."""
     paths = dict.fromkeys(bpy.utils.blend_paths(absolute=True), "read by the open file")
     libraries = [bpy.path.abspath(library.filepath) for library in bpy.data.libraries]
     paths |= dict.fromkeys(libraries, "a linked library of the open file")
     paths[bpy.data.filepath] = "the open file itself"
-    return {_key(Path(path)): told for path, told in paths.items() if os.path.isfile(path)}
+    return {_key(Path(path)): text for path, text in paths.items() if os.path.isfile(path)}
 
 
 def _key(path: Path) -> Any:
-    """What identifies a file, however its path is spelt or linked; None for a device."""
+    """Return what identifies a file, however its path is spelt or linked; None for a device."""
     try:
         if path.is_file() or path.is_dir():
             return path.stat().st_dev, path.stat().st_ino
@@ -87,8 +92,10 @@ def _key(path: Path) -> Any:
 
 
 def _is_whole(saved: BinaryIO) -> bool:
-    """Whether a blend file is complete: a plain one ends with the block ENDB, a compressed one with
-    its seek table."""
+    """Whether a blend file is complete.
+
+    An uncompressed file ends with the block ENDB, a compressed one with its seek table.
+    """
     packed = saved.read(4) != b"BLEN"
     saved.seek(-min(64, os.fstat(saved.fileno()).st_size), os.SEEK_END)
     end = saved.read()
@@ -96,7 +103,7 @@ def _is_whole(saved: BinaryIO) -> bool:
 
 
 def write(texts: Mapping[Path, Content], folder: Path | None = None) -> None:
-    """Writes all files, or none and no new folder either. Raises AngenError."""
+    """Write all files, or none and no new folder either. Raise AngenError."""
     with Outputs() as outputs:
         outputs.texts.update(texts)
         outputs.folders = [folder] if folder else []
@@ -104,14 +111,17 @@ def write(texts: Mapping[Path, Content], folder: Path | None = None) -> None:
 
 
 class Outputs(WholeFiles):
-    """The outputs of a command: `texts` by path, new `folders`, a saved blend file, and `said`, the
-    text for standard output. Leaving the context removes what was not committed."""
+    """The outputs of a command.
+
+    They are `texts` by path, new `folders`, a saved blend file, and `printed`, the text for
+    standard output. At the end of the context, outputs that were not committed are removed.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self.texts: dict[Path, Content] = {}
         self.folders: list[Path] = []
-        self.said = ""
+        self.printed = ""
         self._new_folders: list[Path] = []
 
     def __exit__(self, *_: object) -> None:
@@ -121,7 +131,7 @@ class Outputs(WholeFiles):
                 folder.rmdir()
 
     def save_blend(self, path: Path) -> None:
-        """Saves a copy of the open file, which `commit` puts in place. Raises AngenError."""
+        """Save a copy of the open file, which `commit` puts in place. Raise AngenError."""
         try:
             # Beside the target, so that relative paths in the file come out right.
             part = self.new(path, ".blend")
@@ -142,8 +152,10 @@ class Outputs(WholeFiles):
             raise AngenError(f"cannot save {path}: {why}") from None
 
     def commit(self) -> None:
-        """Puts all outputs in place, or none where one fails. Raises AngenError, or OSError where
-        standard output fails."""
+        """Put all outputs in place, or none if one fails.
+
+        Raise AngenError, or OSError if standard output fails.
+        """
         check_not_read(self.texts)
         for folder in self.folders:
             if not folder.exists():
@@ -152,18 +164,21 @@ class Outputs(WholeFiles):
                 self._new_folders.append(folder)
         for path, content in self.texts.items():
             self.add(path, content)
-        if self.said and sys.stdout is not None:
-            sys.stdout.write(self.said)
+        if self.printed and sys.stdout is not None:
+            sys.stdout.write(self.printed)
             sys.stdout.flush()
         super().commit()
         self._new_folders = []
 
 
-# The formats in which a run is written beside its event log.
+# Formats of other tools, written beside the event log.
 
 
 class Exports:
-    """Formats, each with its path. Raises AngenError where one could not be written."""
+    """The logs in other formats that a command writes, each with its path.
+
+    Raise AngenError if one cannot be written.
+    """
 
     def __init__(self, names: Sequence[str], outs: Sequence[Path]) -> None:
         if len(names) != len(outs):
@@ -175,7 +190,7 @@ class Exports:
             check_out(target, out)
 
     def check_dates(self, start: datetime | None, seconds: float) -> None:
-        """Raises InputError where a format cannot hold the dates of a run of so many seconds."""
+        """Raise InputError if a format cannot hold the dates of a run of this many seconds."""
         for target, _ in self._targets:
             target.check_dates(start or DEFAULT_START, 0.0, seconds)
 
@@ -189,8 +204,10 @@ class Exports:
         }
 
     def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
-        """Adds the files to the outputs; yields notes on what a format cannot hold. Raises
-        AngenError."""
+        """Add the files to the outputs, and yield notes on what a format cannot hold.
+
+        Raise AngenError.
+        """
         for target, out in self._targets:
             written = target.write(log)
             if target.is_folder:

@@ -27,7 +27,7 @@ PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 
 
 def check_name(path: Path, what: str) -> None:
-    """Raises AngenError where the file's name ends neither as a page nor as a picture."""
+    """Raise InputError if the file's name ends neither as a page nor as a picture."""
     if path.suffix.lower() not in PAGES | DRAWINGS:
         raise InputError(
             f"{what}: {path.name} must end in .html (the whole report) or .svg "
@@ -42,8 +42,10 @@ def report_text(
     recording: Recording,
     start: datetime | None = None,
 ) -> str:
-    """The report on a run of these sensors, in the format that the path ends with; `start` is the
-    date and time of t = 0. Raises AngenError."""
+    """Return the report on a run of these sensors, in the format that the path ends with.
+
+    `start` is the date and time of t = 0. Raise AngenError.
+    """
     check_name(path, "report")
     report = gather(scene, sensors, recording, start)
     return page.html(report) if path.suffix.lower() in PAGES else page.svg(report)
@@ -52,7 +54,7 @@ def report_text(
 def gather(
     scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None = None
 ) -> Report:
-    """The facts of the report, which marks sensors that the run did not simulate."""
+    """Return the facts of the report, which marks sensors that the run did not simulate."""
     return Report(
         scene.name,
         tuple(_facts(scene, sensors, recording, start)),
@@ -100,8 +102,10 @@ def _sensor_facts(sensor: Sensor) -> ReportedSensor:
 
 
 def _changed(sensor: Sensor) -> list[tuple[str, str]]:
-    """Names and values of the parameters in use that differ from the defaults of the kind. What is
-    animated has no single value in a run."""
+    """Return names and values of the used parameters that differ from the defaults of the kind.
+
+    An animated parameter has no single value in a run.
+    """
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)
     found = []

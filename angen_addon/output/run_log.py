@@ -23,8 +23,10 @@ from .version import extension_version
 def log_of_run(
     recording: Recording, scene: Any, sensors: Iterable[Sensor], start: datetime | None = None
 ) -> Log:
-    """The log of a recording of these sensors in the open file; `start` is the date and time of
-    t = 0."""
+    """Return the log of a recording of these sensors in the open file.
+
+    `start` is the date and time of t = 0.
+    """
     facts = {s.name: sensor_facts(s) for s in sensors}
     return make_log(
         events(recording), facts, start or DEFAULT_START, about=about(scene), samples=recording
@@ -32,11 +34,12 @@ def log_of_run(
 
 
 def sensor_facts(sensor: Sensor) -> SensorFacts:
+    """Return name, kind, room and parameters of a sensor, as logs need them."""
     return SensorFacts(sensor.name, sensor.kind.identifier, sensor.room, parameters_of(sensor))
 
 
 def about(scene: Any) -> dict[str, str]:
-    """The home's file and digest, the seed, and the versions that simulated it."""
+    """Return the home's file and digest, the seed, and the versions that simulated it."""
     found = {"seed": str(scene.angen_seed)}
     path = Path(bpy.data.filepath)
     if bpy.data.filepath and path.is_file():

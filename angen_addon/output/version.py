@@ -10,4 +10,5 @@ MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 
 
 def extension_version() -> str:
+    """Return the extension's version, such as 1.2.3."""
     return str(tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"])

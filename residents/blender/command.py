@@ -14,9 +14,16 @@ from typing import Any, TextIO
 
 import bpy
 
-from ...angen_addon.commands.console import DONE, FAILED, note, tell
+from ...angen_addon.commands.console import DONE, FAILED, note, write_message
 from ...angen_addon.commands.home import open_home, sensors_of
-from ...angen_addon.commands.parser import Verb, add_choice, choice_of, path, typed, whole
+from ...angen_addon.commands.parser import (
+    Verb,
+    add_choice,
+    argument_type,
+    choice_of,
+    path,
+    whole_number,
+)
 from ...angen_addon.output.output_files import Outputs, check_not_read
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.scene.lengths import lengths_of
@@ -74,11 +81,11 @@ class DayLine:
             text += f", {60 / each:.2g} days a minute, about {_rounded(left)} left"
         if step is not None and step.doing:
             text += f", {step.doing}"
-        tell(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
+        write_message(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
 
     def clear(self) -> None:
         if self._terminal and not self._quiet:
-            tell("\r" + " " * 70 + "\r", self._stream)
+            write_message("\r" + " " * 70 + "\r", self._stream)
 
     def summary(self) -> str:
         """Return the number of days made, and the time that they took."""
@@ -94,7 +101,7 @@ def _rounded(seconds: float) -> str:
 
 
 # Type of the options --days and --jobs.
-_COUNT = whole(1, 10_000)
+_COUNT = whole_number(1, 10_000)
 
 
 def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
@@ -113,7 +120,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--start",
-        type=typed(parse_date),
+        type=argument_type(parse_date),
         required=True,
         metavar="DATE",
         help="date of the first day",
@@ -121,7 +128,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--days", type=_COUNT, default=1, metavar="N", help="number of days (default 1)"
     )
-    seed = whole(0, LARGEST_SEED)
+    seed = whole_number(0, LARGEST_SEED)
     tools = [name for name in FORMATS if name != "events"]
     verb.add_argument(
         "--seed", type=seed, default=0, metavar="S", help="seed of all random draws (default 0)"
@@ -247,7 +254,7 @@ def _places(options: argparse.Namespace, outputs: Outputs) -> int:
     open_home(options)
     found = reachable.check_places(bpy.context.evaluated_depsgraph_get())
     as_text = reachable.as_text(found, lengths_of(bpy.context.scene))
-    outputs.said = reachable.as_json(found) if options.json else as_text
+    outputs.printed = reachable.as_json(found) if options.json else as_text
     note(found.count)
     return FAILED if found.lost or found.places.problems else DONE
 

@@ -129,7 +129,7 @@ def test_days_whose_dates_cannot_be_are_told_before_there_is_a_folder(
 @pytest.mark.parametrize(
     ("options", "status", "words"),
     [
-        (["--speed", "2"], 2, ["--speed goes with --mqtt"]),
+        (["--speed", "2"], 2, ["--speed needs --mqtt"]),
         (["--mqtt", "localhost", "--faults", "FAULTS", "--truth", "t"], 2, ["replay"]),
         (["--mqtt", "localhost"], 1, ["pip install angen-sensors[mqtt]"]),
     ],

@@ -63,7 +63,7 @@ def test_no_output_is_what_the_home_is_made_of(home, command, arguments):
     before = listing(folder)
     status, out, err = command(*(a.format(folder) for a in arguments))
     assert (status, out, err.count("\n")) == (2, "", 1), err
-    assert arguments[1] in err and "would be lost" in err
+    assert arguments[1] in err and "would be overwritten" in err
     assert listing(folder) == before
 
 
@@ -71,7 +71,7 @@ def test_no_output_is_what_the_home_is_made_of(home, command, arguments):
     ("arguments", "words"),
     [
         (["--events", "{}/x.html", "--report", "{}/../out/x.html"], ["--events", "--report"]),
-        (["--events", "{}/x", "--samples", "{}/x"], ["--events", "--samples", "two files"]),
+        (["--events", "{}/x", "--samples", "{}/x"], ["--events", "--samples", "different files"]),
         (["--events", "{}/a.csv", "--samples", "{}"], ["--events", "--samples (a.csv)"]),
         (["--save", "{}/x", "--events", "{}/x"], ["--save", "--events"]),
     ],
@@ -93,7 +93,7 @@ def test_nothing_may_be_written_twice_into_no_file_at_all(home, command, tmp_pat
 def test_exports_of_the_window_spare_the_home_too(home, tmp_path):
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     before = home.read_bytes()
-    with pytest.raises(RuntimeError, match="the open file itself, which would be lost"):
+    with pytest.raises(RuntimeError, match="the open file itself, which would be overwritten"):
         bpy.ops.angen.export_events(filepath=str(home))
     assert home.read_bytes() == before
 

@@ -145,7 +145,7 @@ def test_ctrl_c_ends_it_cleanly(broker, start, endless, number, options, status)
         _, err = replay.communicate()
         assert listener.all()[-1] == ("angen/status", "offline")
     assert replay.returncode == status
-    assert "interrupted; the sensors are unavailable now" in the_line(err)
+    assert "interrupted; the sensors are marked unavailable" in the_line(err)
 
 
 def test_a_loop_begins_again_with_the_states_of_its_begin(broker, start, events) -> None:
@@ -198,7 +198,7 @@ def test_two_replays_do_not_mix(broker, start, angen, endless, events) -> None:
         listener.until("angen/pir_hall/moved", "ON")
     status, _, err = angen("replay", events, "--mqtt", broker.address)
     assert status == 1
-    assert "another replay is under way" in the_line(err)
+    assert "another replay is running" in the_line(err)
     assert "--topic" in err
     options = ["--topic", "flat-2/west", "--speed", "max"]
     assert angen("replay", events, "--mqtt", broker.address, *options)[0] == 0
@@ -285,7 +285,7 @@ ANGEN = ["--ca", "ca.pem", "--user", "angen"]
 @pytest.mark.parametrize(
     ("options", "status", "words"),
     [
-        (["--ca", "ca.pem"], 1, ["does not let us in", "--user"]),
+        (["--ca", "ca.pem"], 1, ["refuses the connection", "--user"]),
         ([*ANGEN], 1, ["ANGEN_MQTT_PASSWORD"]),
         ([*ANGEN, "--password-file", "wrong"], 1, ["--password-file"]),
         ([*ANGEN, "--password-file", "none"], 2, ["none", "No such"]),
@@ -294,7 +294,7 @@ ANGEN = ["--ca", "ca.pem", "--user", "angen"]
         (
             [*ANGEN, "--password-file", "password", "--topic", "forbidden"],
             1,
-            ["takes no messages of user 'angen'", "forbidden/"],
+            ["refuses messages from user 'angen'", "forbidden/"],
         ),
         (["--tls"], 1, ["certificate", "--ca"]),
         (["--ca", "other.pem"], 1, ["certificate", "--ca"]),
@@ -318,7 +318,7 @@ def test_who_is_not_there_is_told_in_a_line(broker, angen, events, tmp_path) -> 
     gone = broker.address
     options = ["replay", events, "--mqtt"]
     _, _, err = angen(*options, gone, "--tls")
-    assert "does not speak TLS" in the_line(err)
+    assert "does not use TLS" in the_line(err)
     broker.stop()
     for address, words in (
         (gone, ["no broker listens", gone, "running"]),

@@ -46,20 +46,20 @@ class Address:
 
 
 def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
-    """The options of every command that sends to a broker."""
+    """Add the options of every command that sends to a broker."""
     group = parser.add_argument_group("to an MQTT broker, such as Home Assistant's")
     group.add_argument(
         "--mqtt",
         type=_host_and_port,
         required=required,
         metavar="HOST[:PORT]",
-        help=f"the broker; its port is {PORT}, or {TLS_PORT} with TLS, where none is given",
+        help=f"the broker (default port {PORT}, or {TLS_PORT} with TLS)",
     )
     group.add_argument(
         "--speed",
         type=_speed,
         metavar="N",
-        help="times real time (default 1); max: as fast as possible",
+        help="speed in multiples of real time (default 1), or max: as fast as possible",
     )
     group.add_argument(
         "--topic",
@@ -68,7 +68,9 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
         help=f"first part of all topics (default {TOPIC}); a second home needs another",
     )
     group.add_argument(
-        "--user", metavar="NAME", help=f"user name; the password is read from {PASSWORD}"
+        "--user",
+        metavar="NAME",
+        help=f"user name; its password is read from the environment variable {PASSWORD}",
     )
     group.add_argument(
         "--password-file", type=path, metavar="FILE", help="a file whose first line is the password"
@@ -78,17 +80,17 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
         "--ca",
         type=path,
         metavar="FILE",
-        help="trust the broker's certificate by this authority's (PEM) alone; includes --tls",
+        help="certificate (PEM) of the authority that signed the broker's; turns on --tls",
     )
 
 
 def address_of(options: argparse.Namespace) -> Address | None:
-    """The broker that the options name, or None. Raises InputError."""
+    """Return the broker that the options name, or None. Raise InputError."""
     if options.mqtt is None:
         for name, unset in DEPENDENT.items():
             if getattr(options, name) != unset:
                 flag = f"--{name.replace('_', '-')}"
-                raise InputError(f"{flag} goes with --mqtt HOST, which is not given")
+                raise InputError(f"{flag} needs --mqtt HOST")
         return None
     host, port = options.mqtt
     tls = _context(options.ca) if options.tls or options.ca else None
@@ -99,17 +101,19 @@ def _password(options: argparse.Namespace) -> str | None:
     if options.password_file is None:
         return os.environ.get(PASSWORD) if options.user else None
     if options.user is None:
-        raise InputError("--password-file: whose password is it? Give --user NAME too")
+        raise InputError("--password-file needs --user NAME")
     first = read_text(options.password_file).partition("\n")[0].rstrip("\r")
     if not first:
-        raise InputError(f"{options.password_file}: its first line, the password, is empty")
+        raise InputError(
+            f"{options.password_file}: the first line is empty: write the password there"
+        )
     return first
 
 
 def _context(authority: Path | None) -> ssl.SSLContext:
     with (
         explained(f"--ca: cannot read {authority}", OSError),
-        replaced(f"--ca: {authority} is no certificate in PEM", ssl.SSLError),
+        replaced(f"--ca: {authority} is not a certificate in PEM format", ssl.SSLError),
     ):
         context = ssl.create_default_context(cafile=authority)
         if authority:
@@ -121,8 +125,8 @@ def _context(authority: Path | None) -> ssl.SSLContext:
 def _host_and_port(text: str) -> tuple[str, int | None]:
     if "@" in text:
         raise argparse.ArgumentTypeError(
-            f"a user and password do not belong there: give --user NAME, and the password in "
-            f"{PASSWORD} or with --password-file"
+            f"the address has a user in it: give --user NAME, and the password in {PASSWORD} or "
+            "with --password-file"
         )
     # An IPv6 address stands in brackets where a port follows.
     found = re.fullmatch(r"\[([0-9a-fA-F:.%\w]+)\](?::(\d+))?|([^\s:/\[\]]+)(?::(\d+))?", text)
@@ -145,7 +149,7 @@ def _speed(text: str) -> float:
         speed = -1.0
     if not 0.0 <= speed < math.inf:
         raise argparse.ArgumentTypeError(
-            f"'{text}' is not how many times real time, such as 10, nor max"
+            f"'{text}' is not a speed: give a number such as 10 (times real time), or max"
         )
     return speed
 
@@ -153,6 +157,6 @@ def _speed(text: str) -> float:
 def _topic(text: str) -> str:
     if not re.fullmatch(r"[\w-]+(/[\w-]+)*", text, re.ASCII):
         raise argparse.ArgumentTypeError(
-            f"'{text}': letters, digits, _ and - make a topic, such as flat_2"
+            f"'{text}' is not a topic: use letters, digits, _, - and /, as in flat_2"
         )
     return text

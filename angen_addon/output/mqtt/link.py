@@ -30,8 +30,8 @@ POLL_S = 0.002
 class Link:
     """A connection to the broker at `address`, which publishes `will` when the connection is lost.
 
-    Messages are retained and acknowledged (QoS 1). Only `revive` reconnects: paho-mqtt by itself
-    would then send the messages of the meantime late, all at once.
+    Messages are retained and acknowledged (QoS 1). Only `revive` reconnects: if paho-mqtt did, it
+    would send the messages of the meantime late, all at once.
     """
 
     def __init__(self, address: Address, will: Message) -> None:
@@ -51,10 +51,11 @@ class Link:
 
     @property
     def is_lost(self) -> bool:
+        """Whether the connection is lost."""
         return self._lost.is_set()
 
     def connect(self) -> None:
-        """Makes the connection. Raises AngenError."""
+        """Make the connection. Raise AngenError."""
         paho = self._paho
         client = paho.Client(
             paho.CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5, reconnect_on_failure=False
@@ -92,7 +93,7 @@ class Link:
         self._client, self._lost, self._unacknowledged = client, lost, deque()
 
     def revive(self) -> bool:
-        """Tries to reconnect, at most once in RETRY_S; returns whether it has just succeeded."""
+        """Try to reconnect, at most once in RETRY_S; return whether it has just succeeded."""
         if not self.is_lost or time.monotonic() < self._retry_at:
             return False
         try:
@@ -103,8 +104,11 @@ class Link:
         return True
 
     def send(self, message: Message, idle: Callable[[], None] = lambda: None) -> bool:
-        """Publishes a message; returns False where the connection is lost. Calls `idle` while too
-        many messages are unacknowledged. Raises AngenError where the broker refuses the topic."""
+        """Publish a message; return False if the connection is lost.
+
+        Call `idle` while too many messages are unacknowledged. Raise AngenError if the broker
+        refuses the topic.
+        """
         while len(self._unacknowledged) >= WINDOW and not self.is_lost:
             self._forget_acknowledged()
             if len(self._unacknowledged) >= WINDOW:
@@ -120,8 +124,10 @@ class Link:
         return True
 
     def flush(self, seconds: float = ANSWER_S) -> bool:
-        """Waits until the broker has acknowledged all messages; returns whether it has. Raises
-        AngenError."""
+        """Wait until the broker has acknowledged all messages, and return whether it has.
+
+        Raise AngenError.
+        """
         end = time.monotonic() + seconds
         while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:
             time.sleep(POLL_S)
@@ -129,13 +135,13 @@ class Link:
         return not self._forget_acknowledged()
 
     def take_unacknowledged(self) -> int:
-        """The number of unacknowledged messages, which may not have arrived; forgets them."""
+        """Return the number of unacknowledged messages, which may be lost, and forget them."""
         count = self._forget_acknowledged()
         self._unacknowledged.clear()
         return count
 
     def retained(self, topics: Sequence[str]) -> list[Message]:
-        """The retained messages on these topics, which may have wildcards."""
+        """Return the retained messages on these topics, which may have wildcards."""
         found: list[Message] = []
         last_heard = [time.monotonic()]
 
@@ -158,13 +164,13 @@ class Link:
         return found
 
     def close(self) -> None:
-        """Disconnects, and waits until the broker knows: else it would publish the will."""
+        """Disconnect, and wait until the broker knows: otherwise it would publish the will."""
         if self._client is not None:
             self._client.disconnect()
             self._lost.wait(PARTING_S)
 
     def _forget_acknowledged(self) -> int:
-        """Forgets acknowledged messages; returns how many are unacknowledged."""
+        """Forget acknowledged messages; return how many are unacknowledged."""
         waiting = self._unacknowledged
         while waiting and waiting[0].is_published():
             waiting.popleft()
@@ -178,8 +184,8 @@ class Link:
         if self._refused:
             user = f"user '{self._address.user}'" if self._address.user else "a nameless user"
             raise AngenError(
-                f"{self._address} takes no messages of {user} ({self._refused}): let it publish "
-                f"below homeassistant/device/ and {self._will.topic.rpartition('/')[0]}/"
+                f"{self._address} refuses messages from {user} ({self._refused}): allow it to "
+                f"publish below homeassistant/device/ and {self._will.topic.rpartition('/')[0]}/"
             )
 
 
@@ -188,16 +194,16 @@ def _send_small_packets_at_once(_client: Any, _data: Any, opened: Any) -> None:
 
 
 def _why(address: Address, error: Exception) -> str:
-    """A text for the user on why no connection was made."""
+    """Return a text for the user on why no connection was made."""
     if isinstance(error, ssl.SSLCertVerificationError):
         return (
-            f"the certificate of {address} is not to be trusted ({error.verify_message}): "
-            f"--ca FILE names the authority that signed it"
+            f"the certificate of {address} is not trusted ({error.verify_message}): "
+            f"give the certificate of the authority that signed it with --ca FILE"
         )
     if address.tls and isinstance(error, (ssl.SSLError, ConnectionResetError)):
-        return f"{address} does not speak TLS: give the port that does, or leave out --tls and --ca"
+        return f"{address} does not use TLS: give its TLS port, or leave out --tls and --ca"
     if isinstance(error, socket.gaierror):
-        return f"there is no host '{address.host}': {error.strerror}"
+        return f"host '{address.host}' is not found ({error.strerror}): check its name"
     if isinstance(error, ConnectionRefusedError):
         return f"no broker listens at {address}: is it running, and is this its port?"
     if isinstance(error, TimeoutError):
@@ -206,14 +212,14 @@ def _why(address: Address, error: Exception) -> str:
 
 
 def _refusal(address: Address, reason: Any, is_closed: bool) -> str:
-    """A text for the user on why the broker refused the connection."""
+    """Return a text for the user on why the broker refused the connection."""
     if reason is None:
         did = "closed the connection" if is_closed else "does not answer as a broker does"
         way = "is this its port?" if address.tls else "is this its port, and does it want --tls?"
         return f"{address} {did}: {way}"
     if str(reason) in {"Not authorized", "Bad user name or password"}:
         return (
-            f"{address} does not let us in ({reason}): give --user NAME, and its password in "
+            f"{address} refuses the connection ({reason}): give --user NAME, and its password in "
             f"{PASSWORD} or with --password-file"
         )
-    return f"{address} does not let us in: {reason} (MQTT 5 is needed)"
+    return f"{address} refuses the connection: {reason}; the broker must support MQTT 5"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plays a home's readings to a broker: announces its sensors, publishes their readings, and marks
-them unavailable at the end; for a log, at the times of its events or at any other speed.
+"""Plays the readings of a home to a broker, at the times of its events or at another speed.
+
+It announces the sensors, publishes their readings, and marks them unavailable at the end.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ SLICE_S = 0.2
 class Pace:
     """Plays a log at `speed` times real time (0: without waiting).
 
-    Each time is measured from the start, on a clock that never jumps, so that one late event does
-    not delay those after it.
+    Each time is measured from the start, on a clock that never jumps. So one late event does not
+    delay later ones.
     """
 
     def __init__(
@@ -51,12 +52,14 @@ class Pace:
         self._at = 0
 
     def start(self, at: int) -> None:
-        """Starts the clock: `at` (microseconds of the log) is now."""
+        """Start the clock: `at` (microseconds of the log) is now."""
         self._begin, self._at = self._clock(), at
 
     def wait(self, until: int) -> float:
-        """Waits until a time of the log (microseconds) is due; returns by how many seconds it is
-        late. Calls `idle` at least once, which may raise."""
+        """Wait until a time of the log (microseconds) is due; return the delay in seconds.
+
+        Call `idle` at least once, which may raise.
+        """
         self._idle()
         if self.is_at_once:
             return 0.0
@@ -67,7 +70,7 @@ class Pace:
         return self._clock() - due
 
     def rest(self, seconds: float) -> None:
-        """Waits for this many real seconds, whatever the speed."""
+        """Wait for this many real seconds, whatever the speed."""
         end = self._clock() + seconds
         while (left := end - self._clock()) > 0.0:
             self._sleep(min(left, SLICE_S))
@@ -79,8 +82,11 @@ SETTLE_S = 2.0
 
 
 class Player:
-    """Announces the sensors of `home` to the broker, publishes their changes and leaves them
-    "unavailable". Calls `check` often, which may raise to end it."""
+    """Announces the sensors of `home` to the broker, and publishes their changes.
+
+    At the end it marks the sensors "unavailable". It calls `check` often, which may raise to end
+    it.
+    """
 
     def __init__(
         self, link: Link, home: HomeMessages, speed: float, check: Callable[[], None]
@@ -95,10 +101,9 @@ class Player:
         self._is_open = False
 
     def begin(self, states: Mapping[Channel, Value]) -> None:
-        """Connects and announces the sensors, with these states or without any. Raises
-        AngenError."""
+        """Connect and announce the sensors, with these states or without any. Raise AngenError."""
         self._link.connect()
-        retained = dict(found(self._link, self._home.topic))
+        retained = dict(retained_messages(self._link, self._home.topic))
         self._refuse_clash(retained.get(self._home.status("").topic))
         self._is_open = True
         # Comes first: a broker that refuses this topic gets no other message either.
@@ -114,7 +119,7 @@ class Player:
             self.pace.rest(SETTLE_S)
 
     def play(self, changes: Iterable[Change], after: int = 0) -> None:
-        """Publishes each change when it is due, `after` microseconds later than it says."""
+        """Publish each change when it is due, `after` microseconds later than its time."""
         for change in changes:
             late = self.pace.wait(after + change.time)
             self.late_s = max(self.late_s, late)
@@ -124,7 +129,7 @@ class Player:
             self._missed_now += not self._link.send(message, self.idle)
 
     def end(self) -> bool:
-        """Leaves the sensors "unavailable"; returns whether all readings were sent."""
+        """Mark the sensors "unavailable"; return whether all readings were sent."""
         if self._is_open:
             self._is_open = False
             with suppress(AngenError):
@@ -137,6 +142,7 @@ class Player:
         return not self._missed
 
     def summary(self) -> str:
+        """Return a line on how many readings were sent, and how late."""
         sensors = len({channel.sensor.name for channel in self._home.channels})
         text = f"sent {self._played - self._missed} readings of {sensors} sensors"
         if not self.pace.is_at_once:
@@ -146,7 +152,7 @@ class Player:
         return text
 
     def _now(self) -> list[Message]:
-        """The messages with the present states of all sensors, and that they are online."""
+        """Return the messages with the present states of all sensors, and that they are online."""
         states = [Message(topic, payload) for topic, payload in self._states.items()]
         return [*states, self._home.status(ONLINE)]
 
@@ -154,38 +160,41 @@ class Player:
         for message in messages:
             self._link.send(message, self._check)
         if not self._link.flush():
-            raise AngenError("the connection to the broker is lost before the first reading")
+            raise AngenError(
+                "the connection to the broker was lost before the first reading: check the broker, "
+                "and try again"
+            )
 
     def _refuse_clash(self, status: str | None) -> None:
         if status == ONLINE:
             self._link.close()
             raise AngenError(
-                f"sensors below '{self._home.topic}' are online at this broker: another replay "
-                f"is under way; wait for its end, or give this home a --topic of its own "
-                f"(where none is: `angen replay --forget`)"
+                f"sensors below '{self._home.topic}' are online at this broker, so another replay "
+                f"is running: wait for its end, or give another --topic; if none is running, "
+                f"remove them with `angen replay --forget`"
             )
 
     def _remove(self, retained: Mapping[str, str], configs: set[str]) -> None:
-        """Removes the sensors of an earlier replay that this home does not have."""
-        own = {*configs, *self._states, self._home.status("").topic}
-        gone = [Message(*message) for message in retained.items() if message[0] not in own]
-        names = clear(self._link, gone)
+        """Remove the sensors of an earlier replay that this home does not have."""
+        topics = {*configs, *self._states, self._home.status("").topic}
+        gone = [Message(*message) for message in retained.items() if message[0] not in topics]
+        names = remove_messages(self._link, gone)
         if names:
-            note(f"removed from the broker, as this home lacks them: {', '.join(names)}")
+            note(f"removed from the broker, since this home does not have them: {', '.join(names)}")
 
     def idle(self) -> None:
-        """Reports a lost connection and tries to reconnect; to be called between messages."""
+        """Report a lost connection and try to reconnect; call this method between messages."""
         self._check()
         if not self._is_open or not self._link.is_lost:
             return
         if self._lost_at is None:
             self._lost_at = time.monotonic()
             self._missed_now += self._link.take_unacknowledged()
-            note("the connection to the broker is lost; trying to come back")
+            note("the connection to the broker is lost; trying to reconnect")
         if self._link.revive():
             lasted = time.monotonic() - self._lost_at
             note(
-                f"connected again after {lasted:.1f} s: {self._missed_now} readings were missed; "
+                f"reconnected after {lasted:.1f} s: {self._missed_now} readings were missed; "
                 f"the sensors' present readings were sent"
             )
             self._missed += self._missed_now
@@ -194,14 +203,14 @@ class Player:
                 self._link.send(message, self._check)
 
 
-def found(link: Link, topic: str) -> list[Message]:
-    """The retained messages of a home: its devices, and all below its topic."""
+def retained_messages(link: Link, topic: str) -> list[Message]:
+    """Return the retained messages of a home: its devices, and all below its topic."""
     messages = link.retained([f"{topic}/#", CONFIGS.replace("*", "+")])
     return [m for m in messages if m.topic.startswith(f"{topic}/") or is_config_of(topic, m)]
 
 
-def clear(link: Link, messages: Iterable[Message]) -> list[str]:
-    """Removes retained messages from the broker, devices first; returns their sensors' names."""
+def remove_messages(link: Link, messages: Iterable[Message]) -> list[str]:
+    """Remove retained messages from the broker, devices first; return their sensors' names."""
     prefix = CONFIGS.partition("*")[0]
     names = []
     for message in sorted(messages, key=lambda message: not message.topic.startswith(prefix)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen simulate --mqtt HOST`: sends readings during the run."""
+"""Sends readings to a broker during a run, for `angen simulate --mqtt HOST`."""
 
 from __future__ import annotations
 
@@ -24,14 +24,15 @@ from .player import SLICE_S, Player
 
 
 class Sending:
-    """Sends the readings of a run in a thread of its own, each when it is due, while the run may be
-    ahead. A context manager, which leaves the sensors "unavailable"; without an address it does
-    nothing."""
+    """Sends the readings of a run in a thread, each when it is due; the run may be ahead.
+
+    It is a context manager that marks the sensors "unavailable" at the end. Without an address it
+    does nothing. Raise AngenError if paho-mqtt is missing.
+    """
 
     def __init__(
         self, address: Address | None, sensors: Sequence[Sensor], options: argparse.Namespace
     ) -> None:
-        """Raises AngenError where paho-mqtt is missing."""
         self._player: Player | None = None
         self._interrupt, self._quiet = options.interrupt, options.quiet
         self._changes: queue.SimpleQueue[Change | None] = queue.SimpleQueue()
@@ -53,7 +54,7 @@ class Sending:
         self._player = Player(Link(address, home.status(OFFLINE)), home, speed, self._check)
 
     def __enter__(self) -> Sending:
-        """Raises AngenError where the broker cannot be used."""
+        """Connect and announce the sensors. Raise AngenError if the broker cannot be used."""
         if self._player:
             try:
                 with self._interrupt.watched():
@@ -72,8 +73,7 @@ class Sending:
             self._player.end()
 
     def take(self, recording: Recording) -> None:
-        """Queues the new readings of a recording. Raises the error that ended the thread, if
-        any."""
+        """Queue the new readings of a recording; raise the error that ended the thread, if any."""
         if self._player is None:
             return
         if self._error:
@@ -83,13 +83,13 @@ class Sending:
             self._changes.put(change)
 
     def finish(self) -> bool:
-        """Waits until all is sent; returns whether all readings arrived."""
+        """Wait until all readings are sent; return whether all arrived."""
         if self._player is None:
             return True
         self._changes.put(None)
         self._thread.join(SLICE_S)
         if self._thread.is_alive() and not self._quiet:
-            note("the run is ahead of what it sends; Ctrl-C ends both")
+            note("the run has ended, and its last readings are being sent; Ctrl-C stops this")
         while self._thread.is_alive():
             self._interrupt.check()
             self._thread.join(SLICE_S)
@@ -113,7 +113,7 @@ class Sending:
             self._error = error
 
     def _as_they_come(self, player: Player) -> Iterator[Change]:
-        """The changes as the run queues them, until its end; the first one starts the clock."""
+        """Yield the changes as the run queues them; the first one starts the clock."""
         is_first = True
         while True:
             try:

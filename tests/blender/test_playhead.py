@@ -302,7 +302,7 @@ def test_a_stopped_run_is_kept_where_the_recording_is_stale(door):
 def test_esc_after_the_last_frame_stops_nothing(last, early):
     stub = SimpleNamespace(_recording=run_of(1000), _planned=SimpleNamespace(last=last))
     steps = iter([SimpleNamespace(frame=72.0, share=1.0, doing="")])
-    run = ANGEN_OT_simulate._through(stub, (step for step in steps))
+    run = ANGEN_OT_simulate._steps(stub, (step for step in steps))
     next(run)
     assert run.throw(Enough) is early
 

@@ -173,7 +173,7 @@ UP = Vector((0.0, 0.0, 1.0))
 MIN_RISE = 0.5
 # A surface counts as a floor if the z component of its normal is larger.
 FLOOR_NORMAL_Z = 0.5
-# m: what reaches less far from a wall, such as a picture or a skirting board, is no floor.
+# m: a ledge reaches less far from the wall, such as a picture or a skirting board.
 LEDGE = 0.1
 # A typed length: numbers, each with or without a unit.
 LENGTH = re.compile(r"-?((\d+\.?\d*|\.\d+)(mm|cm|m|ft|in|'|\")?)+")
@@ -185,8 +185,9 @@ ENDS = {"RET", "NUMPAD_ENTER"}
 def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
     """Return the floor below a point on a surface, or None.
 
-    The object of that surface counts as a floor only if the surface is steep. What is as steep as a
-    leaning wall, and a ledge, such as a picture on the same wall, count as none.
+    The object of that surface counts as a floor only if the surface is steep. Surfaces as steep as a
+    leaning wall are no floor, and neither are ledges, such as a picture on the same wall, unless
+    nothing else is below.
     """
     carrier = on.object if on.normal.z > FLOOR_NORMAL_Z else None
     scale = unit_scale(scene)

@@ -185,9 +185,9 @@ ENDS = {"RET", "NUMPAD_ENTER"}
 def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
     """Return the floor below a point on a surface, or None.
 
-    The object of that surface counts as a floor only if the surface is steep. Surfaces as steep as a
-    leaning wall are no floor, and neither are ledges, such as a picture on the same wall, unless
-    nothing else is below.
+    The object of that surface counts as a floor only if the surface is steep. Surfaces as steep as
+    a leaning wall are no floor. A ledge, such as a picture on the same wall, counts only if nothing
+    else is below.
     """
     carrier = on.object if on.normal.z > FLOOR_NORMAL_Z else None
     scale = unit_scale(scene)

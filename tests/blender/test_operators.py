@@ -68,10 +68,10 @@ def test_sensor_add_with_a_preset(world):
     ops.sensor_add(kind="PRESSURE", preset="FSR_402_3K3")
     pressure = bpy.context.object.angen_sensor.pressure
     assert (pressure.load_resistor, pressure.hysteresis) == pytest.approx((3300.0, 0.1))
-    with pytest.raises(RuntimeError, match=r"FSR_402_3K3.*there are THESIS"):
+    with pytest.raises(RuntimeError, match=r"FSR_402_3K3.*choose one of THESIS"):
         ops.sensor_add(kind="PIR", preset="FSR_402_3K3")
     assert len(bpy.data.objects) == 1
-    with pytest.raises(RuntimeError, match=r"there are THESIS, GL5516"):
+    with pytest.raises(RuntimeError, match=r"choose one of THESIS, GL5516"):
         ops.sensor_add(kind="LIGHT", preset="FSR_402_3K3")
 
 

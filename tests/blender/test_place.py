@@ -332,7 +332,7 @@ def test_placing_tells_what_it_cannot_do(world):
     for arguments, words in (
         ({"kind": "PIR", "normal": (0, 0, 0)}, "normal is zero"),
         ({"kind": "PIR", "surface": "gone"}, "no object 'gone'"),
-        ({"kind": "PIR", "preset": "FSR_402"}, "there are THESIS"),
+        ({"kind": "PIR", "preset": "FSR_402"}, "choose one of THESIS"),
     ):
         with pytest.raises(RuntimeError, match=words):
             ops.sensor_place(**arguments)

@@ -243,7 +243,7 @@ class Home:
                 f"the scene has no frames {first} to {last}: it begins at frame {scene.frame_start}"
             )
         if not simulated(found):
-            raise AngenError(f"{self.path.name} has no sensors to simulate")
+            raise AngenError(f"{self.path.name} has no sensors to simulate: add one, or enable one")
         run = Run()
         for step in simulate(scene, found, max(first, scene.frame_start), last, run):
             if progress is not None:
@@ -263,7 +263,7 @@ class Home:
         """Return the enabled sensors of these names, or all enabled sensors. Raise AngenError."""
         found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
         if not found:
-            raise AngenError(f"{self.path.name} has no sensors to simulate")
+            raise AngenError(f"{self.path.name} has no sensors to simulate: add one, or enable one")
         return found
 
     def all_sensors(self) -> list[Sensor]:

@@ -34,7 +34,7 @@ def run_command(arguments: list[str], program: str = "blender FILE.blend --comma
                 status = verb_of(options.verb).run(options, outputs)
             options.interrupt.check()
             if outputs.printed and sys.stdout is None and options.verb != "check":
-                raise AngenError("standard output is closed")
+                raise AngenError("standard output is closed: redirect it to a file")
             outputs.commit()
             return status
     except AngenError as error:

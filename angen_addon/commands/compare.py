@@ -41,7 +41,7 @@ def main(arguments: list[str], program: str) -> int:
 def _write_output(text: str) -> int:
     """Write to standard output; return the exit status."""
     if sys.stdout is None:
-        return _fail("standard output is closed", FAILED)
+        return _fail("standard output is closed: redirect it to a file", FAILED)
     if isinstance(sys.stdout, io.TextIOWrapper):
         # Names are UTF-8, whatever the terminal's encoding.
         sys.stdout.reconfigure(encoding="utf-8")

@@ -138,7 +138,11 @@ def make_parser(program: str) -> Parser:
         help=", ".join(FORMATS),
     )
     parser.add_argument(
-        "--out", required=True, type=path, metavar="PATH", help="the file; for pyadlml the folder"
+        "--out",
+        required=True,
+        type=path,
+        metavar="PATH",
+        help="the output file; for pyadlml, a folder",
     )
     parser.add_argument(
         "--sort",

@@ -21,7 +21,7 @@ from ..scene.sensors import Sensor
 # Blender's integer for constant interpolation.
 CONSTANT = 0
 IN_INSTANCE = (
-    "it is in a collection instance, and all instances share one object's keys: make it real first"
+    "it is in a collection instance, and all instances share one object's keys: make this one real"
 )
 
 

@@ -383,10 +383,10 @@ class Live:
         try:
             depsgraph = view_layer.depsgraph
             paths = scene.angen_light_reference
-            asked = [
+            requests = [
                 as_exact(update.request, paths) for update in lit if update.request is not None
             ]
-            found = yield from self._probes.measure(scene, view_layer, depsgraph, asked)
+            found = yield from self._probes.measure(scene, view_layer, depsgraph, requests)
             for update in lit:
                 self._light_updates.pop(update.runner.sensor.name, None)
                 update.give_light(found)

@@ -18,7 +18,7 @@ from . import state
 
 RECORDED, LIVE, BAKED, NOTHING = "RECORDED", "LIVE", "BAKED", "NOTHING"
 NOT_YET = "Nothing was sensed at this frame yet: scrub, play or simulate"
-LIVE_IS_OFF = "Nothing is recorded of this frame, and Live is off: simulate, or switch Live on"
+LIVE_IS_OFF = "This frame is not recorded, and Live is off: simulate, or switch Live on"
 
 
 class PlayheadReading(NamedTuple):

@@ -147,7 +147,7 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
 def read_at_step(
     sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float
 ) -> dict[str, Any] | None:
-    """Return the answers that must be read at this step: own weight and partners, and named poses.
+    """Return the answers that must be read at this step: the pad's weight and partners, and poses.
 
     Return None if the model needs neither.
     """

@@ -392,11 +392,11 @@ class Stage:
         true, nothing but the frame changes until the end of the run. Raise AngenError.
         """
         # A sensor that is due at several steps without changes has one request.
-        asked = {p.request.name: p.request for p in self.light_updates if p.request is not None}
-        if asked:
+        requests = {p.request.name: p.request for p in self.light_updates if p.request is not None}
+        if requests:
             # To render light, Blender evaluates the scene anew: this comes last.
             view_layer, depsgraph = bpy.context.view_layer, evaluated_depsgraph()
-            what = self.scene, view_layer, depsgraph, [*asked.values()]
+            what = self.scene, view_layer, depsgraph, [*requests.values()]
             found = yield from self.probes.measure(*what, alone)
             for pending in self.light_updates:
                 pending.give_light(found)

@@ -182,7 +182,7 @@ class _RecordedUpdates:
     steps: list[int]
     parameters: Any
     updates: Updates
-    asked: list[_RecordedQuery] = field(default_factory=list)
+    queries: list[_RecordedQuery] = field(default_factory=list)
 
 
 class Trace:
@@ -236,8 +236,10 @@ class Trace:
             self._count += len(sensed.steps)
             while self._count - len(self._updates[0].steps) >= KEPT:
                 self._count -= len(self._updates.popleft().steps)
-        asks = updates.scene.items()
-        scene = {need: partial(self._ask, query, sensed, need, ask) for need, ask in asks}
+        scene = {
+            need: partial(self._ask, query, sensed, need, answer)
+            for need, answer in updates.scene.items()
+        }
         return replace(updates, scene=scene)
 
     def _ask(
@@ -245,15 +247,15 @@ class Trace:
         query: Query,
         sensed: _RecordedUpdates,
         need: str,
-        ask: Ask,
-        *asked: Any,
+        answer: Ask,
+        *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
         """Answer a query, and record the answers and the hits."""
-        answers: Answers = ask(*asked, which=which)
+        answers: Answers = answer(*arguments, which=which)
         met = None
         if need in CAST and len(answers.rows):
-            bundle, origins, directions, length = asked
+            bundle, origins, directions, length = arguments
             read, known = query.read, (query.sensor.uid, query.bundle(bundle))
             last = query.steps[-1 if which is None else int(which[-1])]
             if need == RAYS:
@@ -268,7 +270,7 @@ class Trace:
                 met = probes.hits(query.depsgraph, *known, in_units, count)
                 self._met, self._names = met[-1], probes.names
         if self.keeps:
-            sensed.asked.append(_RecordedQuery(need, _bundle(asked), which, answers, met))
+            sensed.queries.append(_RecordedQuery(need, _bundle(arguments), which, answers, met))
         return answers
 
     def set_pose(self, parameters: Any, pose: Pose | None) -> None:
@@ -344,10 +346,16 @@ class Trace:
         for sensed in reversed(self._updates):
             if sensed.steps[0] <= step <= sensed.steps[-1]:
                 i = bisect_left(sensed.steps, step)
-                own, one = sensed.updates, slice(i, i + 1)
-                scene = {need: partial(self._answer, sensed, i, need) for need in own.scene}
-                found = own.numbers[one], own.times[one], own.due[one], own.pose, scene
-                return sensed.parameters, Updates(*found, own.noise, own.device_noise)
+                updates, one = sensed.updates, slice(i, i + 1)
+                scene = {need: partial(self._answer, sensed, i, need) for need in updates.scene}
+                found = (
+                    updates.numbers[one],
+                    updates.times[one],
+                    updates.due[one],
+                    updates.pose,
+                    scene,
+                )
+                return sensed.parameters, Updates(*found, updates.noise, updates.device_noise)
         raise NotRecorded
 
     def _answer(
@@ -355,12 +363,12 @@ class Trace:
         sensed: _RecordedUpdates,
         update: int,
         need: str,
-        *asked: Any,
+        *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
         """Return the recorded answer to a query about one update. Raise NotRecorded."""
-        bundle = _bundle(asked)
-        for known in sensed.asked:
+        bundle = _bundle(arguments)
+        for known in sensed.queries:
             if (known.need, known.bundle) == (need, bundle):
                 place = known.place(update)
                 if place is not None:
@@ -370,6 +378,6 @@ class Trace:
         raise NotRecorded
 
 
-def _bundle(asked: tuple[Any, ...]) -> Any:
+def _bundle(arguments: tuple[Any, ...]) -> Any:
     """Return the number of the bundle, or the name of the parameter, that a query is about."""
-    return asked[0] if asked and isinstance(asked[0], (int, str)) else None
+    return arguments[0] if arguments and isinstance(arguments[0], (int, str)) else None

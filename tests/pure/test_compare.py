@@ -193,7 +193,7 @@ def test_what_is_no_log_is_told_in_a_line(tmp_path, text, words, compare) -> Non
 @pytest.mark.parametrize(
     ("stream", "status", "says"),
     [
-        (">&-", 1, "angen: standard output is closed\n"),
+        (">&-", 1, "angen: standard output is closed: redirect it to a file\n"),
         (">/dev/full", 1, "angen: cannot write to standard output: No space left on device\n"),
         ("| head -c 1 >/dev/null", 0, ""),
         ("2>&- >/dev/full", 1, ""),

@@ -71,7 +71,7 @@ def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="NAME",
-        help="only this room; may be given again",
+        help="only this room; can be repeated",
     )
     common.add_argument(
         "--csv", type=path, metavar="FILE.csv", help="write a row for each cell or place"

@@ -294,7 +294,7 @@ def why_stale(scene: Any) -> str:
         return ""
     followed = state.CACHE.coverage_map(scene)
     if followed is None:
-        return "it was made by an earlier Ängen Sensors"
+        return "it was made by an earlier version of Ängen Sensors"
     if followed.stale:
         return followed.stale
     was, names = found.get("settings", {}), scene.angen_coverage.bl_rna.properties

@@ -146,7 +146,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         default=[],
         choices=tools,
         metavar="NAME",
-        help=f"also write a log for another tool into DIR; may be given again: {', '.join(tools)}",
+        help=f"also write a log for another tool into DIR; can be repeated: {', '.join(tools)}",
     )
     add_choice(verb)
     verb.add_argument(

@@ -3,8 +3,8 @@
 
 A *bundle* is a set of rays that a sensor casts together. The hits of a bundle on still solids are
 stored and used again. Of the moving solids, the caster tests those that have changed since the
-bundle was last cast. It tests all frames of a batch together, and only where a ray crosses the
-bounds of a solid. Rays are transformed into the space of the solid, so that single precision is
+bundle was last cast. It tests all frames of a batch together, and a ray only if it crosses the
+bounds of the solid. Rays are transformed into the space of the solid, so that single precision is
 accurate at any distance from the world origin.
 """
 
@@ -33,7 +33,17 @@ Rays = tuple[Array, Array, Array]
 
 @dataclass
 class RayBundle:
-    """A bundle of rays: origins (n, 3), unit directions (n, 3) and maximum ranges `length` (n,)."""
+    """A bundle of n rays.
+
+    Attributes
+    ----------
+    origins
+        Origins (n, 3).
+    directions
+        Unit directions (n, 3).
+    length
+        Maximum ranges (n,).
+    """
 
     origins: Array
     directions: Array
@@ -41,7 +51,7 @@ class RayBundle:
 
     @property
     def starts(self) -> Array:
-        """The origins (3, n), one row an axis, which is the faster layout for numpy."""
+        """The origins (3, n): a row for each axis, which is the faster layout for numpy."""
         return np.ascontiguousarray(self.origins.T)
 
     # Cached while the sensor does not move. Without the caches, each batch of frames takes longer
@@ -54,7 +64,7 @@ class RayBundle:
 
     @cached_property
     def apex(self) -> Array | None:
-        """The point (3,) through which the lines of all rays go; None without one."""
+        """The point (3,) through which the lines of all rays go; None if there is no such point."""
         return apex_of(self.origins, self.directions)
 
     @cached_property
@@ -76,7 +86,17 @@ class RayBundle:
 
 @dataclass
 class RayHits:
-    """The hits of n rays: `ranges` (n,), number `met` (n,) of the hit solid, and its face (n,)."""
+    """The hits of n rays.
+
+    Attributes
+    ----------
+    ranges
+        Ranges (n,); the maximum range for a miss.
+    met
+        Numbers (n,) of the hit solids, NOTHING for a miss.
+    faces
+        Indices (n,) of the hit faces.
+    """
 
     ranges: Array
     met: NDArray[np.int64]
@@ -87,16 +107,16 @@ class RayHits:
         return RayHits(self.ranges.copy(), self.met.copy(), self.faces.copy())
 
     def shorten(self, number: int, which: Index, far: Array, faces: Index) -> None:
-        """Replace the hits of the rays `which` by hits on solid `number`, where these are nearer.
+        """Replace the hits of some rays by hits on another solid, if these are nearer.
 
         Parameters
         ----------
         number
-            Number of the solid.
+            Number of the other solid.
         which
             Indices (k,) of the rays.
         far
-            Ranges (k,) to the solid, in Blender units.
+            Ranges (k,) to the other solid, in Blender units.
         faces
             Indices (k,) of the hit faces.
         """
@@ -110,13 +130,26 @@ class RayHits:
 class CastBundle:
     """A bundle of rays with its latest hits.
 
-    `still` has the hits on still solids, and `box` the bounds of the rays up to these hits.
-    `gone_seen` is the length of `Solids.gone` when `still` was last brought up to date.
-
-    The rest holds for one `state` of the list of solids. `versions` (m,) are the versions of the
-    moving solids at the last cast, AWAY for solids whose bounds are outside `box`. `hits` has, by
-    row of a moving solid, the indices, ranges and faces of the rays that hit it. `seen` has the
-    nearest hits of all rays; do not write to it.
+    Attributes
+    ----------
+    rays
+        The rays.
+    own
+        Numbers of the solids that belong to the sensor, which its rays pass through.
+    still
+        The hits on still solids.
+    box
+        The bounds of the rays, each up to its hit in `still`.
+    gone_seen
+        The length of `Solids.gone` when `still` was last updated.
+    state
+        The state of the list of solids for which the attributes below are valid.
+    versions
+        Versions (m,) of the moving solids at the last cast; AWAY for solids outside `box`.
+    hits
+        Indices, ranges and faces of the rays that hit a moving solid, by row of the solid.
+    seen
+        The nearest hits of all rays, still solids included. Do not write to it.
     """
 
     rays: RayBundle
@@ -143,11 +176,20 @@ AWAY = 0
 
 @dataclass
 class _SensorSolids:
-    """The sensor's own solids, which its rays pass through, and all other solids.
+    """The solids that belong to a sensor, which its rays pass through, and all others.
 
-    All attributes hold for one `state` of the list of solids. `numbers` are the sensor's own
-    solids. `still` and `moving` are the rows of all others, and `columns` those of `moving` in the
-    frames.
+    Attributes
+    ----------
+    state
+        The state of the list of solids for which the other attributes are valid.
+    numbers
+        Numbers of the sensor's own solids.
+    still
+        Rows of the still solids of others.
+    moving
+        Rows of the moving solids of others.
+    columns
+        The column of each of `moving` in the `Frames`.
     """
 
     state: tuple[int, int]
@@ -178,7 +220,7 @@ class RayCaster:
         self.show(depsgraph, Frames.present(self.solids))
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
-        """Set the frames at which rays are cast from now on."""
+        """Set the frames at which later calls cast rays."""
         self._depsgraph = depsgraph
         self.frames = frames
 
@@ -210,7 +252,7 @@ class RayCaster:
     def cast_met(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> tuple[Array, NDArray[np.int64]]:
-        """Return the ranges (n,) and the numbers (n,) of the hit solids, or NOTHING.
+        """Return the ranges (n,), and the numbers (n,) of the hit solids (NOTHING for a miss).
 
         The parameters are those of `cast`.
         """
@@ -242,9 +284,10 @@ class RayCaster:
         return Answers([seen.ranges for seen in found.table], found.rows)
 
     def see_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
-        """Return the hits of rays at some frames, as `RayHits`; do not write to them.
+        """Return the hits of rays at some frames.
 
-        The parameters are those of `cast_at`.
+        The parameters are those of `cast_at`. The answers hold a `RayHits` for each frame. Do not
+        write to these.
         """
         own = self._own_solids(sensor)
         known = self._hits_on_still(sensor, bundle, RayBundle(*rays), own)
@@ -268,7 +311,7 @@ class RayCaster:
         return self.seen
 
     def last_ranges(self, sensor: Uid, bundle: int) -> Array:
-        """Return the ranges (n,) of a bundle at the last frame at which it was cast."""
+        """Return the ranges (n,) of a bundle at the last frame for which it was cast."""
         seen = self._bundles[sensor, bundle].seen
         assert seen is not None
         return seen.ranges
@@ -280,7 +323,19 @@ class RayCaster:
         hits: dict[tuple[int, int], tuple[Index, Array, Index]],
         frame: int,
     ) -> bool:
-        """Update the hits of a bundle where solids have changed; return whether they may differ."""
+        """Update the hits of a bundle on the changed solids; return whether they may differ.
+
+        Parameters
+        ----------
+        bundle
+            The bundle.
+        rows
+            Rows of the moving solids that changed at this frame.
+        hits
+            Indices, ranges and faces of the rays, by frame and row of the hit solid.
+        frame
+            The frame.
+        """
         dropped = [row for row in rows if bundle.hits.pop(row, None) is not None]
         found = {row: hit for row in rows if (hit := hits.get((frame, row))) is not None}
         if not found and not dropped:
@@ -300,7 +355,7 @@ class RayCaster:
         directions: Array,
         length: Array,
     ) -> tuple[Array, NDArray[np.int64]]:
-        """Return the ranges to the nearest of some solids, and the numbers of these solids.
+        """Return the ranges to the nearest of some solids, and the numbers of the hit solids.
 
         The hits are not stored.
 
@@ -309,7 +364,7 @@ class RayCaster:
         depsgraph
             The evaluated depsgraph of the last `Solids.sync`.
         rows
-            Rows of the solids that may be hit.
+            Rows of the solids that count.
         origins
             Origins (n, 3), in Blender units.
         directions
@@ -320,7 +375,7 @@ class RayCaster:
         Returns
         -------
         tuple
-            Ranges (n,) in Blender units, and numbers (n,) of the hit solids, or NOTHING.
+            Ranges (n,) in Blender units, and numbers (n,) of the hit solids (NOTHING for a miss).
         """
         self._depsgraph = depsgraph
         seen = self._no_hits(length)
@@ -350,9 +405,9 @@ class RayCaster:
     def _hits_on_still(
         self, sensor: Uid, bundle: int, rays: RayBundle, own: _SensorSolids
     ) -> CastBundle:
-        """Return the hits of a bundle on still solids.
+        """Return a bundle with its hits on still solids.
 
-        A ray is cast again where the solid that it hit is gone or has moved.
+        If a hit solid is gone or has moved, the rays that hit it are cast again.
         """
         gone = self.solids.gone
         known = self._bundles.get((sensor, bundle))
@@ -380,10 +435,21 @@ class RayCaster:
     def _hits(
         self, bundle: CastBundle, frames: Index, columns: Index
     ) -> dict[tuple[int, int], tuple[Index, Array, Index]]:
-        """Return the hits of a bundle on solids given by frame (p,) and column (p,).
+        """Return the hits of a bundle on p solids, each at one frame.
 
-        The keys are frame and row of the solid; the values are indices, ranges and faces of the
-        rays.
+        Parameters
+        ----------
+        bundle
+            The bundle.
+        frames
+            The frame (p,) of each pair of a frame and a solid.
+        columns
+            The column (p,) of its solid in `Frames`.
+
+        Returns
+        -------
+        dict
+            Indices, ranges and faces of the rays that hit, by frame and row of the solid.
         """
         at, found = self.frames, {}
         rays, limits = bundle.rays, bundle.still.ranges
@@ -449,9 +515,9 @@ class RayCaster:
                 yield i, (which[nearer], far[nearer], faces[nearer])
 
     def _overlapping(self, rows: Index, rays: RayBundle, box: tuple[Array, Array]) -> list[Index]:
-        """Return the solids among `rows` whose bounds overlap `box`, in portions.
+        """Return the rows of the solids whose bounds overlap `box`, in portions.
 
-        A portion is small enough to be compared with each ray.
+        A portion has so few rows that each solid can be compared with each ray in one array.
         """
         near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
         rows = rows[near.all(axis=1)]
@@ -466,10 +532,10 @@ class RayCaster:
         seen: RayHits,
         by_trees: bool = False,
     ) -> None:
-        """Shorten the hits `seen` to the nearest of the solids `rows`, as the list has them now.
+        """Shorten the hits `seen` to the nearest of the solids `rows`, as the list has them.
 
-        With `by_trees`, meshes that change shape get trees too. That pays where many bundles are
-        cast.
+        With `by_trees`, meshes that change shape get trees too. A tree pays off if many bundles are
+        cast at the same frame.
         """
         for part in self._overlapping(rows, rays, box):
             enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)
@@ -501,7 +567,10 @@ class RayCaster:
         limits: Array,
         inverse: Array,
     ) -> tuple[Array, Index]:
-        """Return the ranges (k,) of some rays to a shape, inf beyond the limits, and the faces."""
+        """Return the ranges (k,) of the rays `which` to a surface, and the hit faces (k,).
+
+        Ranges are inf for misses and beyond the limits (k,).
+        """
         origins, ways = rays.origins[which], rotated(rays.directions[which], inverse)
         if geometry.deforms and surface.large:
             return surface.meet(rotated(origins, inverse) + inverse[:3, 3], ways)
@@ -545,7 +614,10 @@ def _meet_changing(
 
 
 def _runs_of_same_triangles(surfaces: list[Any]) -> Iterator[slice]:
-    """Yield runs of surfaces with the same triangles, small enough for the processor's caches."""
+    """Yield slices of consecutive surfaces that have the same triangles.
+
+    A slice is small enough for its points to fit into the processor's caches.
+    """
     most = max(1, POINTS_AT_ONCE // max(1, surfaces[0].points.shape[1]))
     start = 0
     for end in range(1, len(surfaces) + 1):
@@ -559,7 +631,10 @@ def _runs_of_same_triangles(surfaces: list[Any]) -> Iterator[slice]:
 
 
 def _slabs(lo: Array, hi: Array, rays: RayBundle) -> tuple[Array, Array]:
-    """Return the ranges (m, n) at which n rays enter and leave m boxes; leave < enter: a miss."""
+    """Return the ranges (m, n) at which n rays enter and leave m boxes.
+
+    A ray misses a box if it leaves before it enters.
+    """
     enter, leave = np.zeros((len(lo), len(rays.length))), np.full((1, 1), np.inf)
     with np.errstate(invalid="ignore"):
         for start, inverse, low, high in zip(rays.starts, rays.inverse, lo.T, hi.T, strict=True):

@@ -2,8 +2,8 @@
 """Cast rays against the triangles of a surface that changes shape from frame to frame.
 
 A tree would have to be built again at each frame for a few rays. Instead, triangles and rays are
-projected onto a picture as seen from the origin of the rays. A grid over the picture discards all
-triangles without a ray near them: most triangles of a person lie between the rays of a sensor. The
+projected onto a picture as seen from the origin of the rays. Most triangles of a person lie between
+the rays of a sensor. A grid over the picture discards all triangles without a ray near them. The
 remaining pairs of a ray and a triangle are tested exactly.
 """
 
@@ -42,9 +42,9 @@ THROUGH = 1e-9
 
 
 def apex_of(origins: Array, directions: Array) -> Array | None:
-    """Return the point (3,) through which the lines of all rays (n, 3) go.
+    """Return the point (3,) through which the lines of all rays go.
 
-    None if there is no such point, or all rays are parallel.
+    Return None if there is no such point, or if parallel rays start at different points.
     """
     across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     total = across.sum(axis=0)
@@ -60,9 +60,18 @@ def apex_of(origins: Array, directions: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class FrameHits:
-    """The hits (p,) of rays at several frames, in order of the frames.
+    """The p hits of rays at several frames, sorted by frame.
 
-    `far` is the range in lengths of the ray's direction. `frame`, `ray` and `triangle` are indices.
+    Attributes
+    ----------
+    frame
+        Indices (p,) of the frames.
+    ray
+        Indices (p,) of the rays.
+    far
+        Ranges (p,), in lengths of the ray's direction.
+    triangle
+        Indices (p,) of the hit triangles.
     """
 
     frame: Index
@@ -143,10 +152,19 @@ def rotated(vectors: Array, matrix: Array) -> Array:
 
 
 def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[RayPicture]:
-    """Return pictures that hold all rays from `origins` (n, 3) along unit vectors `ways` (n, 3).
+    """Return pictures that together hold all rays.
 
-    `apex` (3,) is the point where their lines meet; None without one. Rays that go towards the
-    apex, as those to a lamp do, are also seen in the opposite direction.
+    Rays that go towards the apex, as those to a lamp do, also get a picture of the opposite
+    direction.
+
+    Parameters
+    ----------
+    origins
+        Origins (n, 3).
+    ways
+        Unit directions (n, 3).
+    apex
+        The point (3,) where the lines of the rays meet; None if there is none.
     """
     every = np.arange(len(origins))
     if apex is None:
@@ -160,7 +178,10 @@ def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[RayPict
 
 
 def _groups_by_direction(ways: Array) -> list[Index]:
-    """Split unit vectors (n, 3) into groups that each fit into one picture."""
+    """Split unit vectors (n, 3) into groups; return the indices of each.
+
+    The vectors of a group fit into one picture.
+    """
     every = np.arange(len(ways))
     middle = ways.mean(axis=0)
     if float((ways @ middle).min()) > WIDE * float(np.linalg.norm(middle)) > 0.0:
@@ -172,9 +193,16 @@ def _groups_by_direction(ways: Array) -> list[Index]:
 
 
 class RayPicture:
-    """A picture of the `rays` (n,) of a bundle, seen from an `eye` (3,) along `ways` (n, 3).
+    """A picture of n rays of a bundle, with a grid of the cells that contain rays.
 
-    It has a grid of the cells that contain rays.
+    Parameters
+    ----------
+    rays
+        Indices (n,) of the rays in the bundle.
+    ways
+        Unit directions (n, 3) in which the eye looks along the rays.
+    eye
+        The point (3,) from which the picture is seen.
     """
 
     def __init__(self, rays: Index, ways: Array, eye: Array) -> None:
@@ -185,9 +213,10 @@ class RayPicture:
         self._grid = RayCells(self._places)
 
     def pairs(self, points: Any, corners: Index, matrix: Array) -> tuple[Index, Index, Index]:
-        """Return frames, rays and triangles (p,) that overlap in the picture.
+        """Return frames (p,), rays (p,) and triangles (p,) that overlap in the picture.
 
-        All hits are among these pairs, and some misses.
+        Each hit is among these triples, but not each triple is a hit. The parameters are those of
+        `nearest_hits`.
         """
         turn = self._axes @ matrix[:, :3, :3]
         shift = (matrix[:, :3, 3] - self._eye) @ self._axes.T
@@ -233,15 +262,16 @@ class RayPicture:
 
 
 def _least_and_greatest(ends: Iterable[Any]) -> tuple[Any, Any]:
-    """Return the elementwise least and greatest of three arrays, faster than numpy does."""
+    """Return the elementwise least and greatest of three arrays; numpy takes longer on a stack."""
     one, two, three = ends
     return np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
 
 
 def _picture_axes(ways: Array) -> Array:
-    """Return the unit vectors right, up and ahead (3, 3) of a picture of rays along `ways`.
+    """Return the axes of a picture of rays along `ways`: unit vectors right, up and ahead (3, 3).
 
-    Right is the direction of the widest spread, so that a fan of rays lies in one row of cells.
+    Right is the direction in which the rays spread most, so that a fan of rays lies in one row of
+    cells.
     """
     ahead = (ways / np.linalg.norm(ways, axis=1)[:, None]).sum(axis=0)
     ahead /= np.linalg.norm(ahead)
@@ -254,7 +284,13 @@ def _picture_axes(ways: Array) -> Array:
 
 
 class RayCells:
-    """A grid over the places (2, n) of rays in a picture."""
+    """A grid over the places of n rays in a picture.
+
+    Parameters
+    ----------
+    rays
+        Coordinates (2, n) of the places in the picture.
+    """
 
     def __init__(self, rays: Array) -> None:
         lo, hi = rays.min(axis=1), rays.max(axis=1)
@@ -265,7 +301,7 @@ class RayCells:
         self._sort_into_cells(rays)
 
     def _sort_into_cells(self, rays: Array) -> None:
-        """Put each ray into its cell, and a ray near the edge of a cell into both cells."""
+        """Put each ray into its cell. A ray near the edge of the cell is also in the neighbour."""
         ray = np.arange(rays.shape[1])
         edge = np.array([-EDGE, EDGE])[:, None] / self._scale[:, None, None]
         moved = [self.cells(rays[axis] + edge[axis], axis).astype(np.intp) for axis in (0, 1)]
@@ -293,16 +329,27 @@ class RayCells:
             return np.fmax(np.fmin(at, CELLS - 1), 0.0).astype(np.uint8)
 
     def rows_hold(self, below: Index, above: Index) -> Index:
-        """Return the indices of the ranges of rows that contain a ray."""
+        """Return the indices of the ranges (from row `below` to row `above`) that contain a ray."""
         return np.flatnonzero(self._next_row.take(below) <= above)
 
     def may_hold(self, left: Index, right: Index, below: Index, above: Index) -> Index:
-        """Return the indices of the rectangles of cells that may contain a ray."""
+        """Return the indices of the rectangles of cells that may contain a ray.
+
+        Parameters
+        ----------
+        left, right
+            First and last column (m,) of each rectangle.
+        below, above
+            First and last row (m,) of each rectangle.
+        """
         size = np.minimum(np.maximum(right - left, above - below), SQUARES).astype(np.intp)
         return np.flatnonzero(self._held.ravel().take((size * CELLS + left) * CELLS + below))
 
     def pairs(self, left: Index, right: Index, below: Index, above: Index) -> tuple[Index, Index]:
-        """Return pairs (p,) of a rectangle of cells and a ray in it."""
+        """Return pairs (p,) of a rectangle and a ray in it, as indices of both.
+
+        The parameters are those of `may_hold`.
+        """
         which, column = _members(left.astype(np.intp), right.astype(np.intp) + 1)
         first = self._start[column * CELLS + below[which]]
         end = self._start[column * CELLS + above[which] + 1]
@@ -311,13 +358,19 @@ class RayCells:
 
 
 def _next_held(held: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Return for each row the first row from it onwards that contains a ray, or CELLS."""
+    """Return for each row of the grid the first row from it on that contains a ray, or CELLS."""
     found = np.where(held, np.arange(CELLS), CELLS)
     return np.minimum.accumulate(found[::-1])[::-1].astype(np.uint8)
 
 
 def _members(first: Index, end: Index) -> tuple[Index, Index]:
-    """Return all members (p,) of ranges (m,), each with the index of its range."""
+    """Return all integers (p,) of m ranges, after the index (p,) of the range that each is in.
+
+    Parameters
+    ----------
+    first, end
+        The first integer of each range, and the integer after the last.
+    """
     counts = end - first
     which = np.repeat(np.arange(len(first)), counts)
     start = first - (np.cumsum(counts) - counts)
@@ -325,7 +378,7 @@ def _members(first: Index, end: Index) -> tuple[Index, Index]:
 
 
 def _hit_distances(points: Any, frame: Index, corners: Index, origins: Array, ways: Array) -> Array:
-    """Return the ranges (p,) of rays to their triangles, in lengths of the direction.
+    """Return the ranges (p,) of p rays, each to its own triangle, in lengths of the direction.
 
     A miss is inf. The test is Möller and Trumbore's, relative to the triangle's first corner.
     """
@@ -348,7 +401,10 @@ def _dot(one: Array, two: Array) -> Array:
 
 
 def _cross(one: Array, two: Array) -> Array:
-    """Return the cross products of vectors (n, 3); numpy's takes several times as long on few."""
+    """Return the cross products of vectors (n, 3).
+
+    For few vectors, numpy's function takes several times as long.
+    """
     a, b, c = one[:, 0], one[:, 1], one[:, 2]
     x, y, z = two[:, 0], two[:, 1], two[:, 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)

@@ -24,11 +24,20 @@ MOST_BYTES = 1 << 26
 
 
 class Frames:
-    """The m moving solids of a list at k frames.
+    """The m moving solids of a list at k frames. All other solids are as in the list.
 
-    `rows` (m,) are their rows in the list, `matrix` (k, m, 4, 4) their matrices, and `lo`, `hi`
-    (k, m, 3) their world bounds. `version` (k, m) changes whenever a solid moves or changes shape.
-    All other solids are as in the list.
+    Attributes
+    ----------
+    rows
+        Rows (m,) of the solids in the list.
+    matrix
+        Matrices (k, m, 4, 4) to the world.
+    lo, hi
+        World bounds (k, m, 3).
+    version
+        A number (k, m) that changes whenever the solid moves or changes shape.
+    column
+        The column of each solid in these arrays, by row in the list.
     """
 
     def __init__(self, rows: Index, matrix: Array, lo: Array, hi: Array, version: Index) -> None:
@@ -40,14 +49,14 @@ class Frames:
 
     @classmethod
     def present(cls, solids: Solids) -> Frames:
-        """Return one frame: the solids as they were at the last synchronisation."""
+        """Return a single frame: the solids as they were at the last synchronisation."""
         rows = np.flatnonzero(solids.moving)
         matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
         return cls(rows, matrix, lo, hi, solids.version[None, rows])
 
     @classmethod
     def unchanged(cls, solids: Solids, count: int) -> Frames:
-        """Return `count` frames at which the solids are as the list has them now."""
+        """Return `count` frames at which all solids are as the list has them now."""
         one = cls.present(solids)
         matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
         return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
@@ -56,21 +65,21 @@ class Frames:
         return len(self.version)
 
     def show(self, solids: Solids, frame: int) -> None:
-        """Set the solids in the list to one of the frames."""
+        """Write one of the frames to the list of solids."""
         at = self.matrix[frame], self.lo[frame], self.hi[frame], self.version[frame]
         solids.show(self.rows, *at)
         for row, surfaces in self.surfaces.items():
             solids.solids[row].geometry.take_over(surfaces[frame])
 
     def surface(self, solids: Solids, row: int, frame: int) -> Surface:
-        """Return the surface of the solid in a row at a frame."""
+        """Return the surface at a frame of the solid in a row of the list."""
         kept = self.surfaces.get(row)
         surface: Surface = kept[frame] if kept else solids.solids[row].geometry.state
         return surface
 
 
 class FrameCopies:
-    """Copies the moving solids frame by frame, and computes `Frames` of the copies."""
+    """Copies the moving solids frame by frame, and makes `Frames` of the copies."""
 
     def __init__(self, solids: Solids, depsgraph: Any) -> None:
         self._solids = solids
@@ -102,9 +111,9 @@ class FrameCopies:
         return world
 
     def add(self, depsgraph: Any) -> bool:
-        """Copy a frame; return False where the solids must be listed again.
+        """Copy a frame and return True; return False if the solids must be listed again first.
 
-        That is where objects appeared or vanished, or a mesh has other faces than before.
+        That is so after objects appeared or vanished, or a mesh got other faces than before.
         """
         solids, shapes = self._solids, {}
         if not (solids.is_settled and solids.has_objects_of(depsgraph, self._listed)):
@@ -130,7 +139,7 @@ class FrameCopies:
         return True
 
     def finish(self) -> Frames:
-        """Return the frames since the last call, and set the list to the last of them."""
+        """Return the frames since the last call; write the last of them to the list of solids."""
         solids, count = self._solids, len(self)
         worlds = np.stack([self._world, *self._worlds]).reshape(count + 1, -1, 16)
         changed = (worlds[1:] != worlds[:-1]).any(axis=2)

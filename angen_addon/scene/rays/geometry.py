@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The evaluated surface of an object, or of what geometry nodes make, with its bounds and tree."""
+"""The evaluated surface of an object, or of an instance that nodes make, with its tree for rays."""
 
 from __future__ import annotations
 
@@ -32,9 +32,16 @@ NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 class Surface:
     """A copy of a mesh at one frame.
 
-    `points` (3, n), one row an axis, which is the faster layout for numpy. `corners` (k,): the
-    index of the point at each corner of the `faces`. `lo`, `hi` (3,): bounds, inf for an empty
-    mesh.
+    Attributes
+    ----------
+    points
+        Coordinates (3, n): a row for each axis, which is the faster layout for numpy.
+    corners
+        The index (k,) of the point at each corner of the faces (Blender's loops).
+    faces
+        The number of faces.
+    lo, hi
+        Bounds (3,); inf and -inf for a mesh without faces.
     """
 
     points: NDArray[np.float32]
@@ -53,7 +60,10 @@ class Surface:
 
     @property
     def large(self) -> bool:
-        """Whether it has too many triangles for `changing_shapes`, or for a tree of Blender's."""
+        """Whether the surface has LARGE triangles or more.
+
+        Such a surface gets a `RayTree`: `changing_shapes` and Blender's trees would take too long.
+        """
         return len(self.corners) - 2 * self.faces >= LARGE
 
     @property
@@ -62,19 +72,19 @@ class Surface:
         return self.points.nbytes * (4 if self.large else 1)
 
     def meet(self, starts: Array, ways: Array) -> tuple[Array, NDArray[np.intp]]:
-        """Return how far rays go to the nearest face of a large surface, and the faces.
+        """Return the distances of rays to a large surface, and the faces that they hit.
 
         Parameters
         ----------
         starts
             Origins (n, 3), in the space of the surface.
         ways
-            Directions (n, 3), not of unit length.
+            Directions (n, 3), of any length.
 
         Returns
         -------
         tuple
-            Distances (n,) in lengths of the directions, inf without a hit; and indices (n,) of the
+            Distances (n,) in lengths of the directions, inf for a miss; and indices (n,) of the
             faces.
         """
         corners, face = (self.corners.reshape(-1, 3), None) if self.plain else self.triangles
@@ -87,9 +97,9 @@ class Surface:
 
     @property
     def triangles(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """The points (3, m) of triangles, and the face (m,) that each belongs to.
+        """The points (3, m) of the triangles, and the index (m,) of the face that each belongs to.
 
-        A surface with other faces than triangles has them only if `read_surface` read them.
+        A surface with quads or larger faces must come from `read_surface` with `with_triangles`.
         """
         if self._triangles is None:
             by_corner = np.ascontiguousarray(self.corners.reshape(-1, 3).T).astype(np.intp)
@@ -115,8 +125,14 @@ class Surface:
 class Built:
     """The tree of a surface, shared by all objects of one mesh.
 
-    `pivot` (3,) is the origin of the `tree`. With `by_triangle` the tree's faces are triangles,
-    otherwise the faces of the mesh.
+    Attributes
+    ----------
+    tree
+        The tree; None before the first ray.
+    pivot
+        The point (3,) of the object's space that is the origin of the tree.
+    by_triangle
+        Whether the tree's faces are triangles; otherwise they are the faces of the mesh.
     """
 
     tree: BVHTree | RayTree | None = None
@@ -125,11 +141,18 @@ class Built:
 
 
 class Geometry:
-    """The surface of one object, with its bounds `lo`, `hi` (3,) in the object's space.
+    """The surface of one object.
 
-    The bounds of an empty surface are inf. `original` is the object in the file: references to
-    evaluated objects must not be stored. `deforms` is set once Blender has reported a change of its
-    shape at a frame change.
+    Attributes
+    ----------
+    original
+        The object in the file. References to evaluated objects must not be stored.
+    lo, hi
+        Bounds (3,) in the object's space; inf and -inf for an empty surface.
+    deforms
+        Whether Blender has reported a change of the shape at a frame change.
+    lasting
+        Whether the surface belongs to an object in the file; geometry nodes make the others.
     """
 
     lasting = True
@@ -168,7 +191,10 @@ class Geometry:
 
     @property
     def state(self) -> Any:
-        """The present surface: another object whenever the surface has changed."""
+        """The present surface.
+
+        It is the same object as before unless the surface has changed, so compare it with `is`.
+        """
         return self._surface
 
     @property
@@ -195,7 +221,7 @@ class Geometry:
         return self.take_over(read_surface(evaluated, self.deforms))
 
     def take_over(self, surface: Surface) -> bool:
-        """Set the surface; return whether it changed."""
+        """Set the surface; return whether it differs from the surface until now."""
         if surface is self._surface:
             return False
         if self._surface is not None and surface.same(self._surface):
@@ -208,7 +234,10 @@ class Geometry:
         return True
 
     def share(self, other: Geometry) -> bool:
-        """Take surface and tree of another object of the same mesh; return whether they changed."""
+        """Take surface and tree of another object of the same mesh.
+
+        Return whether the surface differs from the surface until now.
+        """
         before, self._surface = self._surface, other._surface
         self._built, self.lo, self.hi = other._built, other.lo, other.hi
         if before is None or other._surface is None:
@@ -216,7 +245,7 @@ class Geometry:
         return before is not other._surface and not before.same(other._surface)
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
-        """Return the tree over all faces; built at the first call."""
+        """Return the tree over all faces, which the first call builds."""
         if self._built.tree is None:
             self._built.tree = self._tree_of(self.original, depsgraph)
         return self._built.tree
@@ -224,7 +253,7 @@ class Geometry:
     def meet(
         self, depsgraph: Any, starts: Array, ways: Array, limits: Array
     ) -> tuple[Array, NDArray[np.intp]]:
-        """Return how far rays go to the nearest face of the tree, and the faces.
+        """Return the distances of rays to the nearest face of the tree, and these faces.
 
         Parameters
         ----------
@@ -233,14 +262,14 @@ class Geometry:
         starts
             Origins (n, 3), in the object's space relative to `pivot`.
         ways
-            Directions (n, 3), not of unit length.
+            Directions (n, 3), of any length.
         limits
             Maximum distances (n,).
 
         Returns
         -------
         tuple
-            Distances (n,), inf without a hit; and indices (n,) of the faces, or -1.
+            Distances (n,), inf for a miss; and indices (n,) of the faces, -1 for a miss.
         """
         tree = self.tree(depsgraph)
         if isinstance(tree, RayTree):
@@ -261,11 +290,14 @@ class Geometry:
         return slots_of(self.original.evaluated_get(depsgraph), by_triangle)
 
     def materials(self, depsgraph: Any) -> list[int]:
-        """Return the session uid of each slot's material; 0 without one."""
+        """Return the session uid of each slot's material; 0 for a slot without one."""
         return uids_of(evaluated_materials(self.original.evaluated_get(depsgraph)))
 
     def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
-        """Build the tree of an object; epsilon 0, so that no ray slips through an edge."""
+        """Build the tree of an object.
+
+        Epsilon 0 keeps Blender from shrinking the faces: no ray slips through an edge.
+        """
         if self._surface is not None and self._surface.large:
             self._built.by_triangle = True
             self._built.pivot = np.zeros(3)
@@ -283,7 +315,7 @@ class Geometry:
             return self._tree_of_triangles(source, depsgraph)
 
     def _tree_of_triangles(self, source: Any, depsgraph: Any) -> BVHTree:
-        """Build the tree through Python, about the pivot, which takes longer."""
+        """Build the tree about the pivot from Python lists, which is slower than `FromObject`."""
         self._built.by_triangle = True
         points, triangles = triangles_of(source.evaluated_get(depsgraph))
         return BVHTree.FromPolygons(
@@ -292,7 +324,7 @@ class Geometry:
 
 
 def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
-    """Return the number of a tree's faces along a ray; 0 for MOST_FACES and more.
+    """Return the number of a tree's faces along a ray; 0 if there are MOST_FACES or more.
 
     Parameters
     ----------
@@ -314,9 +346,10 @@ def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
 
 
 def mesh_shared_by(original: Any) -> int:
-    """Return the session uid of the mesh that an object shows unchanged; 0 if it is changed.
+    """Return the session uid of the mesh that an object shows without any change of its own.
 
-    All objects with the same uid have the same surface.
+    Return 0 for an object with modifiers or shape keys, or in a mode other than Object Mode. All
+    objects with the same uid have the same surface.
     """
     own = original.modifiers or original.mode != "OBJECT"
     if original.type != "MESH" or own or original.data.shape_keys or original.data.is_editmode:
@@ -325,7 +358,7 @@ def mesh_shared_by(original: Any) -> int:
 
 
 def evaluated_materials(evaluated: Any) -> Iterator[Any]:
-    """Yield the material of each slot of an evaluated object; None without one."""
+    """Yield the material of each slot of an evaluated object; None for a slot without one."""
     slots = evaluated.material_slots
     # Modifiers can add materials for which the object has no slots.
     of_data = evaluated.data.materials if evaluated.type == "MESH" else ()
@@ -340,7 +373,7 @@ def uids_of(materials: Iterable[Any]) -> list[int]:
 
 
 def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
-    """Return the index (n,) of the material slot of each face, or of each triangle."""
+    """Return the index of the material slot of each face, or (`by_triangle`) of each triangle."""
     with surface_mesh(evaluated) as mesh:
         slots = np.zeros(len(mesh.polygons) if mesh else 0, np.int32)
         if not len(slots):
@@ -356,7 +389,7 @@ def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
 
 @contextmanager
 def surface_mesh(evaluated: Any) -> Iterator[Any]:
-    """Give the mesh of an object's surface, or None, while the block lasts."""
+    """Give the mesh of an object's surface, or None. The mesh is valid within the `with` block."""
     # In Edit Mode the evaluated mesh is empty, and `to_mesh` gives the shown mesh.
     if evaluated.type == "MESH" and not evaluated.data.is_editmode:
         yield evaluated.data
@@ -383,7 +416,18 @@ def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
 def read_surface(
     evaluated: Any, with_triangles: bool = False, like: Surface | None = None
 ) -> Surface:
-    """Return a copy of the surface of an evaluated object; `like` has the same faces, if given."""
+    """Return a copy of the surface of an evaluated object.
+
+    Parameters
+    ----------
+    evaluated
+        The evaluated object.
+    with_triangles
+        Whether to copy the triangles of quads and larger faces too.
+    like
+        A surface of the object with the same faces, whose corners are used again; None to copy
+        them.
+    """
     with surface_mesh(evaluated) as mesh:
         if mesh is None or not len(mesh.polygons):
             return Surface(np.empty((3, 0), np.float32), np.empty(0, np.int32), 0)
@@ -430,8 +474,8 @@ def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
 class MadeByNodes(Geometry):
     """The surface of an instance whose mesh geometry nodes made: no object in the file has it.
 
-    Blender frees the mesh once it lists the next instance. So all data are copied while the
-    instance is `seen`.
+    Blender frees the mesh once it lists the next instance. So all data are copied while `seen`, the
+    evaluated object of the instance, is valid.
     """
 
     __slots__ = ("_faces", "_materials", "_slots")
@@ -456,7 +500,10 @@ class MadeByNodes(Geometry):
         )
 
     def finish(self, seen: Any, depsgraph: Any) -> None:
-        """Copy the triangles and build the tree, which takes long."""
+        """Copy the triangles and build the tree, which takes long.
+
+        It is left out where the surface is that of the previous listing.
+        """
         self._triangles = triangles_of(seen)[1]
         if np.isfinite(self.lo).all():
             self._built.tree = self._tree_of(seen, depsgraph)
@@ -486,8 +533,16 @@ def made_shape(
 ) -> MadeByNodes:
     """Return the surface of an instance that nodes made, shared by all instances of its mesh.
 
-    `made` has the surfaces of this listing, by pointer of the mesh. `last` is the instance's
-    surface at the previous listing; it is returned if nothing has changed.
+    Parameters
+    ----------
+    depsgraph
+        The evaluated depsgraph.
+    seen
+        The evaluated object of the instance.
+    made
+        The surfaces of this listing, by pointer of the mesh; the new surface is added.
+    last
+        The instance's surface at the previous listing; it is returned if nothing has changed.
     """
     pointer = seen.data.as_pointer()
     if pointer not in made:

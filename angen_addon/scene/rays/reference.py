@@ -45,7 +45,7 @@ class SceneRayCaster:
                 self._rows.setdefault(solid.key[0], []).append(row)
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
-        """Set the frame at which rays are cast from now on: only one, the present frame."""
+        """Set the frame at which later calls cast rays. It must be the present frame."""
         self._depsgraph, self.frames = depsgraph, frames
 
     def cast(
@@ -56,7 +56,7 @@ class SceneRayCaster:
         return np.array([self._cast_one(sensor, o, d, limit) for o, d, limit in rays])
 
     def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
-        """Return the ranges at the present frame for each of `frames`."""
+        """Return the ranges of rays at the present frame, as the answer for each of `frames`."""
         ranges = self.cast(sensor, bundle, *rays)
         return Answers(ranges[None], np.zeros(len(frames), np.intp))
 

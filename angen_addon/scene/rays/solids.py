@@ -27,9 +27,9 @@ def pointers_of(depsgraph: Any) -> list[int]:
 
 
 def name_of(original: Any, owner: Any, made_by_nodes: bool) -> str:
-    """Return the name that users know a solid by.
+    """Return the name by which users know a solid.
 
-    For an instance it also names the object that makes the instance.
+    It is the name of its owner, or "OBJECT in OWNER" for an instance of an object in the file.
     """
     if original == owner or made_by_nodes:
         return str(owner.name)
@@ -47,7 +47,7 @@ def is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
 
 
 def is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
-    """Return whether an instance has a mesh that geometry nodes made, not its object's mesh."""
+    """Return whether geometry nodes made the mesh of an instance: no object in the file has it."""
     data = original.evaluated_get(depsgraph).data
     return data is None or seen.data.as_pointer() != data.as_pointer()
 
@@ -62,12 +62,12 @@ ABOVE = LEFT = np.array([2, 0, 1])
 
 
 def matrices_of(flat: NDArray[np.float32]) -> Array:
-    """Return matrices (n, 4, 4) from the values (n, 16) of `foreach_get`, column by column."""
+    """Return matrices (n, 4, 4) from values (n, 16) that `foreach_get` wrote column by column."""
     return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
 
 
 def invertible(matrix: Array) -> NDArray[np.bool_]:
-    """Return the mask of the matrices (…, 4, 4) that have an inverse."""
+    """Return the mask (…,) of the matrices (…, 4, 4) that have an inverse."""
     with np.errstate(all="ignore"):
         determinant = _determinant(matrix, _cofactors(matrix))
         good = np.isfinite(matrix).all(axis=(-2, -1)) & (determinant != 0.0)
@@ -103,7 +103,7 @@ def _determinant(matrix: Array, cofactors: Array) -> Array:
 def world_bounds(
     matrix: Array, invertible: NDArray[np.bool_], lo: Array, hi: Array
 ) -> tuple[Array, Array]:
-    """Return the bounds in the world of solids, from their bounds in their own space.
+    """Return the bounds of solids in the world, computed from the bounds in their own spaces.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def world_bounds(
     Returns
     -------
     tuple
-        Bounds (…, 3), (…, 3), slightly widened. They are empty (inf, -inf) where a matrix has no
+        Bounds (…, 3), (…, 3), slightly widened. They are empty (inf, -inf) if the matrix has no
         inverse or a bound is not finite.
     """
     turn = matrix[..., :3, :3]
@@ -137,11 +137,27 @@ OBJECT = bpy.types.Object
 class Solid:
     """A visible object or instance.
 
-    `number` is never used again for another solid. `original` is the object in the file whose
-    surface it has. `owner` is that object, or the object that makes the instance. `owners` are the
-    session uids of `owner` and of its parents. Within instances they include the paths of the
-    sensors that the solid is or hangs on. `moving` is set once the solid has changed. `name` is for
-    users.
+    Attributes
+    ----------
+    key
+        Session uids that identify the solid from one listing to the next.
+    number
+        The solid's number, which no other solid gets later.
+    original
+        The object in the file whose surface the solid has.
+    owner
+        The same object, or the object that makes the instance.
+    owners
+        Session uids of `owner` and its parents, and paths of sensors in instances that hold the
+        solid.
+    moving
+        Whether the solid has changed at least once.
+    name
+        The name for users.
+    geometry
+        The surface.
+    row
+        The row in `Solids`.
     """
 
     __slots__ = (
@@ -171,14 +187,32 @@ class Solid:
 class Solids:
     """The list of n solids, with arrays that have a row for each.
 
-    `matrix`, `inverse` (n, 4, 4), float64: to the world and back. `lo`, `hi` (n, 3): world bounds.
-    `version` (n,): the number of the synchronisation at which the solid last moved or changed
-    shape.
-
-    `syncs` counts the synchronisations, and `listing` how often the list was made again. `edits`
-    counts how often more than the frame may have changed. `gone` has the numbers of still solids
-    that vanished or began to move: stored hits on these are void. `instanced` has the session uids
-    of objects that other objects instance.
+    Attributes
+    ----------
+    matrix, inverse
+        Matrices (n, 4, 4) to the world and back, in float64.
+    lo, hi
+        World bounds (n, 3).
+    moving
+        Mask (n,) of the solids that have changed at least once.
+    version
+        The number (n,) of the synchronisation at which the solid last moved or changed shape.
+    syncs
+        The number of synchronisations.
+    listing
+        How often the whole list was made again.
+    edits
+        How often a change was reported that may be more than a frame change.
+    gone
+        Numbers of still solids that vanished or began to move. Stored hits on them are void.
+    instanced
+        Session uids of objects that other objects instance.
+    must_list
+        Whether the next synchronisation makes the whole list again.
+    reshaped
+        Session uids of objects whose shape was reported as changed since `clear_noted`.
+    bends
+        Session uids of objects that change shape at frame changes.
     """
 
     def __init__(self) -> None:
@@ -221,8 +255,14 @@ class Solids:
     def note(self, depsgraph: Any, edited: bool, by_frame: bool = True) -> None:
         """Store the changes that the depsgraph reports. Call in Blender's handlers.
 
-        A frame change names each object that may have changed. An edit may change anything,
-        visibility included.
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        edited
+            Whether more than the frame may have changed, such as the visibility of an object.
+        by_frame
+            Whether a frame change caused the report, which then names all changed objects.
         """
         if edited:
             self.forget()
@@ -250,9 +290,10 @@ class Solids:
         return may
 
     def has_noted(self, uids: set[int]) -> bool:
-        """Return whether the scene or one of the objects `uids` was reported since the last look.
+        """Return whether a change of the scene or of one of the objects `uids` is stored.
 
-        A script that changes an object before it moves the playhead causes such a report.
+        The stored changes are those since the last `sync` or `clear_noted`. A script that changes
+        an object before it moves the playhead causes such a change.
         """
         return self._scene_noted or not uids.isdisjoint(self._touched)
 
@@ -265,7 +306,7 @@ class Solids:
 
     @property
     def inverse(self) -> Array:
-        """The inverses (n, 4, 4) of the matrices; undefined where a matrix has no inverse."""
+        """The inverses (n, 4, 4) of the matrices; undefined for a matrix that has no inverse."""
         if self._not_inverted:
             rows = np.array(sorted(self._not_inverted), np.intp)
             self._not_inverted.clear()
@@ -288,14 +329,14 @@ class Solids:
         self._unsure = False
 
     def is_current(self, depsgraph: Any) -> bool:
-        """Return whether the list still holds the objects of the depsgraph."""
+        """Return whether the list still has all objects of the depsgraph, and no others."""
         return self.is_settled and self.has_objects_of(depsgraph, self._listed)
 
     def has_objects_of(self, depsgraph: Any, listed: list[int]) -> bool:
-        """Return whether a depsgraph holds the objects `listed` (see `pointers_of`).
+        """Return whether a depsgraph holds exactly the objects `listed` (see `pointers_of`).
 
-        The comparison is skipped for the depsgraph of the list, while neither keys nor scripts can
-        have shown or hidden an object.
+        The comparison is skipped for the depsgraph from which the list was made. It is needed only
+        if keyframes, drivers or scripts can show or hide objects.
         """
         is_same = not self._scene_noted and depsgraph.as_pointer() == self._same_depsgraph
         return is_same or pointers_of(depsgraph) == listed
@@ -306,21 +347,21 @@ class Solids:
         return not self.must_list and self._of_instances.isdisjoint(self._touched)
 
     def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
-        """Return the mask (n,) of the solids that belong to a sensor: itself and its children."""
+        """Return the mask (n,) of the solids that belong to a sensor: its mesh and its children."""
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
     def clear_noted(self) -> None:
-        """Delete the stored changes, which have been read at this frame."""
+        """Delete the stored changes, after a frame has been copied with them."""
         self._scene_noted = False
         self.reshaped.clear()
         self._touched.clear()
 
     def shape_of(self, uid: int) -> Geometry | None:
-        """Return the shape of an object in the file; None where no solid has it."""
+        """Return the surface of the object with a session uid; None if no solid has it."""
         return self._shapes.get(uid)
 
     def rows_of_shape(self, uid: int) -> list[int]:
-        """Return the rows of the solids that have the shape of an object."""
+        """Return the rows of the solids that have the surface of the object with a session uid."""
         return [solid.row for solid in self._by_shape.get(uid, ())]
 
     def show(
@@ -331,22 +372,22 @@ class Solids:
         hi: Array,
         version: NDArray[np.int64],
     ) -> None:
-        """Set matrices, bounds and versions of some rows, as `Frames` has them."""
+        """Set matrices (k, 4, 4), bounds (k, 3) and versions (k,) of the solids `rows` (k,)."""
         self.matrix[rows], self.lo[rows], self.hi[rows] = matrix, lo, hi
         self.version[rows] = version
         self._mark_inverse(rows)
 
     def row_of(self, key: Key) -> int | None:
-        """Return the row of the solid with a key; None without one."""
+        """Return the row of the solid with a key; None if there is no such solid."""
         solid = self._by_key.get(key)
         return None if solid is None else solid.row
 
     def name_of(self, number: int) -> str:
-        """Return the name that users know a solid by; empty if it is gone."""
+        """Return the name for users of the solid with a number; empty if the solid is gone."""
         return next((s.name for s in self.solids if s.number == number), "")
 
     def _update_moved(self, depsgraph: Any, count: int) -> None:
-        """Read the matrices and shapes that may have changed, where no object came or went."""
+        """Read the matrices and shapes that may have changed. No object may have come or gone."""
         world = np.empty(count * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", world)
         differs = (world != self._world).reshape(count, 16).any(axis=1)
@@ -389,12 +430,15 @@ class Solids:
             self._set_moving(self.solids[row])
 
     def _mark_inverse(self, rows: NDArray[np.intp]) -> None:
-        """Store which rows have an inverse matrix, to be computed when needed."""
+        """Store which of the matrices `rows` have an inverse, and that it is yet to be computed."""
         self._invertible[rows] = invertible(self.matrix[rows])
         self._not_inverted.update(rows.tolist())
 
     def _update_bounds(self, rows: NDArray[np.intp]) -> None:
-        """Compute the world bounds of some rows; those of flat or NaN solids are empty."""
+        """Compute the world bounds of the solids `rows`.
+
+        They are empty for a solid that is scaled to zero or has coordinates that are not finite.
+        """
         self.version[rows] = self.syncs
         shapes = [self.solids[row].geometry for row in rows.tolist()]
         lo, hi = np.array([shape.lo for shape in shapes]), np.array([shape.hi for shape in shapes])
@@ -402,7 +446,7 @@ class Solids:
         self.lo[rows], self.hi[rows] = world_bounds(self.matrix[rows], good, lo, hi)
 
     def _list_again(self, depsgraph: Any) -> None:
-        """Make the list again; solids that are still present keep their numbers."""
+        """Make the list again. Solids that are still present keep their numbers."""
         before, self._by_key = self._by_key, {}
         self.solids, self.instanced = [], set()
         made: dict[int, MadeByNodes] = {}
@@ -493,7 +537,7 @@ class Solids:
     def _shape(
         self, depsgraph: Any, original: Any, shapes: dict[int, Geometry]
     ) -> tuple[Geometry, bool]:
-        """Return the shape of an object, shared by its instances, and whether the shape changed."""
+        """Return the surface of an object, which its instances share, and whether it changed."""
         uid = original.session_uid
         if uid in shapes:
             return shapes[uid], uid in self._reshaped

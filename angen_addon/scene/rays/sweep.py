@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sweep beams and rigid solids from their poses at the previous step to those at this step.
 
-A mesh that changes shape is taken as it is now. Solids that have just appeared, and those that
-geometry nodes make, are left out. A solid that jumps is treated as if it flew there.
+A mesh that changes shape is taken as it is at this step. Solids that have just appeared, and those
+that geometry nodes make, are left out. A solid that jumps is treated as if it flew to its new pose.
 """
 
 from __future__ import annotations
@@ -46,8 +46,16 @@ STANDS = -1
 class SolidsAtStep:
     """The n solids at one step.
 
-    `numbers` (n,) and `shapes` are their numbers and surfaces, `matrix` (n, 4, 4) their matrices,
-    and `lo`, `hi` (n, 3) their world bounds.
+    Attributes
+    ----------
+    numbers
+        Numbers (n,) of the solids.
+    shapes
+        Their n surfaces.
+    matrix
+        Matrices (n, 4, 4) to the world.
+    lo, hi
+        World bounds (n, 3).
     """
 
     numbers: NDArray[np.int64]
@@ -61,9 +69,14 @@ class SolidsAtStep:
 class SolidMotion:
     """The motion of n solids from one step to the next.
 
-    `before` (n,) is the earlier row of each solid, or STANDS where it did not move. `lo`, `hi` (n,
-    3) are the bounds of the space that it swept. `moved` (m,) are the rows of the solids that
-    moved.
+    Attributes
+    ----------
+    before
+        The row (n,) of each solid at the earlier step; STANDS if it did not move.
+    lo, hi
+        Bounds (n, 3) of the space that each solid swept.
+    moved
+        Rows (m,) of the solids that moved.
     """
 
     before: Rows
@@ -76,7 +89,12 @@ class SolidMotion:
 class SweptRays:
     """The rays of a sensor at one step, in Blender units.
 
-    `matrix` (4, 4) is the sensor's pose without scale. The rays are as for `RayCaster.cast`.
+    Attributes
+    ----------
+    matrix
+        The sensor's pose (4, 4), without scale.
+    origins, directions, length
+        The rays, as for `RayCaster.cast`.
     """
 
     matrix: Array
@@ -85,7 +103,7 @@ class SweptRays:
     length: Array
 
     def same(self, other: SweptRays) -> bool:
-        """Return whether the other rays and pose are equal."""
+        """Return whether another object has equal rays and an equal pose."""
         mine = self.matrix, self.origins, self.directions, self.length
         its = other.matrix, other.origins, other.directions, other.length
         return all(map(np.array_equal, mine, its))
@@ -118,7 +136,7 @@ class Sweeper:
         self._triangles: dict[Geometry, tuple[Any, TriangleTree]] = {}
 
     def solids_at(self, frame: int) -> SolidsAtStep:
-        """Return the solids at one of the caster's frames, as `sweep` takes them."""
+        """Return the solids at one of the caster's frames, in the form that `sweep` takes."""
         solids, frames = self._caster.solids, self._caster.frames
         if self._frames is not frames:
             self._frames, self._at_frames = frames, {}
@@ -249,10 +267,19 @@ class Sweeper:
 
 
 def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> Array:
-    """Return the ends of rays in the space of a moving body, shape (n + 1, k, 2, 3).
+    """Return the ends of k rays as they move in the space of a moving body, shape (n + 1, k, 2, 3).
 
-    `points` (k, 2, 3) are the ends in the sensor's space at the later step. The result has the
-    bounds of n intervals of time, between which the ends move straight within `tolerance`.
+    The time between the steps is split into n intervals, in which the ends move straight within
+    `tolerance`. The result has the ends at the limits of these intervals.
+
+    Parameters
+    ----------
+    body, sensor
+        The movements of the body and of the sensor.
+    points
+        The ends (k, 2, 3) in the sensor's space at the later step.
+    tolerance
+        The largest error, in Blender units.
     """
     ends = points.reshape(-1, 3)
     pieces = pieces_needed(body, sensor, ends, tolerance)
@@ -261,7 +288,7 @@ def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> 
 
 
 def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
-    """Return the earlier rows of the solids `numbers` (n,); STANDS for solids that are new."""
+    """Return the earlier rows (n,) of the solids with `numbers` (n,); STANDS for a new solid."""
     if np.array_equal(numbers, before.numbers):
         return np.arange(len(numbers))
     known = {number: row for row, number in enumerate(before.numbers.tolist())}
@@ -269,7 +296,10 @@ def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
 
 
 def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
-    """Return how far (m,) the points of turning solids may leave their straight ways."""
+    """Return how far (m,) the points of the moved solids may leave their straight ways.
+
+    It is 0 for a solid that does not turn.
+    """
     change = now.matrix[moved] - before.matrix[earlier]
     turns = (change[:, :3, :3] != 0.0).any(axis=(1, 2))
     # The corners of the bounds enclose the points of the solids, at both steps.
@@ -284,7 +314,15 @@ def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows)
 
 
 def _swept_bounds(move: Movement, ends: Array) -> tuple[Array, Array]:
-    """Return the bounds (3,), (3,) of the ways of points whose final places are `ends` (k, 3)."""
+    """Return the bounds (3,), (3,) of the space that points sweep.
+
+    Parameters
+    ----------
+    move
+        The movement of the points.
+    ends
+        Their places (k, 3) at the end of the movement.
+    """
     start = seen_from(Movement(np.eye(4), np.eye(4)), move, np.zeros(1), ends)[0]
     lo, hi = _bounds(np.stack([start, ends]))
     bulge = BULGE * float(np.linalg.norm(ends - start, axis=1).max()) if move.angle else 0.0
@@ -302,7 +340,7 @@ def _overlap(moves: SolidMotion, rows: Rows, lo: Array, hi: Array) -> NDArray[np
 
 
 def _relative_to(centre: Array, matrix: Array) -> Array:
-    """Return a matrix (4, 4) with its translation relative to a point (3,)."""
+    """Return a matrix (4, 4) whose translation is relative to the point `centre` (3,)."""
     seen = matrix.copy()
     seen[:3, 3] -= centre
     return seen

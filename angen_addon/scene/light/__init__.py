@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render the light at sensors: by `probe`, when `scene.changes` finds that it may have changed."""
+"""Render the light at sensors. `probe` does it, once `scene.changes` found that it may differ."""

@@ -2,24 +2,28 @@
 """Light by Cycles: one scene for all sensors, which is used again while only the frame changes.
 
 Cycles takes longer to load a home than to trace the light paths. So a light scene is loaded once.
-Afterwards Cycles loads only the changes, with results that have the same bits. Cycles drops a scene
-as soon as another one is rendered. So one light scene serves all sensors and the reference, which
-is traced at the first frame. In a day, light differs more and more from the first frame. A further
-reference is then traced at the beginning of the present part of the day (`scene.begins_of`).
+Afterwards Cycles loads only the changes, and the results have the same bits as without that. Cycles
+drops a scene as soon as another one is rendered. So one light scene serves all sensors, and the
+reference too.
+
+The *reference* is traced at the first frame. In a day, light differs more and more from the first
+frame. If it differs too much, a further reference is traced at the beginning of the present part of
+the day (`scene.begins_of`).
 
 The reference is a control variate, which removes noise from a run. It has two pictures with the
 same random numbers: one with as few light paths as an update, and one with many. The error of the
 first is similar to the error of the update's picture, and the second has hardly any error. Their
 difference corrects the update's picture. Objects that have moved since the first frame add no bias:
-they only make the two errors less similar. Where the update is darker than the reference, the
+they only make the two errors less similar. If the update is darker than the reference, the
 difference is scaled in proportion, so that a closed box reads 0. Such a ratio has a bias of the
 second order in the errors.
 
-Where the light departs far from the reference, the reading is traced with several times the paths.
-It is then corrected by the error of as many paths in the reference. Few paths decide whether the
-light departs, and may miss new light. So each view has two pixels, with half the paths each and
-independent random numbers, and one pixel that departs is enough. If both pixels miss new light, the
-reading is too low, which is much rarer (tests/blender/test_light_reference.py).
+Light that differs much from the reference is said to *depart* from it. The reading is then traced
+with several times the paths. It is corrected by the error that the reference has with that number
+of paths. Few paths decide whether the light departs, and may miss new light. So each view has two
+pixels, with half the paths each and independent random numbers, and one pixel that departs is
+enough. If both pixels miss new light, the reading is too low, which is much rarer
+(tests/blender/test_light_reference.py).
 
 References: Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control
 variates; Cochran, Sampling Techniques, chapter 6, on ratio estimates; Rousselle, Jarosz, Novák,
@@ -73,7 +77,7 @@ ROUNDING = 1e-5
 
 
 def finished(steps: Steps[T]) -> T:
-    """Run a generator without a pause, and return its result."""
+    """Run a generator to its end without pauses, and return its result."""
     while True:
         try:
             next(steps)
@@ -84,7 +88,7 @@ def finished(steps: Steps[T]) -> T:
 class CyclesScene(LightScene):
     """A light scene that Cycles renders, with lamps and the world in light groups.
 
-    It is at the user's present frame, except while a reference is traced.
+    It is at the present frame of the user's scene, except while a reference is traced.
     """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated) -> None:
@@ -146,7 +150,7 @@ class CyclesScene(LightScene):
         self.groups.follow()
 
     def picture(self, method: Any, together: dict[int, Seen]) -> Picture:
-        """Return a new picture of requests, given by their first pixels."""
+        """Return a new picture of the views of some requests, given by the first pixel of each."""
         with quietly():
             made = Picture(self, method, together)
         self._pictures.append(made)
@@ -158,12 +162,18 @@ class CyclesScene(LightScene):
         self.disown(*picture.made)
 
     def weights(self) -> Array:
-        """Return the present brightness (groups, 3) of each group, and of light without a group."""
+        """Return the present brightness (groups, 3) of the groups.
+
+        The last row is for light without a group.
+        """
         return np.concatenate([self.groups.weights(), np.ones((1, 3))])
 
     @property
     def sources(self) -> list[LightShare]:
-        """The source of each group's light, and of light without a group; with no light yet."""
+        """The source of each group's light. Its brightness is 0 until it is measured.
+
+        The last one is for light without a group.
+        """
         return [*self.groups.sources, LightShare((), OTHERS, 0.0)]
 
     def traced(
@@ -177,20 +187,21 @@ class CyclesScene(LightScene):
     ) -> Steps[Array]:
         """Trace light paths, and return the sums of their radiance.
 
-        It yields a text before each render.
+        The generator yields a text for the user before each render.
 
         Parameters
         ----------
         picture
             The picture to render.
         first, last
-            Numbers of the light paths of each pixel, without the last.
+            Numbers of the first light path of each pixel, and of the path after the last.
         doing
             The text to yield.
         only
-            Index of the only request to render, if given.
+            Index of the only request to render; None for all.
         of
-            The paths that a reference has in all, by which `done` is set.
+            The number of paths of the whole reference, from which `done` follows; 0 for no
+            reference.
 
         Returns
         -------
@@ -221,14 +232,18 @@ class CyclesScene(LightScene):
             render.resolution_x = render.resolution_y = data.ortho_scale = picture.side
 
     def _learn(self, seconds: float) -> None:
-        """Adapt the number of paths in a render to the time that the last render took."""
+        """Adapt the most paths of a render to the seconds that the last render took."""
         if seconds > LONGEST_S:
             self._paths_at_once = max(FEWEST, self._paths_at_once // 2)
         elif seconds < SHORTEST_S:
             self._paths_at_once = min(PATHS, 2 * self._paths_at_once)
 
     def _render(self, start: int, count: int, part: Part, picture: Picture) -> Array:
-        """Return the mean radiance (groups, requests, pixels, 3) of some light paths."""
+        """Return the mean radiance (groups, requests, pixels, 3) of a part of a picture.
+
+        `start` is the number of the first light path of each pixel, and `count` the number of
+        paths.
+        """
         engine.trace(self.scene, start, count)
         render, (row, column, end_row, end_column) = self.scene.render, part
         side, path = picture.side, Path(self._folder.name, "views")
@@ -278,9 +293,18 @@ DRIVEN = (
 
 @dataclass
 class _Asked:
-    """Requests that share a picture, by their first pixels.
+    """Requests that share a picture.
 
-    `few` light paths a pixel are traced at an update, and `many` in the reference: 0 without one.
+    Attributes
+    ----------
+    method
+        The module for the method of measurement: `views` or `faces`.
+    together
+        The requests, by the first pixel of each.
+    few
+        The light paths of each pixel at an update.
+    many
+        The light paths of each pixel in the reference; 0 if there is no reference.
     """
 
     method: Any
@@ -290,12 +314,12 @@ class _Asked:
 
     @property
     def near(self) -> int:
-        """The light paths a pixel where the light departs from the reference."""
+        """The light paths of each pixel if the light departs from the reference."""
         return min(CLOSER * self.few, self.many)
 
     @cached_property
     def pixels(self) -> Hashable:
-        """The key of the picture: the requests at their pixels."""
+        """The key of the picture: the method, and the requests with their first pixels."""
         bits = tuple((pixel, request_key(seen.request)) for pixel, seen in self.together.items())
         return self.method.__name__, bits
 
@@ -304,8 +328,12 @@ class _Asked:
 class Light:
     """The light of one request.
 
-    `colours` is linear Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in W/m². `shares`
-    are the parts of the mean luminance by source, None if unknown.
+    Attributes
+    ----------
+    colours
+        Linear Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in W/m².
+    shares
+        The part of the mean luminance that each source gives; None if unknown.
     """
 
     colours: Array
@@ -315,11 +343,15 @@ class Light:
 class CyclesLight:
     """The light of sensors by Cycles, update after update.
 
-    `close` it before other code can change the scene.
+    Call `close` before other code can change the scene.
 
-    `reference` is the number of light paths for a reading of the reference. A reading has no
-    reference if it has more paths itself, or if its sensor is not `steady`: it would be used only
-    once.
+    Parameters
+    ----------
+    reference
+        The number of light paths of each reading in the reference.
+
+    Some readings have no reference. These have more paths themselves, or their sensor is not
+    `steady`, so that a reference would be used only once.
     """
 
     def __init__(self, reference: int = 0) -> None:
@@ -341,7 +373,7 @@ class CyclesLight:
 
     @property
     def reference_done(self) -> float:
-        """The share of the present reference that is traced."""
+        """The part of the present reference that is traced, from 0 to 1."""
         return self._scene.done if self._scene is not None else 0.0
 
     def recall(self, references: dict[Any, Any]) -> None:
@@ -349,9 +381,9 @@ class CyclesLight:
         self._references = references
 
     def look(self, scene: Any, view_layer: Any, state: LightState | None = None) -> None:
-        """Compare the scene with the last update. Call it at each update.
+        """Compare the scene with its state at the last update. Call it at each update.
 
-        Without `state`, everything counts as changed.
+        If `state` is None, everything counts as changed.
         """
         before, now = self._state, self._contents
         self._state = state = state or LightState(*(count + 1 for count in before))
@@ -370,9 +402,14 @@ class CyclesLight:
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
 
     def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Light], list[str]]]:
-        """Return the light of requests by name, and notes.
+        """Measure the light of requests.
 
         All requests must have the same method and number of paths.
+
+        Returns
+        -------
+        tuple
+            The light by name of the request, and notes for the user.
         """
         method, samples = METHODS[requests[0].method], requests[0].samples
         pixels = TWICE * method.COUNT
@@ -390,7 +427,7 @@ class CyclesLight:
         return found, notes
 
     def _shared_out(self, method: Any, requests: Sequence[Any]) -> list[dict[int, Seen]]:
-        """Return the requests of each picture, by their first pixels."""
+        """Distribute requests over pictures; return the requests of each by first pixel."""
         key = method.__name__, *map(request_key, requests)
         if key not in self._together:
             while len(self._together) >= PICTURES:
@@ -402,7 +439,7 @@ class CyclesLight:
         return self._together[key]
 
     def refers(self, samples: int) -> bool:
-        """Return whether readings with so many light paths have a reference."""
+        """Return whether readings with `samples` light paths have a reference."""
         return self.reference > samples
 
     def close(self) -> None:
@@ -455,7 +492,17 @@ class CyclesLight:
         return self._found[asked.pixels]
 
     def _closer(self, asked: _Asked, own: Array, one: int) -> Steps[Array]:
-        """Return the light (groups, TWICE, views, 3) of one request by more light paths."""
+        """Return the light (groups, TWICE, views, 3) of one request by `asked.near` light paths.
+
+        Parameters
+        ----------
+        asked
+            The requests that share a picture.
+        own
+            The light of all of them by few paths, whose paths are used again.
+        one
+            Index of the request.
+        """
         key = asked.pixels, one
         if key not in self._found:
             scene = self._stand(PRESENT)
@@ -493,9 +540,8 @@ class CyclesLight:
         Returns
         -------
         dict
-            By index, for the requests whose light is similar then: light (groups, TWICE, views, 3)
-            by
-            few and by many paths.
+            Light (groups, TWICE, views, 3) by few and by many paths, by index of the request.
+            Requests whose light departs from that at `begin` too are left out.
         """
         found = {}
         for one in far:
@@ -514,20 +560,20 @@ class CyclesLight:
         frame: int,
         only: int | None = None,
     ) -> Steps[list[Array]]:
-        """Return the reference's light, with several numbers of light paths.
+        """Return the reference's light for several numbers of light paths.
 
         Parameters
         ----------
         asked
             The requests that share a picture.
         stops
-            Numbers of light paths a pixel, in increasing order; each begins with the same paths.
+            Increasing numbers of light paths of each pixel. Each number begins with the same paths.
         state
             The state of the lamps.
         frame
             The frame of the reference.
         only
-            Index of the only request to trace, if given.
+            Index of the only request to trace; None for all.
 
         Returns
         -------
@@ -548,7 +594,10 @@ class CyclesLight:
         return [_twice(known[stop]) / stop for stop in stops]
 
     def _stand(self, where: str | int) -> CyclesScene:
-        """Return the light scene, at the present frame or at that of a reference."""
+        """Return the light scene at the frame `where`.
+
+        It is PRESENT for the user's present frame, or the number of a reference's frame.
+        """
         if self._scene is not None and self._stands != where:
             # Frozen copies were hidden for a reference, and would come back in another order.
             frozen = self._scene.frozen and isinstance(self._stands, int)
@@ -562,7 +611,7 @@ class CyclesLight:
         return self._scene
 
     def _picture(self, asked: _Asked) -> Picture:
-        """Return the picture of requests; it is made if none is stored."""
+        """Return the picture of requests. It is made unless it is stored."""
         assert self._scene is not None
         made = self._pictures.pop(asked.pixels, None)
         if made is None:
@@ -575,8 +624,8 @@ class CyclesLight:
     def _asks_for_frame(self) -> bool:
         """Return whether a driver reads the frame of the user's scene.
 
-        A light scene cannot be at another frame for such a driver. The answer holds while light
-        scenes are kept, since nothing but the frame changes.
+        Such a driver would give the value of that frame in a light scene at another frame. The
+        answer is stored while light scenes are kept, since then nothing but the frame changes.
         """
         if self._looks_at_frame is None:
             self._looks_at_frame = any(
@@ -599,7 +648,7 @@ def _asks_for_frame(curve: Any) -> bool:
 
 
 def _twice(passes: Array) -> Array:
-    """Return passes (groups, requests, pixels, 3) by the two pixels of each view."""
+    """Split the pixels of passes (groups, requests, pixels, 3) into (…, TWICE, views, 3)."""
     return passes.reshape(*passes.shape[:2], TWICE, -1, 3)
 
 
@@ -613,7 +662,7 @@ def _light_of(
     asked
         The requests.
     passes
-        Radiance (groups, requests, views, 3).
+        Radiance (groups, requests, views, 3) of each group.
     weights
         Brightness (groups, 3) of the groups.
     sources
@@ -630,21 +679,34 @@ def _light_of(
 
 
 def _departs(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
-    """Return which pixels (requests, TWICE) depart from the reference.
+    """Return the mask (requests, TWICE) of the pixels whose light departs from the reference.
 
-    Their light differs so much that the errors have little in common, as where a person is close to
-    the sensor or its lamp. `own` and `few` are the light of the update and of the reference, both
-    (groups, requests, TWICE, views, 3); `weights` is (groups, 3). Each of a view's two pixels
-    decides for itself.
+    Their light differs so much that the errors of update and reference have little in common. That
+    happens, for example, if a person is close to the sensor or its lamp. Each of a view's two
+    pixels decides for itself.
+
+    Parameters
+    ----------
+    own, few
+        Light (groups, requests, TWICE, views, 3) of the update, and of the reference.
+    weights
+        Brightness (groups, 3) of the groups.
     """
     change = np.einsum("grtvc,gc->rt", np.abs(own - few), np.abs(weights))
     return np.asarray(change > ALIKE * np.einsum("grtvc,gc->rt", few, np.abs(weights)))
 
 
 def _corrected(light: Array, few: Array, many: Array) -> Array:
-    """Return the light of few paths plus the reference's (many − few), never negative.
+    """Return the update's light plus the reference's difference (many − few), never negative.
 
-    The difference is scaled down where the light is darker than the reference.
+    The difference is scaled down if the update is darker than the reference.
+
+    Parameters
+    ----------
+    light
+        The light of the update.
+    few, many
+        The light of the reference by few and by many paths.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(light < few, light / few, 1.0)
@@ -654,5 +716,5 @@ def _corrected(light: Array, few: Array, many: Array) -> Array:
 
 
 def request_key(request: Any) -> tuple[Hashable, ...]:
-    """Return all settings of a request as a key."""
+    """Return a hashable key that is equal for requests with equal settings."""
     return repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render light by EEVEE: the views of all sensors, as tiny cameras, in one render."""
+"""Render light by EEVEE: the views of all sensors in one render, each by a camera of its own."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ EEVEE_FACE = 10.0
 
 
 def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Return the linear radiance (4, 3) of the views along −Z, −X, +Z, +X of each request."""
+    """Return for each request the linear radiance (4, 3) of its views along −Z, −X, +Z and +X."""
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples // WALLS))
     cameras = []
@@ -50,7 +50,7 @@ def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[
 
 
 def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Return the irradiance (3,) in W/m² on the −Z face of each request.
+    """Return for each request the irradiance (3,) in W/m² on the −Z face of its pose.
 
     Cameras look at white faces, since EEVEE cannot bake.
     """
@@ -92,7 +92,7 @@ def _set_angle(data: Any, angle: float) -> None:
 
 
 def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
-    """Return the mean linear colour (n, 3) that each camera sees from its pose."""
+    """Return the mean linear colour (n, 3) that each of n cameras sees from its pose."""
     scene = light_scene.scene
     render = scene.render
     render.resolution_x = render.resolution_y = PIXELS
@@ -119,7 +119,10 @@ def _render(light_scene: Any, cameras: Sequence[tuple[Any, Array]]) -> Array:
 
 
 def _name_views(scene: Any, objects: Sequence[Any]) -> list[str]:
-    """Make each camera a view; Blender finds a view's camera by the end of its name."""
+    """Make each camera a view of a multiview render; return the names of the views.
+
+    Blender finds the camera of a view by the end of the camera's name.
+    """
     render = scene.render
     scene.camera = objects[0]
     if len(objects) == 1:

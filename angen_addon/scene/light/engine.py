@@ -2,7 +2,7 @@
 """Render settings of light scenes, whether EEVEE can run, and a reader for rendered OpenEXR files.
 
 The reader takes plain files: scan lines of 32-bit floats, not compressed, in one part. Blender
-would leave traces in the user's file if it loaded them as images.
+could read them too, but would leave their images in the user's file.
 """
 
 from __future__ import annotations
@@ -86,15 +86,18 @@ def set_up(scene: Any, engine: str) -> None:
 
 
 def at_once(scene: Any) -> int:
-    """Return the number of light paths a pixel that are traced together.
+    """Return the number of light paths of each pixel that one render traces.
 
-    The sums of parts are rounded: the number must be the same in all runs.
+    The sums of several renders are rounded, so this number must be the same in all runs.
     """
     return AT_ONCE if hasattr(scene.cycles, "use_sample_subset") else AT_ONCE_BEFORE
 
 
 def trace(scene: Any, start: int, count: int) -> None:
-    """Set the number of light paths a pixel to trace next, and the first one's number."""
+    """Set how many light paths the next render traces for each pixel.
+
+    `start` is the number of the first of these paths, which decides their random numbers.
+    """
     cycles = scene.cycles
     cycles.sample_offset = start
     if hasattr(cycles, "use_sample_subset"):
@@ -105,9 +108,10 @@ def trace(scene: Any, start: int, count: int) -> None:
 
 
 def why_no_eevee() -> str:
-    """Return why EEVEE cannot run here, in words; empty if it can.
+    """Return a text that says why EEVEE cannot run here; empty if it can.
 
-    Without a GPU or a display Blender reports no error but ends. So another process tries.
+    If EEVEE renders without a GPU or a display, Blender ends without an error. So another process
+    tries it.
     """
     return "" if not bpy.app.background else _why_no_eevee_in_background()
 
@@ -131,9 +135,10 @@ def _why_no_eevee_in_background() -> str:
 
 
 def read_layers(path: Path) -> dict[str, NDArray[np.float64]]:
-    """Return the pixels (height, width, 3) by layer and pass, such as "ViewLayer.Combined".
+    """Return the pixels (height, width, 3) of each layer and pass.
 
-    A file without layers has the key "". Raise `ValueError` if the file is of another kind.
+    Keys are such as "ViewLayer.Combined". A file without layers has the key "". Raise `ValueError`
+    if the file is not of the kind that this module reads.
     """
     data = path.read_bytes()
     magic, version = struct.unpack_from("<II", data)
@@ -161,7 +166,7 @@ def read_layers(path: Path) -> dict[str, NDArray[np.float64]]:
 
 
 def _header(data: bytes, at: int) -> tuple[dict[str, bytes], int]:
-    """Return the attributes by name, and the position of their end."""
+    """Return the attributes of a header by name, and the position behind them."""
     found = {}
     while data[at] != 0:
         name, at = _text(data, at)
@@ -188,9 +193,9 @@ def _text(data: bytes, at: int) -> tuple[str, int]:
 
 
 def to_rec709(rgb: Array) -> Array:
-    """Return the colours (…, 3) of a render in linear Rec. 709.
+    """Convert the colours (…, 3) of a render to linear Rec. 709.
 
-    Before Blender 5.0 they are unchanged.
+    Before Blender 5.0, renders are in Rec. 709 already.
 
     References
     ----------

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small white faces whose brightness is the light on them, and illuminance by Cycles."""
+"""Illuminance by Cycles, from the brightness of small white faces at the sensors.
+
+This module has the same functions as `views`, and `Picture` calls them.
+"""
 
 from __future__ import annotations
 
@@ -27,19 +30,19 @@ APART = 4.0
 
 
 def lids(request: Any, walls: Any) -> tuple[int, ...]:
-    """Return that no view needs a lid: a face sees without a limit."""
+    """Return that no view of a request needs a lid, since a face sees to any distance."""
     return ()
 
 
 def collide(scene: Any, walls: Any, one: Seen, other: Seen) -> bool:
-    """Return whether the faces of two requests are so near that they could be confused."""
+    """Return whether the faces of two requests are so near that a ray could hit the wrong one."""
     a, b = one.request.matrix, other.request.matrix
     near = APART * max(face_size(scene, a), face_size(scene, b))
     return bool(np.abs(a[:3, 3] - b[:3, 3]).max() < near) and not np.array_equal(a, b)
 
 
 def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
-    """Return the starts (4, 3) and directions (4, 3) of rays through the corners of each pixel."""
+    """Return, for the single pixel, the rays through its corners: starts and directions (4, 3)."""
     size, back = face_size(scene, request.matrix), request.matrix[:3, 2]
     corners = face(request.matrix, size)
     starts = PART * corners + (1.0 - PART) * corners.mean(axis=0) - AHEAD * size * back
@@ -47,21 +50,24 @@ def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
-    """Add the white faces that the pixels look at."""
+    """Add the white faces, at which the pixels look, to a picture."""
     poses = [seen.request.matrix for seen in together]
     corners = [face(pose, face_size(scene, pose)) for pose in poses]
     picture.add_squares(corners, {}, white(picture.own))
 
 
 def face_size(scene: Any, matrix: Array) -> float:
-    """Return the side of a face at a pose, and its distance from the origin, in Blender units."""
+    """Return the side of a face in Blender units, which is also its distance from the sensor."""
     metres = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
     farthest = float(np.abs(matrix[:3, 3]).max())
     return max(FACE / metres, STEPS * float(np.spacing(np.float32(farthest))))
 
 
 def face(matrix: Array, size: float) -> Array:
-    """Return the corners (4, 3) of a square that faces −Z of a pose, ahead of its origin."""
+    """Return the corners (4, 3) of a square at a sensor's pose.
+
+    The square faces −Z, and lies in that direction from the origin of the pose.
+    """
     x, y, z = matrix[:3, 0], matrix[:3, 1], matrix[:3, 2]
     middle = matrix[:3, 3] - z * size
     h = size / 2
@@ -70,7 +76,7 @@ def face(matrix: Array, size: float) -> Array:
 
 
 def white(own: Any) -> Any:
-    """Return a material that reflects all light diffusely."""
+    """Return a new material that reflects all light diffusely."""
     nodes = Nodes(own)
     diffuse = nodes.add("ShaderNodeBsdfDiffuse", color=(1.0, 1.0, 1.0, 1.0), roughness=0.0)
     nodes.add("ShaderNodeOutputMaterial", surface=diffuse.outputs[0])

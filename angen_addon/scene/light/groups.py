@@ -3,11 +3,12 @@
 
 A picture has the light of each group apart, at a fixed power. Light is linear in power. So for any
 state of the lamps the light is a weighted sum, and a lamp that is switched or dimmed needs no new
-picture. Light without a group (meshes, lamps in instances) is the whole minus all groups.
+picture. Light without a group (from glowing meshes, and lamps in instances) is the whole minus all
+groups.
 
-Cycles sends shadow rays to lamps by their power. So lamps have equal powers here, and sun and sky
-less than their real power: otherwise they would take most rays, also in rooms that they do not
-reach.
+Cycles sends more shadow rays to lamps with more power. So all lamps have equal powers here, and sun
+and sky have less than their real power. Otherwise sun and sky would take most rays, also in rooms
+that they do not reach.
 """
 
 from __future__ import annotations
@@ -36,10 +37,24 @@ WORLD_SOURCE = "World"
 
 @dataclass
 class _Group:
-    """Lamps that share the user's `data`.
+    """Lamps that share the same data (`bpy.types.Light`).
 
-    `made` is a copy of the data in the light scene, with another `power`. `values` are the facts of
-    the data when the copy was made. `users` are the names of the user's objects.
+    Attributes
+    ----------
+    name
+        The name of the light group.
+    data
+        The user's data.
+    power
+        The power of the lamps in the light scene.
+    values
+        The facts of the data when `made` was copied, as text.
+    made
+        The copy of the data in the light scene.
+    lamps
+        The objects in the light scene.
+    users
+        The names of the user's objects that they represent.
     """
 
     name: str
@@ -52,7 +67,11 @@ class _Group:
 
 
 class LightGroups:
-    """The light groups of a light scene; all lamps get the median power of `lamps`, their data."""
+    """The light groups of a light scene.
+
+    All lamps but suns get the same power: the median of the powers of `lamps`, which are data
+    (`bpy.types.Light`).
+    """
 
     def __init__(self, light_scene: Any, lamps: Iterable[Any]) -> None:
         self._light_scene = light_scene
@@ -63,9 +82,10 @@ class LightGroups:
         self._power = float(np.median(known)) if known else LAMP
 
     def add(self, lamp: Any, user: str) -> Any | None:
-        """Give a lamp of the light scene a power and a group; return None if it never shines.
+        """Give a lamp of the light scene its power and group, and return it.
 
-        `user` is the name of the user's object that the lamp represents.
+        Return None if it never shines. `user` is the name of the user's object that the lamp
+        represents.
         """
         data = lamp.data
         group = self._groups.get(data.session_uid)
@@ -84,9 +104,10 @@ class LightGroups:
         return lamp
 
     def add_world(self, world: Any, original: Any) -> None:
-        """Put the world, a copy made for the light scene, into a group.
+        """Put `world`, a copy of the user's world `original`, into a group.
 
-        A background at the end of its nodes is made darker, and its strength becomes a weight.
+        If the world is a single background node, the copy is made darker. The strength of the
+        user's node then becomes the weight of the group.
         """
         self._light_scene.view_layer.lightgroups.add(name="world")
         world.lightgroup = "world"
@@ -114,7 +135,7 @@ class LightGroups:
         tree.links.new(scale.outputs[0], socket)
 
     def follow(self) -> None:
-        """Copy the data of lamps again where more than their power has changed."""
+        """Copy the data of lamps again if more than their power has changed."""
         for group in self._groups.values():
             if repr(present_facts(group.data, POWER)) != group.values:
                 before = group.made
@@ -131,25 +152,28 @@ class LightGroups:
 
     @property
     def sources(self) -> list[LightShare]:
-        """The source of each group's light, with no light yet."""
+        """The source of each group's light. Its brightness is 0 until it is measured."""
         lamps = [LightShare(tuple(g.users), "", 0.0) for g in self._groups.values()]
         return lamps + ([LightShare((), WORLD_SOURCE, 0.0)] if self._strength else [])
 
     @property
     def state(self) -> Hashable:
-        """The values that decide the light of the groups, apart from the lamps' present power."""
+        """All values that the light of the groups depends on, except the lamps' present power."""
         lamps = tuple((group.values, group.power) for group in self._groups.values())
         return lamps, self._world_share
 
     def weights(self) -> Array:
-        """Return the present brightness (groups, 3) in the user's scene, relative to this scene."""
+        """Return the present brightness (groups, 3) of each group.
+
+        It is the power in the user's scene relative to that in the light scene.
+        """
         found = [g.data.energy * tint_of(g.data) / g.power for g in self._groups.values()]
         if self._strength:
             found.append(np.full(3, self._strength()))
         return np.array(found).reshape(-1, 3)
 
     def _make_data(self, group: _Group) -> None:
-        """Copy the lamps' data and nodes as they are now, without animation."""
+        """Copy the user's data and nodes with the present values, without animation."""
         made = group.made = self._light_scene.own(group.data.copy())
         group.values = repr(present_facts(group.data, POWER))
         made.animation_data_clear()
@@ -163,7 +187,7 @@ class LightGroups:
 
 
 def _highest_power(data: Any) -> float | None:
-    """Return the highest power of a lamp's data in the file, or None if it is unknown.
+    """Return the highest power that a lamp's data have at any frame; None if it is unknown.
 
     It is 0 only if the lamp never shines.
     """
@@ -174,7 +198,10 @@ def _highest_power(data: Any) -> float | None:
 
 
 def _highest(owner: Any, path: str, now: float) -> float | None:
-    """Return the highest value of a property that is `now` at present; None if unknown."""
+    """Return the highest value of a property at any frame; None if it is unknown.
+
+    `now` is its present value.
+    """
     if owner.animation_data is None:
         return abs(float(now))
     if not is_animated(owner, path) and not owner.animation_data.nla_tracks:
@@ -185,7 +212,7 @@ def _highest(owner: Any, path: str, now: float) -> float | None:
 
 
 def _background(world: Any) -> Any | None:
-    """Return the background node that is all of a world; None for other worlds."""
+    """Return the background node of a world that has nothing else; None for other worlds."""
     if not has_nodes(world):
         return None
     outputs = [n for n in world.node_tree.nodes if n.type == "OUTPUT_WORLD" and n.is_active_output]

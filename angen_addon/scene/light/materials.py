@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Read the nodes of materials, and make the materials of light scenes.
 
-A pane is thin glass, and must let lamps and the sun shine through. Cycles sends no shadow ray
-through refraction, so that a pane of glass hides all lamps behind it.
+A *pane* is thin glass, such as that of a window. It must let lamps and the sun shine through. But
+Cycles sends no shadow ray through refraction, so that a pane of glass hides all lamps behind it.
 
 A plane-parallel pane does not bend light: what passes goes straight on. So each face of a thin,
 flat, smooth pane reflects by Fresnel's equations, and lets the rest pass straight, tinted by the
-glass. A closed pane then lets (1 − R)/(1 + R) pass with all reflections between its faces: 92 %
-from the front at an index of refraction of 1.5. A single sheet of faces stands for both faces of a
-pane. Only the light scene has such materials; those of the user are not changed.
+glass. A closed pane, including all reflections between its faces, then lets (1 − R)/(1 + R) pass.
+At an index of refraction of 1.5 that is 92 % from the front. A single sheet of faces stands for
+both faces of a pane. Only the light scene has such materials; those of the user are not changed.
 
 Reference: Born and Wolf, Principles of Optics, section 1.5 (Fresnel's formulae).
 """
@@ -43,12 +43,12 @@ FLAT, ALIGNED = 0.9, 0.99
 
 
 def has_nodes(owner: Any) -> bool:
-    """Return whether a lamp or a world uses nodes: since Blender 5.0 all do."""
+    """Return whether a lamp or a world uses nodes. Since Blender 5.0, each node tree is used."""
     return bool(owner.node_tree and (bpy.app.version >= (5, 0) or owner.use_nodes))
 
 
 class Nodes:
-    """The nodes of a new material."""
+    """A new material, to which nodes are added."""
 
     def __init__(self, own: Any) -> None:
         self.material = own(bpy.data.materials.new(".angen_light"))
@@ -58,10 +58,10 @@ class Nodes:
         self._tree.nodes.clear()
 
     def add(self, kind: str, operation: str = "", **inputs: Any) -> Any:
-        """Add a node, and set its inputs.
+        """Add a node, set its inputs, and return it.
 
-        An input is given by its name, or by `_` and its index. Its value is a constant, or the
-        output socket of a node to link.
+        An input is given by its name in lower case, or by `_` and its index. Its value is a
+        constant, or the output socket of another node, which is then linked.
         """
         node = self._tree.nodes.new(kind)
         if operation:
@@ -75,21 +75,21 @@ class Nodes:
         return node
 
     def vector(self, name: str) -> Any:
-        """Return the output of a vector attribute."""
+        """Add a node that reads the attribute `name`, and return its vector output."""
         node = self.add("ShaderNodeAttribute")
         node.attribute_name = name
         return node.outputs["Vector"]
 
 
 class Surfaces:
-    """The present reflectances of materials, by session uid."""
+    """The reflectances of materials, by session uid. Make a new object after materials changed."""
 
     def __init__(self) -> None:
         self._materials: dict[int, Any] = {}
         self._known: dict[int, Array] = {0: np.full(3, 0.8)}
 
     def reflectance(self, uid: int) -> Array:
-        """Return the reflectance (3,) of a material; Cycles's default grey for uid 0."""
+        """Return the reflectance (3,) of a material; for uid 0 (no material) Cycles's grey."""
         if uid not in self._known:
             self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
             material = self._materials.get(uid)
@@ -108,7 +108,17 @@ def _reflectance(material: Any) -> Array:
 
 
 def _reflected(socket: Any, shown: Array, depth: int) -> Array:
-    """Return the share (3,) that the shader linked to a socket reflects; half if unknown."""
+    """Return the fraction (3,) that the shader linked to a socket reflects; half if unknown.
+
+    Parameters
+    ----------
+    socket
+        An input socket.
+    shown
+        The material's viewport colour (3,), which is used if a colour input is linked.
+    depth
+        The most nodes to follow.
+    """
     if not socket.links or depth == 0:
         return np.zeros(3)
     node = socket.links[0].from_node
@@ -125,7 +135,7 @@ def _reflected(socket: Any, shown: Array, depth: int) -> Array:
 
 
 def _factor(socket: Any, depth: int) -> float:
-    """Return a mixing factor as a shadow ray from the front gets it."""
+    """Return the factor of a mix node, as a shadow ray that comes from the front gets it."""
     if not socket.is_linked or depth == 0:
         return float(socket.default_value)
     link = socket.links[0]
@@ -188,14 +198,25 @@ def _nodes(tree: Any, seen: set[int]) -> Any:
 
 
 class Glass(NamedTuple):
-    """Smooth glass: the tint (red, green, blue) of one face, and the index of refraction."""
+    """Smooth glass.
+
+    Attributes
+    ----------
+    tint
+        The factors (red, green, blue) by which one face tints light.
+    ior
+        The index of refraction.
+    """
 
     tint: tuple[float, float, float]
     ior: float
 
 
 class Panes:
-    """Makes stand-ins for panes in a light scene; `own` registers the datablocks that are made."""
+    """Makes stand-ins for panes in a light scene.
+
+    `own` is called with each datablock that is made, to register it.
+    """
 
     def __init__(self, scene: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
         self._metres = unit_scale(scene)
@@ -204,9 +225,9 @@ class Panes:
         self._made: dict[tuple[Glass, bool], Any] = {}
 
     def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
-        """Return the object, or a copy of it whose panes let light pass.
+        """Return the object if it has no panes, or a copy of it whose panes let light pass.
 
-        With `is_copy`, `obj` was made for this scene, has no modifiers, and is changed itself.
+        If `is_copy`, `obj` was made for this scene and has no modifiers. It is then changed itself.
         """
         panes = self._panes(obj, is_copy)
         if not panes:
@@ -222,7 +243,10 @@ class Panes:
         return bool(self._panes(obj, False))
 
     def _panes(self, obj: Any, is_copy: bool) -> dict[int, tuple[Glass, bool]]:
-        """Return the glass of each material slot with panes, and whether they are single sheets."""
+        """Return the panes of an object, as `panes_of` does.
+
+        If `is_copy`, `obj` was made for this scene and has no modifiers.
+        """
         if not any(slot.material and glass_of(slot.material) for slot in obj.material_slots):
             return {}
         return panes_of(obj if is_copy else obj.evaluated_get(self._depsgraph), self._metres)
@@ -276,9 +300,21 @@ def glass_of(material: Any) -> Glass | None:
 
 
 def panes_of(evaluated: Any, metres: float) -> dict[int, tuple[Glass, bool]]:
-    """Return the panes of an evaluated object by material slot: glass, and whether single sheets.
+    """Return the panes of an evaluated object.
 
     Slots whose glass is thick or curved are left out.
+
+    Parameters
+    ----------
+    evaluated
+        The evaluated object.
+    metres
+        The length of a Blender unit.
+
+    Returns
+    -------
+    dict
+        By index of the material slot: the glass, and whether its panes are single sheets.
     """
     found: dict[int, tuple[Glass, bool]] = {}
     if evaluated.type != "MESH":
@@ -293,17 +329,17 @@ def panes_of(evaluated: Any, metres: float) -> dict[int, tuple[Glass, bool]]:
 
 
 def hides_lamps(material: Any) -> bool:
-    """Return whether Cycles sends no shadow rays through a material's smooth glass."""
+    """Return whether a material has smooth glass through which Cycles sends no shadow rays."""
     nodes = material.node_tree.nodes if material.node_tree else ()
     opens = any(node.type in {"BSDF_TRANSPARENT", "LIGHT_PATH"} for node in nodes)
     return not opens and any(_refracts(node) for node in nodes)
 
 
 def opaque_glass(view_layer: Any) -> dict[str, str]:
-    """Return visible objects whose glass hides lamps from light sensors, with the glass.
+    """Return the visible objects whose glass hides lamps from light sensors.
 
-    Keys and values are names. Panes that are thin, flat and plain, and objects no larger than a
-    bottle, are left out.
+    The keys are names of objects, and the values names of the glass materials. Thin, flat, plain
+    panes and objects no larger than a bottle are left out.
     """
     found = {}
     metres = unit_scale(view_layer.id_data)
@@ -338,7 +374,10 @@ def _refracts(node: Any) -> bool:
 def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]]:
     """Return the connected parts of the faces with a material slot.
 
-    A part has the corners (n, 3, 3) of its triangles in m, and their area vectors (n, 3) in m².
+    Returns
+    -------
+    list
+        For each part, the corners (n, 3, 3) of its triangles in m, and area vectors (n, 3) in m².
     """
     mesh = evaluated.data
     mesh.calc_loop_triangles()
@@ -363,7 +402,7 @@ def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]
 
 
 def _connected(triangles: Any, count: int) -> Any:
-    """Return a label for each triangle (n, 3), equal within a connected part."""
+    """Return a label (n,) for each triangle (n, 3): equal labels for connected triangles."""
     labels = np.arange(count)
     while True:
         lowest = labels[triangles].min(axis=1)
@@ -375,9 +414,9 @@ def _connected(triangles: Any, count: int) -> Any:
 
 
 def _is_sheet(corners: Array, areas: Array) -> bool | None:
-    """Return whether a connected part of glass is a single flat sheet.
+    """Return True for a single flat sheet of glass, False for a thin, flat, closed pane.
 
-    False for a thin, flat, closed pane; None for other shapes.
+    Return None for other shapes. The parameters are a part as `_parts` returns it.
     """
     sizes = np.linalg.norm(areas, axis=1)
     whole = sizes.sum()

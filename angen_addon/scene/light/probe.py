@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measure the light at all sensors at the scene's present frame.
 
-Never call it in a frame handler, where a render crashes Blender, nor during a user's render.
+Never call it in a frame handler or during a user's render. In a frame handler, a render crashes
+Blender.
 """
 
 from __future__ import annotations
@@ -30,11 +31,28 @@ BUSY_JOBS = ("RENDER", "OBJECT_BAKE")
 
 @dataclass(frozen=True)
 class LightRequest:
-    """The settings of one light sensor.
+    """The settings of one light sensor. Lengths are in Blender units.
 
-    `matrix` (4, 4) is its pose in the world, with orthonormal axes. Lengths are in Blender units,
-    and the angle is in radians. `samples` are the light paths of a reading. `steady` says that
-    nothing in the file changes these settings from frame to frame.
+    Attributes
+    ----------
+    name
+        The name of the sensor.
+    matrix
+        Its pose (4, 4) in the world, with orthonormal axes.
+    method
+        FOUR_WALL or ILLUMINANCE.
+    engine
+        CYCLES or EEVEE.
+    samples
+        The light paths of a reading.
+    clip_start, clip_end
+        The clip distances of a view.
+    field_of_view
+        The angle of a view, in radians.
+    exposure
+        The exposure of the sensor.
+    steady
+        Whether nothing in the file changes these settings from frame to frame.
     """
 
     name: str
@@ -50,7 +68,7 @@ class LightRequest:
 
 
 def busy() -> bool:
-    """Return whether the user renders or bakes: then the light sensors must wait."""
+    """Return whether the user renders or bakes, so that the light sensors must wait."""
     return any(bpy.app.is_job_running(job) for job in BUSY_JOBS)
 
 
@@ -67,10 +85,10 @@ def measuring(
     kept: CyclesLight | None = None,
     state: LightState | None = None,
 ) -> Steps[dict[str, LightSample]]:
-    """Measure the light of each request; return the samples by name.
+    """Measure the light of each request; return the samples by name of the request.
 
-    A sample does not depend on the other requests. Before each picture the generator yields a text
-    about what takes long. Until it continues, nothing may change the scene.
+    A sample does not depend on the other requests. The generator yields a text for the user before
+    each picture. Until it continues, nothing may change the scene.
 
     Parameters
     ----------
@@ -81,9 +99,10 @@ def measuring(
     efficacy
         Luminous efficacy in lm/W.
     kept
-        Stores light scenes and references for the next call, if given.
+        Keeps light scenes and references for the next call; None to remove them at the end.
     state
-        The state of the scene, by which more can be used again.
+        The state of the scene; None if unknown. What has not changed since the last call is used
+        again.
 
     Raises
     ------
@@ -124,7 +143,10 @@ def measuring(
 def _by_eevee(
     scene: Any, view_layer: Any, group: list[LightRequest]
 ) -> tuple[dict[str, Light], list[str]]:
-    """Return the light of requests of one method and number of samples by name, and notes."""
+    """Return the light by name of the request, and notes for the user.
+
+    All requests must have the same method and number of samples.
+    """
     with LightScene(scene, view_layer) as light_scene:
         engine.set_up(light_scene.scene, "EEVEE")
         way = eevee.four_walls if group[0].method == "FOUR_WALL" else eevee.faces

@@ -39,13 +39,16 @@ SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
 
 class Simulated:
-    """The set of objects that Blender's physics moves, ties or shapes, and of their followers."""
+    """The set of objects that Blender's physics moves, ties or shapes, and of all that follow them.
+
+    An object follows its parent, and the targets of its constraints and modifiers.
+    """
 
     def __init__(self) -> None:
         self._known: dict[int, bool] = {}
 
     def look_again(self) -> None:
-        """Forget the known objects."""
+        """Forget which objects are in the set, after an edit of the file."""
         self._known.clear()
 
     def __contains__(self, obj: Any) -> bool:
@@ -63,7 +66,7 @@ class Simulated:
 
 
 def _followed(obj: Any) -> Iterator[Any]:
-    """Yield the objects that an object's parent, constraints and modifiers make it depend on."""
+    """Yield the objects on which an object depends by its parent, constraints and modifiers."""
     for owner in (*obj.constraints, *obj.modifiers):
         target = getattr(owner, "target", None) or getattr(owner, "object", None)
         if isinstance(target, bpy.types.Object):
@@ -73,9 +76,18 @@ def _followed(obj: Any) -> Iterator[Any]:
 
 
 class Frozen:
-    """New objects with the present pose and look of `obj` and its instances, for renders.
+    """New objects that replace `obj` and its instances in renders.
 
-    `made` lists the new objects, and `own` registers new datablocks.
+    They have the present pose and look. `made` has the new objects.
+
+    Parameters
+    ----------
+    obj
+        The user's object.
+    depsgraph
+        The evaluated depsgraph.
+    own
+        Is called with each datablock that is made, to register it.
     """
 
     def __init__(self, obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
@@ -90,10 +102,10 @@ class Frozen:
             self.made += _instances(obj, depsgraph, own)
 
     def follow(self, depsgraph: Any) -> bool:
-        """Give the new objects the present poses; return whether that was possible.
+        """Give the new objects the present poses; return False if that is not enough.
 
-        Only the matrix of a moving object is set. A new shape needs new objects: when a mesh is
-        exchanged, Cycles sometimes keeps the earlier one.
+        It is not if the shape or look has changed, or if there are instances. A new shape needs new
+        objects: if only the mesh is exchanged, Cycles sometimes keeps the earlier one.
         """
         evaluated = self._obj.evaluated_get(depsgraph)
         if self._has_instances or _seen(evaluated) != self._seen:
@@ -104,9 +116,9 @@ class Frozen:
 
 
 def _seen(evaluated: Any) -> tuple[str, Any]:
-    """Return the look of an object and its whole shape.
+    """Return two values for comparison: the look of an object, and its whole shape.
 
-    The shape of an object that is no mesh never equals another.
+    For curves, text and metaballs, the shape never equals another.
     """
     looks = repr(object_values(evaluated))
     if evaluated.type == "MESH":
@@ -135,7 +147,7 @@ def _placed(made: Any, matrix: Any) -> Any:
 
 
 def _instances(obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> list[Any]:
-    """Return the stand-ins of all instances that an object makes."""
+    """Return the objects that replace all instances that an object makes."""
     made = []
     shapes: dict[int, Any] = {}
     for instance in depsgraph.object_instances:
@@ -164,7 +176,7 @@ def _shape(evaluated: Any, depsgraph: Any, own: Callable[[Any], Any]) -> Any:
 
 
 def _like(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
-    """Return a new object with `data`, and all properties of an object that light depends on."""
+    """Return a new object with `data` and all settings of an object that light depends on."""
     made = own(bpy.data.objects.new(".angen_light", data))
     for name in SEEN_OF_OBJECT:
         setattr(made, name, getattr(evaluated, name))
@@ -235,10 +247,18 @@ TWINS_RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
 class LightScene:
-    """A context with a temporary `scene` and `view_layer` to render.
+    """A context manager that makes a temporary scene to render. Use it inside `quietly`.
 
-    `notes` tells what could not be carried over. Datablocks that `own` has registered are removed
-    at the end, also after an error. Use it inside `quietly`.
+    All datablocks that were registered by `own` are removed at the end, also after an error.
+
+    Attributes
+    ----------
+    scene
+        The temporary scene; its `view_layer` is the one to render.
+    notes
+        Texts for the user about what the scene cannot show as it is.
+    frozen
+        The stand-ins of objects that it cannot show unchanged.
     """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated | None = None) -> None:
@@ -299,20 +319,20 @@ class LightScene:
         bpy.data.batch_remove([d for d in made if _alive(d)])
 
     def _begin(self) -> None:
-        """Set up the new scene."""
+        """Set up the new scene before objects are added."""
         self.scene.camera = self._user_scene.camera
         # Off in new scenes, unlike in new files.
         self.scene.eevee.use_shadows = True
 
     def follow_frozen(self) -> bool:
-        """Give frozen copies the poses of their originals; return whether all could follow."""
+        """Give frozen objects the poses of their originals; return False if one needs more."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
     def follow(self, reference: int | None = None) -> None:
-        """Set the frame, and copy the user scene's settings that drivers and nodes read.
+        """Set the frame, and copy the settings of the user's scene that drivers and nodes read.
 
-        `reference` is the frame of a reference, in place of the present frame. Frozen copies and
-        animated custom properties, which are known only at the present frame, are then left out.
+        `reference` is the frame of a reference; None for the present frame. Frozen objects and
+        animated custom properties are known only at the present frame, and left out in a reference.
         """
         user, scene = self._user_scene, self.scene
         self._take_over_time(user, reference)
@@ -370,7 +390,7 @@ class LightScene:
         self.scene.collection.children.link(shown)
 
     def _stand_ins(self, obj: Any) -> Iterator[Any]:
-        """Yield the objects that represent an object in the light scene."""
+        """Yield the objects that represent a user's object in the light scene."""
         if is_portal(obj) and self._user_scene.world is None:
             # Blender 5.2 crashes with a portal and no world.
             return
@@ -385,9 +405,14 @@ class LightScene:
                 yield lamp
 
     def _lamp(self, obj: Any, lamp: Any) -> Any | None:
-        """Return the lamp that represents `lamp` here, or None.
+        """Return the object that represents a lamp in the light scene; None to leave it out.
 
-        `lamp` is the user's object `obj`, or was made for this scene as its stand-in.
+        Parameters
+        ----------
+        obj
+            The user's object.
+        lamp
+            The same object, or a stand-in that was made for this scene.
         """
         return lamp
 
@@ -404,14 +429,17 @@ class LightScene:
 
 
 def _take_over(of: Any, to: Any, *names: str) -> None:
-    """Copy settings that differ: Blender evaluates again after any setting, even the same."""
+    """Copy the settings `names` from `of` to `to` if they differ.
+
+    Blender evaluates the scene again after each assignment, even of an equal value.
+    """
     for name in names:
         if getattr(to, name) != getattr(of, name):
             setattr(to, name, getattr(of, name))
 
 
 def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
-    """Return the objects that a light scene would have, and its world, for comparison."""
+    """Return a value for comparison: the world and the objects that a light scene would have."""
     housings = Housings()
     # One a material, within this call; without this cache each slot of each object takes 20 µs.
     glass = cache(glass_of)
@@ -424,7 +452,7 @@ def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
 
 
 def _glass(obj: Any, glass: Callable[[Any], Hashable]) -> Iterator[Hashable]:
-    """Yield the glass in an object's material slots."""
+    """Yield the glass of an object's materials. `glass` returns that of a material, or None."""
     for slot in obj.material_slots:
         made_of = slot.material and glass(slot.material)
         if made_of:
@@ -439,7 +467,7 @@ def is_left_out(obj: Any, housings: Housings) -> bool:
 
 
 def must_be_frozen(obj: Any, simulated: Simulated) -> bool:
-    """Return whether a stand-in with the present shape must replace an object."""
+    """Return whether an object needs a stand-in that keeps its present shape and place."""
     return obj.hide_render or obj in simulated
 
 
@@ -452,9 +480,10 @@ def is_portal(obj: Any) -> bool:
 
 
 class Housings:
-    """The set of light sensors and of objects that hang on one, which would shade it.
+    """The set of light sensors and of their descendants, which would shade the sensors.
 
-    They are left out for all light sensors, so that none changes the light of another. Lamps stay.
+    They are left out for all light sensors, so that none changes the light of another. Lamps are
+    never in the set.
     """
 
     def __init__(self) -> None:
@@ -475,7 +504,7 @@ class Housings:
 
 @contextmanager
 def quietly() -> Iterator[None]:
-    """Silence standard output and the handlers of others while a light scene renders."""
+    """Silence standard output and all handlers while a light scene renders."""
     with _handlers_quiet(), standard_output_silenced():
         yield
 
@@ -494,7 +523,7 @@ def _handlers_quiet() -> Iterator[None]:
 
 
 def remove_left() -> None:
-    """Remove light scenes that were saved in a file or an undo step during a run."""
+    """Remove light scenes that were left in a file or an undo step that was saved during a run."""
     if any(LIGHT_MARK in scene for scene in bpy.data.scenes):
         left = [d for group in MADE for d in getattr(bpy.data, group) if LIGHT_MARK in d]
         bpy.data.batch_remove(left)
@@ -510,8 +539,17 @@ def _alive(datablock: Any) -> bool:
 class Instances:
     """Makes stand-ins for panes, and for instances of collections with panes or housings.
 
-    A pane lets light pass, and a housing would shade its light sensor. `own` registers new
-    datablocks.
+    A stand-in's panes let light pass. Its housings, which would shade their light sensors, are left
+    out.
+
+    Parameters
+    ----------
+    own
+        Is called with each datablock that is made, to register it.
+    housings
+        The objects to leave out.
+    panes
+        Makes the stand-ins for panes.
     """
 
     def __init__(self, own: Callable[[Any], Any], housings: Container[Any], panes: Panes) -> None:
@@ -524,7 +562,8 @@ class Instances:
     def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
         """Return the object, or a copy without housings and with panes that let light pass.
 
-        With `is_copy`, the object itself may be changed.
+        An object without either is returned as it is. If `is_copy`, the object was made for this
+        scene, and is changed itself.
         """
         if not is_holder(obj):
             return self._panes.stand_in(obj, is_copy)
@@ -557,12 +596,12 @@ class Instances:
 
 
 def twins(objects: Iterable[Any], own: Callable[[Any], Any]) -> Any:
-    """Return an object that shows some of `objects` a second time.
+    """Return an object that shows some of `objects` a second time, where hardly a ray sees them.
 
     It saves Cycles from building its tree of triangles again at each picture. In a background
     render, Cycles puts all meshes that are shown once into one tree, which it builds again if
-    anything moves. A mesh that is shown twice has a separate tree, which Cycles keeps. So each is
-    shown a second time, where hardly a ray sees it. `own` registers new datablocks.
+    anything moves. A mesh that is shown twice has a separate tree, which Cycles keeps. `own` is
+    called with each datablock that is made, to register it.
     """
     again = own(bpy.data.collections.new(".angen_light"))
     for obj in objects:
@@ -595,19 +634,22 @@ def _fills(material: Any) -> bool:
 
 
 def tell_begins(scene: Any, frames: Sequence[int]) -> None:
-    """Store the frames of the scene's references: the first, and of a day the first of each part.
+    """Store the frames of the scene's references, which all later callers of `begins_of` use.
 
-    With stored frames, all callers use the same references.
+    The first is the first frame of the run. In a day, the first frame of each part follows.
     """
     scene[BEGINS] = list(frames)
 
 
 def take_begins(scene: Any) -> None:
-    """Remove the stored frames of references."""
+    """Remove the frames that `tell_begins` stored."""
     scene.pop(BEGINS, None)
 
 
 def begins_of(scene: Any, frame: float) -> tuple[int, int]:
-    """Return the frames of two references for a frame: the first of all, and that of its part."""
+    """Return the frames of the two references that can serve a frame.
+
+    They are the first frame of all, and the first frame of the part of the day that `frame` is in.
+    """
     begins = scene.get(BEGINS, [scene.frame_start])
     return int(begins[0]), int(begins[max(bisect_right(begins, frame) - 1, 0)])

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures whose pixels look from sensors, by Cycles; and the four views of a light sensor.
 
-A *lid* is a square that closes a view at its far clip plane: there the view sees only the world.
+A *lid* is a square at the far clip plane of a view. It makes the view see the world there, in place
+of the objects behind it.
 """
 
 from __future__ import annotations
@@ -47,14 +48,14 @@ Part = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Seen:
-    """A request, and the views (0 … 3) that need a lid at their far clip plane."""
+    """A request, and its views (numbers 0 to 3) that need a lid at their far clip plane."""
 
     request: Any
     lids: tuple[int, ...]
 
 
 def pixel_of(name: str, count: int) -> int:
-    """Return the first of `count` neighbouring pixels that belong to a name."""
+    """Return the index of the first of `count` neighbouring pixels for the name of a request."""
     digest = hashlib.blake2b(name.encode(), digest_size=8).digest()
     return int.from_bytes(digest, "little") % PLACES * count
 
@@ -62,14 +63,14 @@ def pixel_of(name: str, count: int) -> int:
 def share_out(
     wanted: list[Seen], views: int, collide: Callable[[Seen, Seen], bool]
 ) -> list[dict[int, Seen]]:
-    """Distribute requests over as few pictures as needed, so that no two in a picture collide.
+    """Distribute requests over few pictures, so that no two requests in a picture collide.
 
     Parameters
     ----------
     wanted
         The requests.
     views
-        Views of a request.
+        The number of views of a request.
     collide
         Whether two requests must not be in the same picture.
 
@@ -94,11 +95,34 @@ def share_out(
 
 
 class Picture:
-    """A square of pixels, `side` a side, in a light scene, with the views of some requests.
+    """A square of pixels in a light scene, with the views of some requests.
 
-    Each request has `count` pixels from its `first` one on: all of its views, and then all again.
-    `method` is the module that says what the pixels look at. The datablocks made for the picture
-    are visible only while it is shown.
+    Each request has `count` neighbouring pixels: one for each of its views, and then one more for
+    each. The datablocks made for the picture are visible only while it is shown.
+
+    Attributes
+    ----------
+    count
+        The number of pixels of a request.
+    side
+        The number of pixels along each side of the square.
+    first
+        The first pixel (requests,) of each request.
+    pixels
+        All pixels (requests, count) of each request, counted row by row.
+    notes
+        Texts for the user.
+    made
+        The datablocks made for the picture.
+
+    Parameters
+    ----------
+    light_scene
+        The light scene.
+    method
+        The module that says what the pixels look at: `views` or `faces`.
+    together
+        The requests, by the first pixel of each.
     """
 
     def __init__(self, light_scene: Any, method: Any, together: dict[int, Seen]) -> None:
@@ -142,20 +166,33 @@ class Picture:
             self._shown = shown
 
     def parts(self, at_most: int) -> list[Part]:
-        """Return parts of the picture with at most `at_most` used pixels, or one request each."""
+        """Return the whole picture if it has at most `at_most` used pixels.
+
+        Otherwise return one part for each request.
+        """
         if self.first.size * self.count <= at_most:
             return [(0, 0, self.side, self.side)]
         return [self.part_of(request) for request in range(self.first.size)]
 
     def part_of(self, request: int) -> Part:
-        """Return the part with one request, given by its index."""
+        """Return the part of the picture with the pixels of one request, given by its index."""
         row, column = divmod(int(self.first[request]), self.side)
         return row, column, row + 1, column + self.count
 
     def add_squares(
         self, corners: list[Array], vectors: dict[str, list[Array]], material: Any
     ) -> None:
-        """Add squares with vectors at their corners, which only camera rays see."""
+        """Add squares that only camera rays see.
+
+        Parameters
+        ----------
+        corners
+            Corners (4, 3) of each square.
+        vectors
+            Vectors (4, 3) at the corners of each square, by name of the attribute.
+        material
+            The material of the squares.
+        """
         mesh = self.own(bpy.data.meshes.new(".angen_light"))
         faces = np.arange(4 * len(corners)).reshape(-1, 4).tolist()
         mesh.from_pydata(np.concatenate(corners).tolist(), [], faces)
@@ -170,7 +207,10 @@ class Picture:
 
 
 def camera(own: Any) -> Any:
-    """Return a camera that sees the sheet alone, upright: the first row of pixels is at the top."""
+    """Return a camera that sees the sheet of squares and nothing else.
+
+    It is upright, so that the first row of pixels is at the top.
+    """
     data = own(bpy.data.cameras.new(".angen_light"))
     data.type = "ORTHO"
     data.clip_start, data.clip_end = ABOVE / 2, ABOVE * 1.5
@@ -209,7 +249,10 @@ THROUGH, STEP = 16, 1e-4
 
 
 def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
-    """Return the views (0 … 3) that may reach their far clip plane, and need a lid there."""
+    """Return the numbers (0 to 3) of the views that may reach their far clip plane.
+
+    These views need a lid there.
+    """
     if request.field_of_view > NARROW:
         return tuple(range(WALLS))
     length = request.clip_end - max(request.clip_start, NEAREST_CLIP)
@@ -220,14 +263,14 @@ def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
 def collide(scene: Any, walls: StillWalls, one: Seen, other: Seen) -> bool:
     """Return whether a view of one request may hit the lid of a view of the other.
 
-    A still wall before the lid prevents that. Where a path goes through another surface, Cycles
-    draws other random numbers.
+    The lid lets such a view pass, but Cycles draws other random numbers for a path through another
+    surface. A still wall before the lid prevents that.
     """
     return _meets_lid(one, other, walls) or _meets_lid(other, one, walls)
 
 
 def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
-    """Return the starts (4, 3) and directions (4, 3) of rays through the corners of each pixel."""
+    """Return, for each pixel, the rays through its corners: starts and directions (4, 3)."""
     start, found = max(request.clip_start, NEAREST_CLIP), []
     for view in _views(request):
         ways = _rays(request, view)
@@ -236,7 +279,7 @@ def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
-    """Add a lid at the far clip plane of each open view, through which only the world is seen."""
+    """Add a lid to each view that needs one."""
     corners, reaches = [], []
     for seen in together:
         request = seen.request
@@ -274,7 +317,7 @@ def view_rays(request: Any) -> tuple[Array, Array, Array]:
 
 
 def _views(request: Any) -> list[Array]:
-    """Return the axes (3, 3) of the four views: columns right, up and ahead."""
+    """Return the axes (3, 3) of each of the four views. Columns are right, up and ahead."""
     x, y, z = (request.matrix[:3, i] for i in range(3))
     return [np.stack(axes, axis=1) for axes in ((x, y, -z), (-z, y, -x), (-x, y, z), (z, y, x))]
 
@@ -284,20 +327,26 @@ def _slope(request: Any) -> float:
 
 
 def _rays(request: Any, view: Array, enlarged: float = 1.0) -> Array:
-    """Return vectors (4, 3) from the sensor to the corners of a view, one unit ahead."""
+    """Return vectors (4, 3) from the sensor to the corners of a view, at one unit ahead.
+
+    `view` are the axes of the view, and `enlarged` is a factor for its size.
+    """
     half = _slope(request) * enlarged
     return np.array([view @ (half * a, half * b, 1.0) for a, b in 2 * CORNERS - 1])
 
 
 def _is_closed(request: Any, view: Array, length: float, walls: StillWalls) -> bool:
-    """Return whether still walls close a narrow view within a length, by its axis and corners."""
+    """Return whether still walls close a view within a length.
+
+    Rays along the axis and the corners of the view are tested, which is enough for a narrow one.
+    """
     ways = np.vstack([view[:, 2], _rays(request, view)])
     starts = request.matrix[:3, 3] + max(request.clip_start, NEAREST_CLIP) * ways
     return walls.are_between(starts, ways, length)
 
 
 def _meets_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
-    """Return whether a view of `beam` may hit the lid of a view of `other`."""
+    """Return whether a view of `beam` may hit a lid of `other`."""
     if not other.lids:
         return False
     one, two = beam.request, other.request
@@ -316,9 +365,10 @@ def _meets_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
 
 
 def _lid(own: Any) -> Any:
-    """Return a material that sends rays of its view beyond the scene, and lets others pass.
+    """Return the material of a lid.
 
-    Rays of other views have another length.
+    It sends the rays of its own view beyond the scene, where they see the world, and lets others
+    pass. It tells rays apart by their length.
     """
     nodes = Nodes(own)
     reach = nodes.vector("angen_reach")
@@ -336,9 +386,9 @@ def _lid(own: Any) -> Any:
 
 
 class StillWalls:
-    """Finds opaque walls that never move, through which no camera looks at any frame.
+    """Finds out whether an opaque wall that never moves stands between two points.
 
-    The walls are taken from the scene as it is evaluated now.
+    A wall counts only if cameras see it. It is taken as the scene is evaluated now.
     """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated) -> None:
@@ -349,14 +399,14 @@ class StillWalls:
         self._closes: dict[int, bool] = {}
 
     def are_between(self, origins: Array, ways: Array, length: float) -> bool:
-        """Return whether a wall is certainly hit on all ways.
+        """Return whether each of n rays certainly hits a wall.
 
         Parameters
         ----------
         origins
-            Starts (n, 3), in Blender units.
+            Origins (n, 3), in Blender units.
         ways
-            Directions (n, 3), not of unit length.
+            Directions (n, 3), of any length.
         length
             Largest distance, in lengths of the directions.
         """

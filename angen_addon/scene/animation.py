@@ -17,9 +17,9 @@ LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
 
 
 def time_stretch(scene: Any) -> float:
-    """Return the frames of animation in a frame of the scene (Output, Time Stretching).
+    """Return how many frames of animation one frame of the scene has (Output, Time Stretching).
 
-    The result is rounded as Blender does.
+    The result is rounded as Blender rounds it.
     """
     render = scene.render
     return float(np.float32(render.frame_map_old) / np.float32(render.frame_map_new))
@@ -29,7 +29,7 @@ def action_curves(action: Any, slot: Any) -> list[Any]:
     """Return the F-curves that an action has for a slot.
 
     From Blender 4.4 on, an action has F-curves of several datablocks, each in its slot. Without a
-    slot nothing plays. Before, an action has a single list.
+    slot nothing plays. Before Blender 4.4, an action has a single list.
     """
     if action is None:
         return []
@@ -42,7 +42,7 @@ def action_curves(action: Any, slot: Any) -> list[Any]:
 
 
 def _lists(action: Any) -> list[Any]:
-    """Return the lists of F-curves of an action."""
+    """Return the collections of F-curves in an action: one for each slot, or a single one."""
     if not hasattr(action, "slots"):
         return [action.fcurves]
     strips = [strip for layer in action.layers for strip in layer.strips]
@@ -63,7 +63,7 @@ def remove_curve(action: Any, curve: Any) -> None:
 
 
 def curves(obj: Any, paths: set[str]) -> list[Any]:
-    """Return the object's F-curves of some data paths, from its action alone."""
+    """Return the object's F-curves of some data paths in its action, without NLA strips."""
     animation = obj.animation_data
     if animation is None:
         return []
@@ -82,9 +82,10 @@ def played_curves(owner: Any) -> list[Any]:
 
 
 def may_set(owner: Any, *words: str) -> bool:
-    """Return whether animation may set a data path that contains one of the words.
+    """Return whether animation may set a data path that contains one of `words`.
 
-    Animation is keys, drivers and NLA strips. A strip that is no clip counts as setting any path.
+    Animation is F-curves, drivers and NLA strips. A strip that is no clip (such as a meta strip)
+    counts as setting any path.
     """
     animation = owner.animation_data
     if animation is None:
@@ -97,7 +98,7 @@ def may_set(owner: Any, *words: str) -> bool:
 
 
 def is_animated(obj: Any, path: str) -> bool:
-    """Return whether keys, an NLA strip or a driver set this data path."""
+    """Return whether keyframes, an NLA strip or a driver set this data path."""
     animation = obj.animation_data
     return animation is not None and any(
         curve.data_path == path for curve in (*played_curves(obj), *animation.drivers)
@@ -107,8 +108,8 @@ def is_animated(obj: Any, path: str) -> bool:
 def is_static(obj: Any, *paths: str) -> bool:
     """Return whether nothing in the file moves an object or changes one of the data paths.
 
-    The paths are beginnings, such as `scale`. Constraints, physics, NLA strips and a parent's shape
-    count as changes even if they may do nothing.
+    A path is given by its beginning, such as `scale`. Constraints, physics, NLA strips and a
+    parent's shape count as changes even if they do nothing.
     """
     animation, parent = obj.animation_data, obj.parent
     if obj.constraints or obj.rigid_body is not None:
@@ -122,9 +123,10 @@ def is_static(obj: Any, *paths: str) -> bool:
 
 
 def motion_paths(obj: Any) -> list[str]:
-    """Return the data paths of an object's transform that keys and drivers animate.
+    """Return the data paths of an object's transform that keyframes and drivers animate.
 
-    Constraints, NLA strips and physics, which may also turn the object, are named "rotation by …".
+    Constraints, NLA strips and physics may turn the object too. For these the list has texts
+    "rotation by …".
     """
     found = ["rotation by constraint" for c in obj.constraints if not c.mute]
     if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
@@ -139,7 +141,10 @@ def motion_paths(obj: Any) -> list[str]:
 
 
 def playing(owner: Any) -> tuple[list[Any], list[Any]]:
-    """Return the F-curves and drivers, and the NLA strips, of a datablock that are not muted."""
+    """Return what plays of a datablock: its F-curves and drivers, and its NLA strips.
+
+    Muted ones are left out.
+    """
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in (*found, *animation.drivers) if not _is_muted(curve)]
@@ -154,9 +159,19 @@ def _is_muted(curve: Any) -> bool:
 
 
 def idle_keys(owner: Any, first: int, last: int) -> Iterator[tuple[str, str]]:
-    """Yield why keys, strips or drivers of a datablock do nothing, each with its remedy.
+    """Yield reasons why keyframes, strips or drivers of a datablock do nothing.
 
-    Only the frames `first` to `last` count.
+    Parameters
+    ----------
+    owner
+        The datablock.
+    first, last
+        The frames that count.
+
+    Yields
+    ------
+    tuple
+        A text with the reason, and a text with the remedy.
     """
     animation = getattr(owner, "animation_data", None)
     if animation is None:
@@ -208,7 +223,13 @@ def all_animated() -> Iterator[Any]:
 
 
 def set_by_animation(datablock: Any) -> Iterator[tuple[tuple[int, str], set[int]]]:
-    """Yield the properties that keys and drivers set: (struct, property), and the array indices."""
+    """Yield the properties that keyframes and drivers set.
+
+    Yields
+    ------
+    tuple
+        The address of the struct and the name of its property; and the set of array indices.
+    """
     animation = getattr(datablock, "animation_data", None)
     if animation is None:
         return

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the object whose mass (Weight on Sensors) a surface carries.
 
-It is the object itself, an armature that bends it, or a parent.
+It is the object of the surface itself, an armature that bends it, or a parent.
 """
 
 from __future__ import annotations
@@ -33,5 +33,5 @@ def has_mass(obj: Any) -> bool:
 
 
 def bearer(obj: Any) -> Any:
-    """Return the object whose mass a surface carries; None for a surface without weight."""
+    """Return the nearest object whose mass a surface carries; None if no object has a mass."""
     return next((candidate for candidate in candidates(obj) if has_mass(candidate)), None)

@@ -2,14 +2,14 @@
 """Find out whether anything that readings depend on has changed, by digests of datablocks.
 
 A `Fingerprint` has the digests of all settings of a scene. A comparison of the fingerprint of a run
-with the present one shows whether the recording is stale, and what has changed since. It leaves out
-the pixels of image files, simulations baked to disk, and data that other add-ons read in handlers
-and drivers.
+with the present one shows whether the recording is stale, and what has changed since. Fingerprints
+leave out the pixels of image files, simulations baked to disk, and data that other add-ons read in
+handlers and drivers.
 
-`LightChanges` has digests of the values that light depends on, as keys and drivers set them at the
-present frame. Blender's list of updates names each datablock that may have changed, and at every
-frame each animated one. The list says which values to compare. Datablocks that cannot be compared
-(nodes that make geometry, images, volumes) count as changed.
+`LightChanges` has digests of the values that light depends on, as keyframes and drivers set them at
+the present frame. Blender's list of updates names each datablock that may have changed, and at
+every frame each animated one. Only the values of these are compared. Datablocks that cannot be
+compared (nodes that make geometry, images, volumes) count as changed.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from .sensors import Sensor, all_sensors
 from .timed import DEFORMING_MODIFIERS, films
 
 SCENE, SHOWN = "scene", "shown"
-# The objects renamed since a run: their names at the run, by their names now.
+# The objects renamed since a run: by present name, the name at the run.
 Renamed = Mapping[str, str]
 NONE_RENAMED: Renamed = {}
 # Datablocks that no sensor notices, and actions, which are in the digests of their users.
@@ -119,10 +119,18 @@ READS_TEXTS = {
 
 @dataclass
 class Fingerprint:
-    """The digests of the datablocks of a view layer, by type and name.
+    """The digests of the datablocks of a view layer.
 
-    `light` says whether datablocks that only light sensors notice are included. `portable` has the
-    digests of the function of that name.
+    Attributes
+    ----------
+    view_layer
+        The name of the view layer.
+    light
+        Whether datablocks that only light sensors notice are included.
+    digests
+        Digests by key, which is the type and name of a datablock (`key_of`), SCENE or SHOWN.
+    portable
+        The digests that the function `portable` returns.
     """
 
     view_layer: str
@@ -131,7 +139,7 @@ class Fingerprint:
     portable: dict[str, str] = field(default_factory=dict)
 
     def differences(self, other: Fingerprint) -> dict[str, str]:
-        """Return the differing datablocks by key, as texts for the user."""
+        """Return, by key, texts for the user about the datablocks that differ from `other`."""
         found = {}
         for key in sorted(self.digests.keys() | other.digests.keys()):
             text = _difference(key, self.digests.get(key), other.digests.get(key))
@@ -140,14 +148,26 @@ class Fingerprint:
         return found
 
     def difference(self, key: str, digest: str | None) -> str:
-        """Return a datablock as a text for the user; empty if its digest is the same."""
+        """Return a text for the user about one datablock; empty if `digest` is its digest here."""
         return _difference(key, self.digests.get(key), digest)
 
 
 def fingerprint_of(
     scene: Any, depsgraph: Any, light: bool, renamed: Renamed = NONE_RENAMED
 ) -> Fingerprint:
-    """Return the fingerprint of an evaluated scene, with the names that objects had at the run."""
+    """Return the fingerprint of an evaluated scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    depsgraph
+        Its evaluated depsgraph, which also gives the view layer.
+    light
+        Whether to include datablocks that only light sensors notice.
+    renamed
+        The objects renamed since a run: by present name, the name at the run.
+    """
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     made = Fingerprint(view_layer.name, light)
     originals = [evaluated.original for evaluated in depsgraph.ids]
@@ -168,9 +188,9 @@ def fingerprint_of(
 def own_settings(
     scene: Any, sensors: Iterable[Sensor], light: bool, renamed: Renamed = NONE_RENAMED
 ) -> str:
-    """Return a digest of the scene's settings, and of the texts that its sensors read.
+    """Return a digest of the scene's own settings, and of the texts that sensors read.
 
-    It is fast enough to be computed at every frame.
+    It is fast enough to be computed at every frame. The parameters are those of `fingerprint_of`.
     """
     own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
@@ -183,7 +203,14 @@ def what_is_shown(
 ) -> str:
     """Return a digest of the names and visibility of objects and collections.
 
-    Objects in `without` are left out.
+    Parameters
+    ----------
+    view_layer
+        The view layer.
+    renamed
+        As for `fingerprint_of`.
+    without
+        Objects to leave out.
     """
     shown = [
         (_name_at_run(obj, renamed), obj.hide_get(view_layer=view_layer), _is_disabled(obj))
@@ -195,7 +222,7 @@ def what_is_shown(
 
 
 def scene_facts(scene: Any) -> list[Any]:
-    """Return the scene's settings that readings depend on, without animated values."""
+    """Return the scene's settings that readings depend on, with None for animated values."""
     return [
         setting_facts(scene, part, names)
         for part, names in (
@@ -219,7 +246,7 @@ def _names_of_own() -> list[str]:
 
 
 def _is_disabled(obj: Any) -> bool:
-    """Return whether the monitor icon hides an object, without animation.
+    """Return whether the monitor icon hides an object, and no keyframe or driver sets that.
 
     Blender does not evaluate the object then, and reports no update when it is shown again.
     """
@@ -227,7 +254,10 @@ def _is_disabled(obj: Any) -> bool:
 
 
 def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
-    """Yield the texts that sensors read, such as lens tables; Blender reports no edits of texts."""
+    """Yield the contents of the text datablocks that sensors read, such as lens tables.
+
+    They are compared as text, since Blender reports no edits of text datablocks.
+    """
     for sensor in sensors:
         names = READS_TEXTS.get(sensor.kind.identifier)
         if names is not None:
@@ -238,7 +268,10 @@ def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
 
 
 def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """Return the key of a datablock in a fingerprint: its type, and its name at the run."""
+    """Return the key of a datablock in a fingerprint: its type, and its name at the run.
+
+    Only objects in `renamed` (see `fingerprint_of`) have another name now.
+    """
     return f"{original.bl_rna.identifier} {_name_at_run(original, renamed)}"
 
 
@@ -249,14 +282,14 @@ def _name_at_run(original: Any, renamed: Renamed) -> str:
 
 
 def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """Return the digest of a datablock."""
+    """Return the digest of a datablock. `renamed` is as for `fingerprint_of`."""
     return digest(facts_of(original), renamed)
 
 
 def warmth_of(original: Any) -> dict[str, str]:
-    """Return the digest of a material's warmth, by key; empty for other datablocks.
+    """Return the digest of a material's temperature settings, by key; empty for other datablocks.
 
-    Pyroelectric detectors notice the warmth of a material, but not its look.
+    Pyroelectric detectors notice the temperature of a material, but not its look.
     """
     if not isinstance(original, bpy.types.Material):
         return {}
@@ -265,14 +298,14 @@ def warmth_of(original: Any) -> dict[str, str]:
 
 
 def is_looked_at(original: Any) -> bool:
-    """Return whether a sensor may notice a datablock."""
+    """Return whether a sensor may notice a change of a datablock."""
     if isinstance(original, PASSED_OVER) or original.is_embedded_data:
         return False
     return not _is_of_a_map(original)
 
 
 def _is_of_a_map(original: Any) -> bool:
-    """Return whether a datablock belongs to a coverage map or a proposal, which no sensor sees."""
+    """Return whether a datablock belongs to a coverage map or a proposal: no sensor sees these."""
     if COVERAGE_MARK not in original:
         return False
     if isinstance(original, bpy.types.Object):
@@ -281,7 +314,10 @@ def _is_of_a_map(original: Any) -> bool:
 
 
 def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """Return the digest of facts; renamed objects count by the names that they had at the run."""
+    """Return the digest of nested plain values, such as `facts_of` returns.
+
+    Objects in `renamed` (see `fingerprint_of`) count by the names that they had at the run.
+    """
     text = repr(facts)
     if renamed:
         # A datablock that refers to a renamed one, such as its child, has not changed.
@@ -331,7 +367,10 @@ def _difference(key: str, before: str | None, now: str | None) -> str:
 
 
 def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
-    """Return digests by the keys of a fingerprint, for comparisons between Blender's versions."""
+    """Return digests that are the same in all versions of Blender, by keys of a `Fingerprint`.
+
+    They cover fewer properties than `Fingerprint.digests`.
+    """
     layer = scene.view_layers[depsgraph.view_layer.name]
     found = {
         SCENE: digest([scene_facts(scene), animation_facts(scene)]),
@@ -385,11 +424,18 @@ def _mesh(mesh: Any) -> Iterator[Any]:
 
 
 class LightState(NamedTuple):
-    """Counts of the changes found in what light depends on; equal states have equal light.
+    """Counts of the changes of what light depends on. Equal states have equal light.
 
-    `power` counts changes of lamps, `motion` those of the places and shapes of objects and of the
-    images of films, and `values` all others. `edits` counts the times when more than the frame may
-    have changed.
+    Attributes
+    ----------
+    power
+        Changes of the power of lamps.
+    motion
+        Changes of the places and shapes of objects, and of the images of films.
+    values
+        All other changes of values.
+    edits
+        How often more than the frame may have changed.
     """
 
     power: int
@@ -399,7 +445,7 @@ class LightState(NamedTuple):
 
     @property
     def light(self) -> tuple[int, int, int]:
-        """The counts that readings depend on: an edit that changes no values changes no light."""
+        """The counts without `edits`, since an edit may leave all values as they were."""
         return self[:3]
 
 
@@ -408,14 +454,14 @@ NEVER = LightState(-1, -1, -1, -1)
 
 
 class LightChanges:
-    """Stores the state of a scene as digests. Call `note` after each evaluation."""
+    """Compares what light depends on with its digests. Call `note` after each evaluation."""
 
     def __init__(self) -> None:
         self._state = NEVER
         self.forget()
 
     def forget(self) -> None:
-        """Have the next look find everything changed, as after undo or when a file was opened."""
+        """Have the next call of `look` find everything changed, as after undo or a new file."""
         # Changes of values and of shapes.
         self._count = self._reshaped = 0
         # The latest digests: of values by the pointer, and of shapes by the negative pointer.
@@ -434,7 +480,15 @@ class LightChanges:
         """Compare the datablocks that were just evaluated again.
 
         Call it in the handlers of each evaluation: later, Blender's list of updates is empty.
-        `edited` says that more than the frame may have changed.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        edited
+            Whether more than the frame may have changed.
+        by_frame
+            Whether a frame change caused the evaluation.
         """
         if not self._known or (by_frame and not edited and not self.is_asked):
             return
@@ -454,7 +508,16 @@ class LightChanges:
     ) -> LightState:
         """Return the state of the scene.
 
-        `asked` are further values to compare, and `edits` is the count for the state.
+        Parameters
+        ----------
+        view_layer
+            The view layer whose objects count.
+        depsgraph
+            The evaluated depsgraph.
+        edits
+            The number of edits, which the state takes over.
+        asked
+            Further values, of which a change counts as one of `LightState.values`.
         """
         if not self._known:
             self._know_all(depsgraph)
@@ -475,7 +538,7 @@ class LightChanges:
         return self._state
 
     def _know_all(self, depsgraph: Any) -> None:
-        """Store the digests with which updates are compared from now on."""
+        """Store the present digests of all datablocks, with which later updates are compared."""
         for obj in depsgraph.objects:
             self._differs(obj)
             if obj.type == "MESH" and (obj.original.modifiers or obj.original.data.shape_keys):
@@ -500,7 +563,15 @@ class LightChanges:
         return self._is_new(-evaluated.original.as_pointer(), shape_values(evaluated))
 
     def _is_new(self, key: int, found: Facts | None) -> bool:
-        """Return whether facts differ from the stored ones; unknown facts (None) always differ."""
+        """Return whether values differ from the stored ones, and store them.
+
+        Parameters
+        ----------
+        key
+            The key in the store of digests.
+        found
+            The present values; None if they are unknown, which counts as a difference.
+        """
         now = "" if found is None else digest(found)
         same = bool(now) and self._known.get(key) == now
         self._known[key] = now
@@ -526,7 +597,7 @@ class LightChanges:
         return None
 
     def _motion(self, view_layer: Any, depsgraph: Any) -> str:
-        """Return a digest of all places, of changes of shapes, and of the images of films."""
+        """Return a digest of all places, of the number of changed shapes, and of films' frame."""
         found, objects = hashlib.blake2b(digest_size=16), depsgraph.objects
         matrices = np.empty(len(objects) * 16, np.float32)
         objects.foreach_get("matrix_world", matrices)
@@ -562,7 +633,7 @@ def object_values(evaluated: Any) -> Facts:
 
 
 def shape_values(evaluated: Any) -> Facts | None:
-    """Return the shape of an object; None where it is unknown."""
+    """Return a digest of an object's shape; None if the shape cannot be read."""
     original, mesh = evaluated.original, evaluated.data
     deformed = original.type == "MESH" and all(m.type in SHAPING for m in original.modifiers)
     if not deformed or mesh.is_editmode:
@@ -573,14 +644,15 @@ def shape_values(evaluated: Any) -> Facts | None:
 
 
 def looks_at_places(tree: Any) -> bool:
-    """Return whether nodes read places of objects, or attributes, which anything can drive."""
+    """Return whether nodes read the places of objects, or attributes, which anything can drive."""
     return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
 
 
 def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """Return the power of the lamps that are among the shown objects alone, and of all others.
+    """Return the powers of the lamps that light groups can separate, and those of all others.
 
-    A lamp in an instance belongs to the others.
+    A lamp can be separated if all objects that use its data are among `shown`, the objects that the
+    viewport shows. The data of a lamp in a collection instance have another user.
     """
     users: dict[Any, int] = {}
     for obj in shown:
@@ -597,13 +669,16 @@ def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
 
 
 def tint_of(data: Any) -> NDArray[np.float64]:
-    """Return the factors (3,) by which a lamp's energy is multiplied, apart from its nodes."""
+    """Return the factors (3,) by which colour, temperature and exposure multiply the energy."""
     tint = np.array(data.color, np.float64) * 2.0 ** getattr(data, "exposure", 0.0)
     return tint * np.array(data.temperature_color) if getattr(data, "use_temperature", 0) else tint
 
 
 def names_looked_up(tree: Any) -> set[str]:
-    """Return the attributes that nodes look up in the view layer, the scene and the world."""
+    """Return the names of the attributes of type View Layer that a tree's nodes read.
+
+    Blender looks them up in the view layer, the scene and the world.
+    """
     return {
         node.attribute_name
         for node in tree.nodes
@@ -612,7 +687,7 @@ def names_looked_up(tree: Any) -> set[str]:
 
 
 def looked_up(name: str, view_layer: Any) -> Any:
-    """Return the value of an attribute of the view layer, the scene or the world, or None."""
+    """Return the value of such an attribute, or None. `names_looked_up` gives the names."""
     scene = view_layer.id_data
     for owner in filter(None, (view_layer, scene, scene.world)):
         for path in (f'["{bpy.utils.escape_identifier(name)}"]', name):

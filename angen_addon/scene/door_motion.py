@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find how a door's leaf moves, from its keys or its shape, and its free upper corner."""
+"""Find a door leaf's motion and its free upper corner, from its keyframes or its shape."""
 
 from __future__ import annotations
 
@@ -35,8 +35,14 @@ ROTATIONS = ("rotation_euler", "rotation_quaternion")
 class Opening:
     """The motion of a leaf from closed to open, in Blender units.
 
-    `way` is the displacement of its middle. `pivot` is the point that it turns about, None for a
-    sliding leaf. `turn` is its rotation about Z, in radians.
+    Attributes
+    ----------
+    way
+        The displacement of the middle of the leaf.
+    pivot
+        The point about which the leaf turns; None for a sliding leaf.
+    turn
+        Its rotation about Z, in radians.
     """
 
     way: Vector
@@ -46,15 +52,26 @@ class Opening:
 
 @dataclass(frozen=True)
 class Leaf:
-    """A closed leaf, in Blender units.
+    """A closed leaf, in Blender units. All directions are unit vectors.
 
-    `corner` is its free upper corner, on the face that looks `out`. `edge` is the level direction
-    from the hinge to the free edge, and `up` the upward direction; all directions are unit vectors.
-
-    `hand` is LEFT or RIGHT: the side of the hinge, seen from the side that the leaf opens to. It is
-    `guessed` if neither keys nor the origin show the hand. `pivot` is a point on the axis of the
-    hinge, None for a sliding leaf or an unknown axis. `opening` is the keyed motion; None without
-    keys.
+    Attributes
+    ----------
+    corner
+        The free upper corner, on the face that looks towards `out`.
+    out
+        The direction in which that face looks.
+    edge
+        The level direction from the hinge to the free edge.
+    up
+        The upward direction.
+    hand
+        LEFT or RIGHT: the side of the hinge, seen from the side to which the leaf opens.
+    guessed
+        Whether neither the keyframes nor the origin show the hand.
+    pivot
+        A point on the axis of the hinge; None for a sliding leaf or an unknown axis.
+    opening
+        The motion by keyframes; None without keyframes.
     """
 
     corner: Vector
@@ -70,7 +87,7 @@ class Leaf:
     opening: Opening | None = None
 
     def turned_round(self) -> Leaf:
-        """Return the same leaf, seen from the other side."""
+        """Return the same leaf, described from its other face."""
         corner, edge = self.corner - self.out * self.thickness, self.edge
         if self.hand:
             corner, edge = corner - edge * self.width, -edge
@@ -87,10 +104,10 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
     obj
         The object of the leaf.
     motion
-        AUTO: as its keys and its origin show; the hinge is guessed if they do not show it. LEFT or
-        RIGHT: the edge that it turns about, seen from the side that it opens to. SLIDING.
+        AUTO, LEFT, RIGHT or SLIDING. With AUTO, the keyframes and the origin decide, or a guess.
+        LEFT and RIGHT are the edge with the hinge, seen from the side to which the leaf opens.
     shutting
-        The matrix that closes the leaf from its present pose; without it the leaf is closed now.
+        The matrix from the present pose to the closed one; None if the leaf is closed now.
 
     Raises
     ------
@@ -138,9 +155,9 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
 
 
 def shutting_of(obj: Any) -> Matrix:
-    """Return the matrix from a leaf's present pose to its first key, which counts as closed.
+    """Return the matrix from a leaf's present pose to that of its first keyframe.
 
-    It is the unit matrix without keys.
+    The first keyframe counts as closed. Without keyframes the result is the unit matrix.
     """
     for owner in _chain(obj):
         bases = _keyed_bases(owner)
@@ -151,7 +168,7 @@ def shutting_of(obj: Any) -> Matrix:
 
 
 def _leaf_box(obj: Any, shutting: Matrix) -> tuple[Vector, Vector, Vector, Vector]:
-    """Return the middle of the leaf's box, and its width, thickness and height as vectors."""
+    """Return the leaf's box: its middle, and its width, thickness and height as vectors."""
     corners = [Vector(c) for c in obj.bound_box]
     low = Vector([min(c[i] for c in corners) for i in range(3)])
     high = Vector([max(c[i] for c in corners) for i in range(3)])
@@ -173,9 +190,9 @@ def _chain(obj: Any) -> list[Any]:
 
 
 def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: float) -> Vector | None:
-    """Return the origin, of the leaf or of a parent, that lies at an edge of the leaf.
+    """Return the origin of the leaf, or of a parent, that lies at an edge of the leaf.
 
-    None without such an origin, as for a box whose origin is in its middle.
+    Return None if there is no such origin, as for a box with the origin in its middle.
     """
     for owner in _chain(obj):
         origin = shutting @ owner.matrix_world.translation
@@ -186,7 +203,10 @@ def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: floa
 
 
 def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Opening | None:
-    """Return the keyed pose of the leaf or a parent that is farthest from the closed pose."""
+    """Return the motion to the keyframe that is farthest from the closed pose; None without one.
+
+    The keyframes are those of the leaf or of a parent.
+    """
     best: Opening | None = None
     back = shutting.inverted()
     for owner in _chain(obj):
@@ -207,7 +227,7 @@ def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Openin
 
 
 def _keyed_bases(obj: Any) -> list[Matrix]:
-    """Return the object's basis matrices at its keys."""
+    """Return the object's basis matrices (`matrix_basis`) at its keyframes."""
     paths = {"location", *ROTATIONS}
     found = curves(obj, paths)
     frames = sorted({point.co.x for curve in found for point in curve.keyframe_points})

@@ -3,7 +3,7 @@
 
 The facts follow the properties that Blender declares (RNA), so that new modifiers and nodes need no
 code here. They leave out properties of the interface, values that Blender computes, and the outputs
-of sensors. In place of values that keys or drivers set, they have the keys and drivers.
+of sensors. They have keyframes and drivers in place of the values that these set.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ Facts = list[Any]
 
 
 def facts_of(datablock: Any) -> Facts:
-    """Return all settings of a datablock as nested plain values.
+    """Return all settings of a datablock as nested plain values (lists, tuples, numbers, texts).
 
     Equal settings have equal `repr`.
     """
@@ -91,7 +91,7 @@ def facts_of(datablock: Any) -> Facts:
 
 
 def facts_without(obj: Any, name: str) -> Facts:
-    """Return the facts of an object without one of its properties."""
+    """Return the facts of an object without its property `name`."""
     return _object_facts(obj, frozenset((name,)))
 
 
@@ -104,7 +104,7 @@ def _object_facts(datablock: Any, without: frozenset[str] = frozenset()) -> Fact
 
 
 def _properties_of_other_kinds(struct: Any) -> frozenset[str]:
-    """Return the properties of a sensor's settings that belong to other kinds than its own."""
+    """Return the names of a sensor's parameter groups that belong to other kinds than its own."""
     if type(struct).__name__ != "AngenSensor":
         return frozenset()
     kind = KINDS.get(struct.kind)
@@ -112,9 +112,9 @@ def _properties_of_other_kinds(struct: Any) -> frozenset[str]:
 
 
 def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Facts:
-    """Return the values of an evaluated datablock as keys and drivers set them now.
+    """Return the values of an evaluated datablock as keyframes and drivers set them at this frame.
 
-    Properties in `without` are left out.
+    Properties named in `without` are left out.
     """
     return _Walk(evaluated, present=True)._struct(evaluated, 0, without)
 
@@ -133,7 +133,7 @@ class _Walk:
         self._set_by_animation = {} if present else dict(set_by_animation(datablock))
 
     def facts(self, without: frozenset[str] = frozenset()) -> Facts:
-        """Return the facts of the datablock."""
+        """Return the facts of the datablock. Properties named in `without` are left out."""
         if self._present:
             return self._struct(self._id, 0)
         return [animation_facts(self._id), self._struct(self._id, 0, without)]
@@ -164,7 +164,17 @@ class _Walk:
         return found
 
     def _masked(self, pointer: int, name: str, value: Any) -> Any:
-        """Return a value as plain numbers, with None in place of numbers that animation sets."""
+        """Return a value as plain numbers, with None in place of numbers that animation sets.
+
+        Parameters
+        ----------
+        pointer
+            The address of the struct that has the property.
+        name
+            The name of the property.
+        value
+            Its value.
+        """
         found = plain(value)
         animated = self._set_by_animation.get((pointer, name)) if self._set_by_animation else None
         if animated is None:
@@ -215,9 +225,9 @@ def _as_saved(value: Any) -> Any:
 
 
 def _file_facts(struct: Any, path: Any, library: Any) -> Facts:
-    """Return name and size of the file at a path.
+    """Return name and size of the file at a path; size -1 if there is no such file.
 
-    The path itself is not compared, since Save As rewrites it.
+    The folder is not compared, since Save As rewrites relative paths.
     """
     name = re.split(r"[/\\]", path.rstrip("/\\"))[-1]
     packed = getattr(struct, "packed_file", None)
@@ -249,7 +259,7 @@ def plain(value: Any) -> Any:
 
 
 def forget_types() -> None:
-    """Drop references to classes of add-ons.
+    """Empty the caches, which hold references to classes of add-ons.
 
     Blender 4.2 as a module crashes at exit while any such reference is left.
     """
@@ -258,10 +268,10 @@ def forget_types() -> None:
 
 
 def _reading_plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str], ...]:
-    """Return `_reading_plan` of the type of an instance.
+    """Return `_reading_plan` of the type of an RNA struct.
 
-    It is not cached for the inputs of a nodes modifier (Blender 5.2), whose properties change with
-    its node group.
+    The plan is not cached for the inputs of a nodes modifier (Blender 5.2), since their properties
+    change with its node group.
     """
     made_of: Any = type(struct)
     is_passing = made_of.__name__.startswith("GeometryNodesInterface")
@@ -280,7 +290,7 @@ def _has_custom(cls: Any) -> bool:
 # One plan a type, until the add-on is switched off; without it 0.1 ms more a datablock.
 @cache
 def _reading_plan(cls: Any, present: bool) -> tuple[tuple[str, str], ...]:
-    """Return the properties of a type to read, each with VALUE, FILE, POINTER or ITEMS.
+    """Return the properties of a type to read: name, and VALUE, FILE, POINTER or ITEMS.
 
     With `present`, properties that describe the type of a node are left out.
     """
@@ -321,24 +331,27 @@ def _points(items: Any, count: int, fields: tuple[str, ...]) -> Facts:
 
 
 def part_facts(datablock: Any, part: Any) -> Any:
-    """Return `facts_of` for a part of a datablock, such as a scene's rigid-body world."""
+    """Return the facts of a part of a datablock, such as a scene's rigid-body world."""
     return _Walk(datablock)._pointer(part, 0)
 
 
 def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
-    """Return the facts of some properties of a datablock, or of a part of it."""
+    """Return the facts of the properties `names` of `part`: a datablock, or a struct within it."""
     walk = _Walk(datablock)
     pointer = part.as_pointer()
     return [walk._masked(pointer, name, getattr(part, name)) for name in names]
 
 
 def custom_facts(datablock: Any, present: bool = False) -> Facts:
-    """Return the custom properties of a datablock; with `present`, their present values."""
+    """Return the custom properties of a datablock.
+
+    With `present`, animated properties have their present values; otherwise they have None.
+    """
     return _Walk(datablock, present)._custom(datablock, datablock.as_pointer())
 
 
 def animation_facts(datablock: Any) -> Facts:
-    """Return keys and drivers of a datablock, without those of a sensor's outputs.
+    """Return the keyframes, drivers and NLA strips of a datablock; sensors' outputs are left out.
 
     The list is empty without animation.
     """
@@ -407,7 +420,7 @@ def _driver(curve: Any) -> Facts:
 def mesh_facts(mesh: Any) -> Facts:
     """Return materials, vertices, faces and all attributes of a mesh.
 
-    In Edit Mode, when meshes cannot be read, the list has only `is edited`.
+    In Edit Mode, Blender gives no access to a mesh: the list is then `["is edited"]`.
     """
     if mesh.is_editmode:
         return ["is edited"]
@@ -425,7 +438,11 @@ def mesh_facts(mesh: Any) -> Facts:
 
 
 def corners_and_faces(mesh: Any) -> Facts:
-    """Return digests of the vertices' positions, the vertices of each face, and its material."""
+    """Return digests of four arrays of a mesh.
+
+    These are the vertices' positions, the vertex of each corner, the first corner of each face, and
+    the material index of each face.
+    """
     # Attributes are copied as whole arrays; item by item takes 50 times as long.
     found: Facts = [
         _attribute(mesh.attributes[name]) if name in mesh.attributes else 0
@@ -442,7 +459,7 @@ def corners_and_faces(mesh: Any) -> Facts:
 
 
 def hashed(values: Any) -> str:
-    """Return the digest of a long array, whose text would take many times its memory."""
+    """Return the digest of a long array. As text, the array would take many times its memory."""
     return hashlib.blake2b(values, digest_size=16).hexdigest()
 
 
@@ -465,7 +482,7 @@ def _attribute(attribute: Any) -> Any:
 
 
 def weights_of(mesh: Any) -> Any:
-    """Return the groups and weights of each vertex that has any."""
+    """Return the vertex groups and weights of each vertex that is in any group."""
     return [
         [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups
     ]

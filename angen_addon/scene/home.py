@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The solids of a scene at one frame, in metres: their triangles, and rays among them."""
+"""The solids of a scene at one frame, in metres: their triangles, and rays cast at them."""
 
 from __future__ import annotations
 
@@ -32,10 +32,16 @@ class SolidSurface:
 
 
 class EvaluatedHome:
-    """The scene as a depsgraph has evaluated it; `metres` is the length of a Blender unit.
+    """The scene as a depsgraph has evaluated it.
 
-    `lo`, `hi` (n, 3) in m are the world bounds of all solids. `rows` (k,) are the solids that rays
-    may hit which belong to no sensor: all solids, except in a `part`.
+    Attributes
+    ----------
+    metres
+        The length of a Blender unit, in m.
+    lo, hi
+        World bounds (n, 3) of all n solids, in m.
+    rows
+        Rows (k,) of the solids that rays without a sensor may hit: all, or fewer in a `part`.
     """
 
     def __init__(self, depsgraph: Any) -> None:
@@ -49,7 +55,7 @@ class EvaluatedHome:
         self.rows = np.arange(len(solids.solids))
 
     def part(self, wanted: Callable[[Solid], bool]) -> EvaluatedHome:
-        """Return the same home for rays that hit only the wanted solids."""
+        """Return the same home, in which `rows` has only the solids that `wanted` accepts."""
         found, solids = copy(self), self.caster.solids.solids
         found.rows = np.array([row for row in self.rows.tolist() if wanted(solids[row])], np.intp)
         return found
@@ -82,8 +88,8 @@ class EvaluatedHome:
     def surfaces(self, wanted: NDArray[np.bool_]) -> Iterator[SolidSurface]:
         """Yield the surfaces of the solids that a mask (n,) selects.
 
-        They are read while Blender lists the instances, since it then frees what geometry nodes
-        made.
+        They are read while Blender lists the instances: afterwards it frees the meshes that
+        geometry nodes made.
         """
         solids = self.caster.solids
         by_key = {s.key: s for s in solids.solids if wanted[s.row]}

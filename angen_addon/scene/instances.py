@@ -2,8 +2,8 @@
 """Find objects in collection instances: their places, and the sensors that they belong to.
 
 A *holder* is an object that instances a collection. Holders are listed from the outermost inwards.
-The *path* of an object in an instance has the session uid of the object, and then those of its
-holders from the innermost outwards.
+The *path* of an object in an instance is a tuple of session uids. The uid of the object comes
+first, then those of its holders from the innermost outwards.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def is_sensor(obj: Any) -> bool:
 
 
 def uid_of(obj: Any, holders: Holders) -> Uid:
-    """Return the unique identifier of an object: its session uid, or its path in an instance."""
+    """Return the unique identifier of an object: its session uid, or in an instance its path."""
     if not holders:
         return int(obj.session_uid)
     return (obj.session_uid, *(holder.session_uid for holder in reversed(holders)))
@@ -45,7 +45,7 @@ def matrix_of(obj: Any, holders: Holders, depsgraph: Any) -> Matrix:
 
 
 def within(matrix: Matrix, holders: Holders, depsgraph: Any) -> Matrix:
-    """Return the world matrix of an object from its matrix in an instanced collection."""
+    """Return the world matrix of an object in an instance, from its matrix in the collection."""
     for holder in reversed(holders):
         evaluated = holder.evaluated_get(depsgraph)
         offset = Matrix.Translation(-evaluated.instance_collection.instance_offset)
@@ -54,9 +54,9 @@ def within(matrix: Matrix, holders: Holders, depsgraph: Any) -> Matrix:
 
 
 class SensorFinder:
-    """Finds sensors in instanced collections, and looks into each collection only once.
+    """Finds sensors in instanced collections, and searches each collection only once.
 
-    Make a new one for each search, since many instances share a collection.
+    Collections may change: make a new finder for each search.
     """
 
     def __init__(self) -> None:
@@ -76,7 +76,7 @@ class SensorFinder:
                 yield from self._walk((*holders, holder))
 
     def _sensors_and_holders(self, collection: Any) -> tuple[list[Any], list[Any]]:
-        """Return the sensors of a collection, and the holders in it."""
+        """Return the sensors and the holders among the objects of a collection."""
         if collection not in self._known:
             shown = shown_in(collection)
             self._known[collection] = (
@@ -87,7 +87,7 @@ class SensorFinder:
 
 
 def shown_in(collection: Any) -> list[Any]:
-    """Return the objects that an instance of a collection shows, also in child collections."""
+    """Return the objects that an instance of a collection shows, child collections included."""
     return list(dict.fromkeys(_shown(collection)))
 
 
@@ -109,7 +109,10 @@ def shown_objects(view_layer: Any) -> Iterator[Any]:
 def with_instanced(view_layer: Any) -> Iterator[tuple[Any, Any]]:
     """Yield the objects of a view layer and of its collection instances, each once.
 
-    Each comes with the object of the view layer that it is, or whose instance contains it.
+    Yields
+    ------
+    tuple
+        The object; and the object of the view layer that shows it: the same one, or a holder.
     """
     looked: set[Any] = set()
     for obj in view_layer.objects:
@@ -141,7 +144,7 @@ def parts_of_instances(holders: Iterable[Any]) -> Iterator[int]:
 def housed_by(obj: Any) -> Any:
     """Return the sensor whose housing an object is, or None.
 
-    A housing is a descendant of a sensor without faces, such as an empty.
+    A housing is a descendant of a sensor whose own object has no faces, such as an empty.
     """
     if obj is None or is_sensor(obj):
         return None
@@ -152,21 +155,22 @@ def housed_by(obj: Any) -> Any:
 
 
 def stands_for(obj: Any) -> Any:
-    """Return the sensor whose housing an object is; otherwise the object itself, or None."""
+    """Return the sensor whose housing an object is; for any other object or None, return that."""
     return housed_by(obj) or obj
 
 
 class Paths:
-    """Finds the sensors that surfaces in instances belong to, for one pass over the instances."""
+    """Finds the sensors to which surfaces in instances belong, for one pass over the instances."""
 
     def __init__(self) -> None:
         # The objects of each collection, each with the sensors that it is or hangs on.
         self._contents: dict[Any, list[tuple[Any, list[Any]]]] = {}
 
     def owners(self, instance: Any) -> frozenset[Uid]:
-        """Return the paths of the sensors that an instance is or hangs on, in its collection.
+        """Return the paths of the sensors to which an instance belongs within its collections.
 
-        The sensors among its holders, except the outermost, are included.
+        The object of the instance is such a sensor, or a parent is. The same goes for each holder
+        around it except the outermost, which is in no collection instance.
         """
         indices = [i for i in instance.persistent_id if i != UNUSED_LEVEL]
         holders: list[Any] = [instance.parent.original]
@@ -187,7 +191,7 @@ class Paths:
     def _all_objects(self, collection: Any) -> list[tuple[Any, list[Any]]]:
         """Return the objects of a collection in the order in which `persistent_id` counts them.
 
-        Each comes with the sensors that it is or hangs on.
+        With each object comes the list of sensors among the object and its parents.
         """
         if collection not in self._contents:
             self._contents[collection] = [
@@ -198,7 +202,7 @@ class Paths:
 
 
 def chain(obj: Any) -> Iterator[Any]:
-    """Yield the object, its parent, and so on."""
+    """Yield the object, its parent, and so on up to an object without a parent."""
     seen = set()
     while obj is not None and obj.session_uid not in seen:
         seen.add(obj.session_uid)

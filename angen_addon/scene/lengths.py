@@ -2,8 +2,8 @@
 """Groups of properties with lengths in metres, for scenes with any unit.
 
 Blender takes a property with a length as Blender units, and shows it times the scene's unit scale.
-So each length in metres has a second property beside it, for the same length in Blender units.
-Panels draw the second one where the scene's unit is not the metre. It stores nothing: keyframes,
+So each length in metres has a second property beside it, for the same length in Blender units. If
+the scene's unit is not the metre, panels draw the second one. It stores nothing: keyframes,
 drivers, presets and files have the metres.
 """
 
@@ -38,7 +38,7 @@ SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
 def with_unit(label: str, unit: str, scene: Any = None) -> str:
     """Return a label with its unit, unless Blender shows the unit in the field.
 
-    In a scene without units, Blender shows the unit of angles alone.
+    In a scene without units, Blender shows no unit but that of angles.
     """
     shown = ("rad",) if scene is not None and scene.unit_settings.system == "NONE" else SUBTYPES
     return label if unit in ("", READING, *shown) else f"{label} ({unit})"
@@ -58,14 +58,14 @@ SUFFIX = "_in_units"
 
 
 def in_units(name: str) -> str:
-    """Return the name of the property in Blender units beside the one in metres."""
+    """Return the name of the property in Blender units that belongs to the metres in `name`."""
     return name + SUFFIX
 
 
 def property_group(name: str, properties: dict[str, Any], **common: Any) -> type:
-    """Return a class of properties, all with the arguments `common`.
+    """Return a class of properties. Each property gets the arguments `common` too.
 
-    Each length gets a second property, in Blender units.
+    Each length also gets a second property, in Blender units.
     """
     annotations = {}
     for key, prop in properties.items():
@@ -78,7 +78,7 @@ def property_group(name: str, properties: dict[str, Any], **common: Any) -> type
 
 
 def length_in_units(name: str, label: str, tip: str, precision: int = 3) -> Any:
-    """Return a bpy property in Blender units for the property `name`, which has metres.
+    """Return a bpy property in Blender units for the property `name`, which stores metres.
 
     It cannot be animated, but the property in metres can.
     """

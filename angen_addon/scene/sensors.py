@@ -30,7 +30,7 @@ from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_
 
 
 class NotPlaced(AngenError):
-    """The place of an object is unknown.
+    """Raised if the place of an object is unknown.
 
     `problem` names the object and the reason, and `mend` is the remedy.
     """
@@ -41,7 +41,7 @@ class NotPlaced(AngenError):
 
 
 def is_placed(obj: Any, depsgraph: Any) -> bool:
-    """Return whether Blender evaluates the place of an object."""
+    """Return whether Blender evaluates an object, so that its evaluated matrix is valid."""
     if obj.visible_get(view_layer=depsgraph.view_layer):
         return True
     evaluated = obj.evaluated_get(depsgraph)
@@ -57,8 +57,8 @@ def is_placed(obj: Any, depsgraph: Any) -> bool:
 def placed_matrix(obj: Any, depsgraph: Any, instanced: bool = False) -> Matrix:
     """Return the evaluated world matrix of an object.
 
-    Where Blender does not evaluate the object, its matrix follows from its parents, unless
-    something else moves it.
+    If Blender does not evaluate the object, its matrix is computed from its parents. That fails if
+    anything else, such as a constraint, moves the object.
 
     Parameters
     ----------
@@ -102,27 +102,27 @@ CUSTOM = "room"
 
 
 def room_of(obj: Any) -> str:
-    """Return the room in an object's sensor settings; empty without one."""
+    """Return the room in an object's sensor settings; empty if none is set."""
     return str(obj.angen_sensor.room or obj.get(CUSTOM, ""))
 
 
 def noted_room(obj: Any) -> str:
-    """Return the room of a marked object, from its mark or its sensor; empty without one."""
+    """Return the room of a marked place or of a sensor, from its settings; empty if none is set."""
     return str(obj.angen_place.room) or room_of(obj)
 
 
 def assigned_room(obj: Any, known: Iterable[str]) -> str:
-    """Return the room that the user gave a marked object, or a collection that contains it.
+    """Return the room of a sensor or place: its own, or that of a collection around it.
 
-    The result is empty without a room.
+    The result is empty if neither is set. `known` are the names of rooms that collections may have.
     """
     return noted_room(obj) or room_of_collections(obj, known)
 
 
 def room_of_collections(obj: Any, known: Iterable[str]) -> str:
-    """Return the known room after which a collection around the object is named; empty without one.
+    """Return the room after which a collection around the object is named; empty without one.
 
-    The innermost collection counts.
+    Only names in `known` count. Of nested collections, the innermost counts.
     """
     rooms = {room.lower(): room for room in known if room}
     inside = list(obj.users_collection)
@@ -142,10 +142,21 @@ def known_rooms(_owner: Any, _context: Any, typed: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor: an object, or an object in a collection instance with its `holders`.
+    """A sensor: an object, or an object in a collection instance.
 
-    Holders are listed from the outermost inwards. All objects are originals. Do not store a
-    `Sensor` across undo.
+    All objects are originals. Do not store a `Sensor` across undo.
+
+    Attributes
+    ----------
+    name
+        The name of the sensor.
+    kind
+        The kind of sensor.
+    object
+        The object of the sensor.
+    holders
+        The objects that instance its collections, from the outermost inwards; empty for a sensor
+        that is in no instance.
     """
 
     name: str
@@ -165,12 +176,12 @@ class Sensor:
 
     @property
     def name_now(self) -> str:
-        """The present name; in an instance it begins with the names of the holders."""
+        """The present name. In a collection instance it begins with the names of the holders."""
         return "/".join(part.name for part in (*self.holders, self.object))
 
     @property
     def handle(self) -> Any:
-        """The object that a user selects for the sensor: itself, or its outermost holder."""
+        """The object that a user selects to select the sensor: its own, or its outermost holder."""
         return self.holders[0] if self.holders else self.object
 
     def world_matrix(self, depsgraph: Any) -> Any:
@@ -183,26 +194,26 @@ class Sensor:
         return self.settings_in(self.object)
 
     def settings_in(self, obj: Any) -> Any:
-        """Return the settings in `obj`, the sensor's evaluated object, as animation sets them."""
+        """Return the settings as animation sets them; `obj` is the sensor's evaluated object."""
         return (obj if self.settings_of is None else self.settings_of).angen_sensor
 
     @property
     def room(self) -> str:
-        """The room that the user gave the sensor, or else a holder; empty without one."""
+        """The room that the user gave the sensor, or else that of a holder; empty without one."""
         return next(filter(None, map(room_of, (self.object, *reversed(self.holders)))), "")
 
     @property
     def parameters(self) -> Any:
-        """The property group with the parameters of its kind."""
+        """The property group with the parameters of the sensor's kind."""
         return self.parameters_in(self.object)
 
     def parameters_in(self, obj: Any) -> Any:
-        """Return the property group in `obj`, the sensor's evaluated object."""
+        """Return the parameters as animation sets them; `obj` is the sensor's evaluated object."""
         return getattr(self.settings_in(obj), self.kind.attribute)
 
     @property
     def reading(self) -> Field:
-        """The field that the output `value` shows, with its unit."""
+        """The field that the property `value` of the sensor's object shows."""
         return self.kind.reading(self.parameters)
 
     @property
@@ -217,7 +228,7 @@ class Sensor:
 
 
 def all_sensors(view_layer: Any) -> list[Sensor]:
-    """Return the sensors of a view layer by name, also those in collection instances.
+    """Return the sensors of a view layer, sorted by name, with those in collection instances.
 
     Sensors in excluded collections are not part of a view layer.
     """
@@ -235,7 +246,7 @@ def all_sensors(view_layer: Any) -> list[Sensor]:
 
 
 def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
-    """Return the sensor of an object, in a collection instance if it has holders."""
+    """Return the sensor of an object; with holders, the sensor in that collection instance."""
     sensor = Sensor("", KINDS[obj.angen_sensor.kind], obj, holders)
     return replace(sensor, name=sensor.name_now)
 
@@ -267,7 +278,7 @@ def check_names(sensors: list[Sensor]) -> None:
 def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
     """Raise `AngenError` if the settings of a sensor are invalid.
 
-    The message has lengths in the unit `lengths`.
+    The message gives lengths in the unit `lengths`.
     """
     rate = decimal(sensor.settings.update_rate)
     if not 0.0 < rate < float("inf"):
@@ -276,14 +287,14 @@ def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
 
 
 def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) -> Any:
-    """Return the parameters of a sensor, checked.
+    """Return the parameters of a sensor after a check.
 
     Parameters
     ----------
     sensor
         The sensor.
     settings
-        Its settings, evaluated or not.
+        The settings of its object, original or evaluated.
     lengths
         The unit of lengths in error messages.
 
@@ -309,9 +320,9 @@ def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) ->
 # One a kind, until Blender ends; without it 4 µs more an update.
 @cache
 def _parameter_reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int, str]]]:
-    """Return a function that reads all parameters of a kind, and which of them are pointers.
+    """Return a function that reads all parameters of a kind, and the list of its pointers.
 
-    A pointer has its index among the parameters, and the type of datablock.
+    A pointer is given by its index among the parameters, and the type of datablock.
     """
     known = specs(KINDS[kind].parameters)
     pointers = [(i, spec.pointer) for i, spec in enumerate(known.values()) if spec.pointer]
@@ -322,12 +333,15 @@ def _parameter_reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list
 
 
 def pointed_at(value: Any, kind: str) -> str:
-    """Return the value of a pointer parameter: the content of a text, otherwise the name."""
+    """Return the value of a parameter that points to a datablock.
+
+    It is the content of a text datablock, and the name of any other.
+    """
     return str(value.as_string() if kind == "Text" else value.name_full)
 
 
 def report_steps(sensor: Sensor) -> dict[str, float]:
-    """Return the smallest change of each field for which the event log gets a row."""
+    """Return for each field the smallest change for which the event log gets a row."""
     parameters = read_parameters(sensor, sensor.settings)
     return {f.name: getattr(parameters, f.step) for f in sensor.kind.events if f.step}
 
@@ -351,14 +365,14 @@ def decimal(value: float) -> float:
 
 
 def is_evaluated(sensor: Sensor, depsgraph: Any) -> bool:
-    """Return whether Blender evaluates the sensor: otherwise its place is unknown."""
+    """Return whether Blender evaluates the sensor; if not, its place is unknown."""
     # In an instance, Blender also evaluates objects that it does not show.
     inner = (sensor.object, *sensor.holders[1:]) if sensor.holders else ()
     return not any(part.hide_viewport for part in inner) and is_placed(sensor.handle, depsgraph)
 
 
 def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
-    """Raise `AngenError` if Blender does not evaluate the sensor: its place is unknown then."""
+    """Raise `AngenError` if Blender does not evaluate the sensor, so that its place is unknown."""
     if not is_evaluated(sensor, depsgraph):
         raise AngenError(
             f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "
@@ -367,12 +381,15 @@ def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
 
 
 def read_pose(sensor: Sensor, matrix: Any, unit_scale: float) -> Pose:
-    """Return the pose of a sensor in metres, from its world matrix. Raise `AngenError`."""
+    """Return the pose of a sensor in metres, from its world matrix.
+
+    Raise `AngenError` if the matrix gives no pose.
+    """
     with explained(f"'{sensor.name}'", ValueError, raised=AngenError):
         return pose_from_matrix(matrix, unit_scale)
 
 
 def unit_scale(scene: Any) -> float:
-    """Return the metres in a Blender unit."""
+    """Return the length of a Blender unit in metres."""
     settings = scene.unit_settings
     return 1.0 if settings.system == "NONE" else decimal(settings.scale_length)

@@ -22,7 +22,7 @@ from .rays.solids import Solid, Solids
 
 
 class MetSurfaces(ABC):
-    """One property of the solids of a ray caster."""
+    """Reads one property of the surfaces that the rays of a ray caster hit."""
 
     def __init__(self, caster: RayCaster) -> None:
         self._rays = caster
@@ -36,7 +36,7 @@ class MetSurfaces(ABC):
         rays: Rays,
         frames: Index | None = None,
     ) -> Answers:
-        """Cast a sensor's rays at some frames, and return the property where they hit.
+        """Cast a sensor's rays at some frames, and return the property of the surfaces hit.
 
         Call it after the caster was updated. Lengths are in Blender units.
 
@@ -47,7 +47,12 @@ class MetSurfaces(ABC):
         sensor, bundle, rays
             As for `RayCaster.cast_at`.
         frames
-            Indices (k,) of the frames of the caster; the last one if not given.
+            Indices (k,) of the frames of the caster; None for the last one.
+
+        Returns
+        -------
+        Answers
+            The property at each frame, in the form that `_values_at` returns.
         """
         self._update(depsgraph)
         if frames is None:
@@ -65,7 +70,7 @@ class MetSurfaces(ABC):
 
     @abstractmethod
     def _values_at(self, depsgraph: Any, seen: RayHits) -> Any:
-        """Return the property of the surfaces at some hits."""
+        """Return the property of the surfaces that the rays of `seen` hit."""
 
 
 # Temperatures.
@@ -83,8 +88,16 @@ AMBIENT = (np.nan, DEFAULT_EMISSIVITY)
 class _Patches:
     """A solid whose faces have several temperatures.
 
-    `temperature` in K and `emissivity` are those of each material slot. `slots` has the slot of
-    each face, as long as the faces have these `corners` (k,).
+    Attributes
+    ----------
+    solid
+        The solid.
+    temperature, emissivity
+        The values of each material slot; temperatures in K.
+    slots
+        The slot of each face; None until it is read.
+    corners
+        The faces of the mesh for which `slots` is valid, by their corners.
     """
 
     solid: Solid
@@ -95,7 +108,7 @@ class _Patches:
 
 
 class Warmth(MetSurfaces):
-    """The temperatures of the solids of a ray caster, as `Emission`."""
+    """Reads the temperatures of hit solids, as `Emission`."""
 
     def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
@@ -134,7 +147,7 @@ class Warmth(MetSurfaces):
         return found
 
     def _update(self, depsgraph: Any) -> None:
-        """Read all temperatures if the scene was edited, otherwise those that are animated."""
+        """Read all temperatures if the scene was edited, and otherwise only the animated ones."""
         solids = self._solids
         if self._listing == solids.listing:
             if self._changing:
@@ -153,7 +166,19 @@ class Warmth(MetSurfaces):
     def _read(
         self, depsgraph: Any, solid: Solid, by_uid: dict[int, Any], parents: dict[Any, list[Any]]
     ) -> bool:
-        """Store the temperature of a solid; return whether it is animated."""
+        """Store the temperature of a solid; return whether it is animated.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        solid
+            The solid.
+        by_uid
+            The objects and materials of the file, by session uid.
+        parents
+            The direct parents of each collection.
+        """
         original = by_uid[solid.key[0]]
         whole = own_warmth(original.evaluated_get(depsgraph))
         if whole is None:
@@ -176,12 +201,15 @@ class Warmth(MetSurfaces):
 
 
 def kelvin(celsius: float) -> float:
-    """Return a temperature in K, without the rounding of single precision."""
+    """Return a temperature in K, and undo the rounding of single precision."""
     return float(f"{celsius:.7g}") + ZERO_CELSIUS
 
 
 def own_warmth(owner: Any) -> tuple[float, float] | None:
-    """Return the temperature (K) and emissivity set on an object, collection or material itself."""
+    """Return the temperature (K) and emissivity set on an object, collection or material itself.
+
+    Return None if it has no temperature.
+    """
     settings = owner.angen_warmth
     if not settings.use_temperature:
         return None
@@ -191,7 +219,7 @@ def own_warmth(owner: Any) -> tuple[float, float] | None:
 def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, float] | None:
     """Return the temperature (K) and emissivity of the nearest collection that has a temperature.
 
-    Of equally near collections, the first by name counts.
+    Return None if none has. Of equally near collections, the first by name counts.
     """
     level = sorted(obj.users_collection, key=lambda c: c.name_full)
     seen = set(level)
@@ -206,7 +234,7 @@ def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, fl
 
 
 def collection_parents() -> dict[Any, list[Any]]:
-    """Return the direct parents of each collection."""
+    """Return the collections that directly contain each collection."""
     found: dict[Any, list[Any]] = {}
     tops = [scene.collection for scene in bpy.data.scenes]
     for collection in [*tops, *bpy.data.collections]:
@@ -225,7 +253,7 @@ def _is_animated(owner: Any) -> bool:
 
 
 def changes_by_itself(scene: Any) -> bool:
-    """Return whether a temperature, or the scene with the ambient temperature, is animated."""
+    """Return whether any temperature is animated, the scene's ambient temperature included."""
     owners = *bpy.data.objects, *bpy.data.materials
     return scene.animation_data is not None or any(map(_is_animated, owners))
 
@@ -237,7 +265,7 @@ COLOURED = (bpy.types.Material, bpy.types.ShaderNodeTree)
 
 
 class Reflectance(MetSurfaces):
-    """The reflectance (n,) of hit solids, from 0 to 1; 0 where a ray hits nothing."""
+    """Reads the reflectance (n,) of hit solids, from 0 to 1; 0 for a ray that hits nothing."""
 
     def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
@@ -272,5 +300,5 @@ class Reflectance(MetSurfaces):
 
 
 def colours_change() -> bool:
-    """Return whether any colour may be animated."""
+    """Return whether any colour of an object or material may be animated."""
     return any(isinstance(owner, COLOURED) for owner in all_animated())

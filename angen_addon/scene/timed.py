@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find what may change with time without keys: modifiers, nodes, physics, drivers, films.
+"""Find what may change with time without keyframes: modifiers, nodes, physics, films.
 
-The tables list what cannot change. Everything else may follow the frame, also types that later
+The tables list what cannot change. Everything else counts as changing, also types that later
 versions of Blender add.
 """
 
@@ -58,12 +58,15 @@ PURE_NAMES = {
 
 
 def timed_modifiers(obj: Any) -> Iterator[Any]:
-    """Return an object's modifiers that may follow the frame, apart from geometry nodes."""
+    """Return the modifiers of an object whose result may depend on the frame.
+
+    Modifiers with geometry nodes are left out, since their nodes decide.
+    """
     return (one for one in obj.modifiers if one.type not in TIMELESS_MODIFIERS)
 
 
 def timed_constraints(obj: Any) -> Iterator[Any]:
-    """Return the constraints of an object and its bones that may follow the frame."""
+    """Return the constraints of an object and its bones whose result may depend on the frame."""
     bones = obj.pose.bones if obj.pose else ()
     every = (*obj.constraints, *(one for bone in bones for one in bone.constraints))
     return (one for one in every if one.type not in TIMELESS_CONSTRAINTS)
@@ -76,7 +79,10 @@ def is_timed_node(node: Any) -> bool:
 
 
 def has_node(tree: Any, wanted: Callable[[Any], bool], seen: frozenset[str] = frozenset()) -> bool:
-    """Return whether a node tree, or a group in it, has a wanted node."""
+    """Return whether a node tree, or a group in it, has a node that `wanted` accepts.
+
+    `seen` has the names of the trees around this one, which are not searched again.
+    """
     if tree is None or tree.name_full in seen:
         return False
     inside = seen | {tree.name_full}
@@ -87,7 +93,7 @@ def has_node(tree: Any, wanted: Callable[[Any], bool], seen: frozenset[str] = fr
 
 
 def may_follow_frame(obj: Any) -> bool:
-    """Return whether active modifiers or constraints may change an object with time."""
+    """Return whether enabled modifiers or constraints may change an object from frame to frame."""
     return (
         any(one.show_viewport for one in timed_modifiers(obj))
         or any(not one.mute for one in timed_constraints(obj))
@@ -101,7 +107,7 @@ def may_follow_frame(obj: Any) -> bool:
 def is_simulated(modifier: Any) -> bool:
     """Return whether the result of a modifier depends on earlier frames.
 
-    That is so for physics, and for simulation zones of geometry nodes, also in groups.
+    It does for physics, and for simulation zones in geometry nodes or their groups.
     """
     return modifier.type in SIMULATED_MODIFIERS or has_node(
         getattr(modifier, "node_group", None),
@@ -110,9 +116,9 @@ def is_simulated(modifier: Any) -> bool:
 
 
 def frames_to_step_from(scene: Any) -> list[int]:
-    """Return the first frames of all simulations in the scene.
+    """Return the first frame of each simulation in the scene.
 
-    The state of a simulation at a frame depends on the frames before it.
+    The state of a simulation at a frame depends on all frames since its first.
     """
     starts = []
     world = scene.rigidbody_world
@@ -137,7 +143,7 @@ def films(tree: Any) -> list[Any]:
 
 
 def has_stiff_films() -> bool:
-    """Return whether nodes show films that do not refresh (Auto Refresh) in Cycles."""
+    """Return whether any node shows a film without Auto Refresh, which stands still in Cycles."""
     data = bpy.data
     owners = [*data.materials, *data.lights, *data.worlds]
     trees = [*data.node_groups, *(o.node_tree for o in owners if o.node_tree)]
@@ -145,7 +151,7 @@ def has_stiff_films() -> bool:
 
 
 def reasons(scene: Any, shading: bool) -> Iterator[str]:
-    """Yield in words what may follow the frame, apart from keys and drivers.
+    """Yield texts about what may change from frame to frame without keyframes and drivers.
 
     With `shading`, lamps, materials and worlds count too.
     """
@@ -156,7 +162,7 @@ def reasons(scene: Any, shading: bool) -> Iterator[str]:
 
 
 def is_timeless_driver(driver: Any) -> bool:
-    """Return whether the expression of a driver depends on its variables alone."""
+    """Return whether the result of a driver depends on nothing but the values of its variables."""
     known = PURE_NAMES | {variable.name for variable in driver.variables}
     try:
         tree = ast.parse(driver.expression.strip(), mode="eval")
@@ -172,7 +178,10 @@ def is_timeless_driver(driver: Any) -> bool:
 
 
 def _timed_objects() -> Iterator[str]:
-    """Yield what objects have that may follow the frame, apart from rigid bodies."""
+    """Yield texts about objects that may change from frame to frame.
+
+    The reasons are modifiers, constraints, bones and drawings. Rigid bodies are left out.
+    """
     for obj in bpy.data.objects:
         for modifier in timed_modifiers(obj):
             yield f"'{obj.name}' has a modifier that may follow the frame ({modifier.name})"
@@ -188,7 +197,7 @@ def _timed_objects() -> Iterator[str]:
 
 
 def _simulated_bodies(scene: Any) -> Iterator[str]:
-    """Yield the rigid bodies that the simulation moves."""
+    """Yield texts about the rigid bodies that the simulation moves."""
     world = scene.rigidbody_world
     for obj in world.collection.objects if world and world.enabled and world.collection else ():
         if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
@@ -196,7 +205,7 @@ def _simulated_bodies(scene: Any) -> Iterator[str]:
 
 
 def _timed_nodes(shading: bool) -> Iterator[str]:
-    """Yield the nodes whose result may depend on the frame."""
+    """Yield texts about the nodes whose result may depend on the frame."""
     owners = [
         *bpy.data.textures,
         *((*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights) if shading else ()),
@@ -213,7 +222,7 @@ def _timed_nodes(shading: bool) -> Iterator[str]:
 
 
 def _changing_images(shading: bool) -> Iterator[str]:
-    """Yield the images, volumes and textures that change by themselves."""
+    """Yield texts about the images, volumes and textures that change by themselves."""
     if (
         shading
         or bpy.data.textures

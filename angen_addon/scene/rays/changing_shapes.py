@@ -323,7 +323,7 @@ class RayCells:
             held[:, :-1] |= wider[:, 1:]
 
     def cells(self, places: Array, axis: int) -> NDArray[np.uint8]:
-        """Return the columns (axis 0) or rows (axis 1) of places (k,)."""
+        """Return the grid's columns (axis 0) or rows (axis 1) at picture coordinates (k,)."""
         at = (places - self._lo[axis]) * self._scale[axis]
         with np.errstate(invalid="ignore"):
             return np.fmax(np.fmin(at, CELLS - 1), 0.0).astype(np.uint8)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bodies that can press on pads: rigid bodies, animated bodies with a mass, and pads."""
+"""The bodies that can press on pads: rigid bodies, animated bodies with a mass, and pads.
+
+A body is identified by a *key*, which is a tuple of integers as in `Solid.key`.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +27,20 @@ FRICTION = 0.7
 
 @dataclass(frozen=True)
 class BodySettings:
-    """The settings of a body at one frame: masses in kg, friction, and damping.
+    """The settings of a body at one frame.
 
-    `simulated` is true if the physics engine moves the body.
+    Attributes
+    ----------
+    load_mass
+        The mass as a load (Weight on Sensors), in kg.
+    simulated
+        Whether the physics engine moves the body.
+    mass
+        The mass as a rigid body, in kg.
+    friction
+        The friction coefficient.
+    linear_damping, angular_damping
+        The damping of the rigid body.
     """
 
     load_mass: float
@@ -38,7 +52,7 @@ class BodySettings:
 
 
 def read_settings(evaluated: Any) -> BodySettings:
-    """Return the settings of an evaluated object."""
+    """Return the settings of an evaluated object that is a body."""
     load = float(evaluated.angen_load.mass)
     body = evaluated.rigid_body
     if body is None:
@@ -72,18 +86,41 @@ MARGIN = 0.05
 
 
 class Pad(NamedTuple):
-    """The object of a pad, and its identifier, which differs for each collection instance of it."""
+    """A pad.
+
+    Attributes
+    ----------
+    uid
+        The identifier, which differs for each collection instance of the pad.
+    original
+        The object in the file.
+    """
 
     uid: Uid
     original: Any
 
 
 class ContactBody:
-    """A rigid body, an animated body with a mass, or a pad; also a mixture of these.
+    """A rigid body, an animated body with a mass, or a pad. A body can be several of these.
 
-    `solids` make up an animated body or a pad without physics. `owner` is the rigid body that such
-    a pad is a part of. `middle`, `half` (3,) are the bounds of its shapes, unscaled, in its own
-    space.
+    Attributes
+    ----------
+    key
+        Identifies the body.
+    original
+        The object in the file with the settings of the body.
+    rigid, pad, animated
+        Which of the three the body is.
+    solids
+        The solids of an animated body, or of a pad without physics.
+    owner
+        The key of the rigid body that a pad without physics is a part of; None for other bodies.
+    uid
+        The session uid of `original`.
+    objects
+        The session uids of all objects that make up the body.
+    middle, half
+        The middle and half size (3,) of its shapes, in its own space without scale.
     """
 
     def __init__(self, key: Key, original: Any) -> None:
@@ -106,20 +143,23 @@ class ContactBody:
 
     @property
     def tolerance(self) -> float:
-        """The largest gap in m between the underside of an animated body and its support."""
+        """The largest gap in m to its support, at which an animated body still stands on it."""
         return max(float(self.original.angen_load.tolerance), 1e-4)
 
     @property
     def loose_pad(self) -> bool:
-        """Whether it is a pad that no physics, keys or parent moves.
+        """Whether it is a pad that neither physics nor keyframes nor a parent moves.
 
-        Such a pad lies on the surface below it, and passes on the weight that is on it.
+        Such a pad lies on the surface below it. It passes the weight that is on it to that surface.
         """
         return self.pad and not self.rigid and not self.animated and self.owner is None
 
     @property
     def stiff(self) -> bool:
-        """Whether no armature or shape keys bend it. A body that bends has soft soles."""
+        """Whether neither armatures nor shape keys bend it.
+
+        A body that bends counts as soft: its underside adapts to the surface below.
+        """
         if self.original.type == "ARMATURE":
             return False
         bent = (s.original for s in self.solids if s.original is not None)
@@ -127,16 +167,19 @@ class ContactBody:
 
     @property
     def weighs(self) -> bool:
-        """Whether it has a weight: it is simulated, or animated with a mass."""
+        """Whether it has a weight, because it is simulated, or animated with a mass."""
         return self.animated or (self.rigid and is_simulated(self.original))
 
     @property
     def collides(self) -> bool:
-        """Whether it has a collider."""
+        """Whether the physics engine, or a pad's surface, gives it a collider."""
         return self.rigid or self.pad
 
     def collider(self, depsgraph: Any, scale: Array, metres: float) -> Collider:
-        """Return its shapes at a scale (3,); `metres` is the length of a Blender unit."""
+        """Return the collider of the body for a scale (3,).
+
+        `metres` is the length of a Blender unit.
+        """
         exact = (*scale.tolist(), metres)
         if self._last is not None and self._last[0] == exact:
             return self._last[1]
@@ -157,7 +200,10 @@ class ContactBody:
         return self._last[1]
 
     def is_closed(self, topologies: list[Any]) -> bool:
-        """Return whether all surfaces enclose a volume. Each is given by its triangles (n, 3)."""
+        """Return whether each of its surfaces encloses a volume.
+
+        `topologies` has the triangles (n, 3) of each surface, as vertex indices.
+        """
         known = self._closed
         if (
             known is None
@@ -170,12 +216,31 @@ class ContactBody:
 
 
 class ContactBodies:
-    """All contact bodies of a scene by key, and the body that each solid belongs to.
+    """All contact bodies of a scene, and the body that each solid belongs to.
 
-    `keys` lists the keys, and `row` has the index of each. In this order `middle`, `half` (n, 3)
-    are the unscaled bounds, and `even` (n,) says which bounds are cubes. `pads` has the key of each
-    pad by its identifier. `fields` are the objects with a force field. `resting` has solids of
-    active rigid bodies, each with its body, that weigh nothing unless physics moves them.
+    Attributes
+    ----------
+    by_key
+        The bodies by key.
+    of_solid
+        The key of each solid's body, by number of the solid; GROUND for no body.
+    constraints
+        The objects with a rigid-body constraint.
+    fields
+        The objects with a force field.
+    resting
+        Solids of active rigid bodies, each with its rigid body. Such a solid has no mass as a load,
+        so it weighs nothing unless physics moves it.
+    keys
+        The keys in the order of `middle`, `half` and `even`.
+    row
+        The index of each key in `keys`.
+    middle, half
+        The middle and half size (n, 3) of each body, as in `ContactBody`.
+    even
+        Mask (n,) of the bodies whose size is the same along all axes.
+    pads
+        The key of each pad, by its identifier.
     """
 
     def __init__(self) -> None:
@@ -194,7 +259,7 @@ class ContactBodies:
         self._pad_uids: list[Uid] = []
 
     def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Pad]) -> bool:
-        """List the bodies again if the scene was edited; return whether it was."""
+        """List the bodies again if the solids or the pads have changed; return whether it did."""
         uids = [pad.uid for pad in pads]
         if solids.listing == self._listing and uids == self._pad_uids:
             return False
@@ -224,9 +289,9 @@ class ContactBodies:
         return True
 
     def supports_of(self, body: ContactBody, solids: Solids) -> NDArray[np.intp]:
-        """Return the rows of the solids that a body may stand on.
+        """Return the rows of the solids on which a body may stand.
 
-        These are all solids except its own, and pads even if they are its own.
+        These are all solids that do not belong to the body, and all pads even if they belong to it.
         """
         rows = self._supports.get(body.key)
         if rows is None:
@@ -276,7 +341,7 @@ class ContactBodies:
                 self.resting.append((solid, body))
 
     def _find_owners(self, solids: Solids, pads: Sequence[Pad]) -> None:
-        """Find the body of each solid, and the rigid body of each pad without physics."""
+        """Find the body of each solid, and the `owner` of each pad without physics."""
         self.of_solid = {}
         own = {solid.number: body.key for body in self.by_key.values() for solid in body.solids}
         for solid in solids.solids:
@@ -298,7 +363,7 @@ class ContactBodies:
 
 
 def _key_of(pad: Pad, solids: Solids) -> Key:
-    """Return the key of a pad; in a collection instance the key of its solid there."""
+    """Return the key of a pad. In a collection instance it is the key of the pad's solid there."""
     if isinstance(pad.uid, int):
         return (pad.uid,)
     own = pad.original.session_uid
@@ -306,7 +371,7 @@ def _key_of(pad: Pad, solids: Solids) -> Key:
 
 
 def rigid_bodies(scene: Any) -> Iterator[Any]:
-    """Yield the objects that are rigid bodies on their own, not parts of a compound."""
+    """Yield the objects that are rigid bodies, except the parts of a compound."""
     world = scene.rigidbody_world
     if world is None or not world.enabled or world.collection is None:
         return
@@ -316,14 +381,14 @@ def rigid_bodies(scene: Any) -> Iterator[Any]:
 
 
 def is_part_of_compound(obj: Any) -> bool:
-    """Return whether an object's parent is a rigid body of the shape Compound."""
+    """Return whether an object's parent is a rigid body with the shape Compound Parent."""
     parent = obj.parent
     body = parent.rigid_body if parent is not None else None
     return body is not None and body.collision_shape == "COMPOUND"
 
 
 def fields_in(depsgraph: Any) -> list[Any]:
-    """Return the objects whose force fields act on rigid bodies."""
+    """Return the objects with force fields that act on rigid bodies."""
     world = depsgraph.scene.original.rigidbody_world
     group = world.effector_weights.collection if world is not None else None
     objects = depsgraph.view_layer.objects if group is None else group.all_objects
@@ -335,7 +400,10 @@ def fields_in(depsgraph: Any) -> list[Any]:
 
 
 def _chain_keys(solid: Solid) -> Iterator[Key]:
-    """Yield the keys of a solid and of the objects that it is a part of, nearest first."""
+    """Yield the keys that the body of a solid may have, nearest first.
+
+    They are the key of the solid, then those of its object and owner, each with all parents.
+    """
     yield solid.key
     for obj in (*chain(solid.original), *chain(solid.owner)):
         yield (obj.session_uid,)
@@ -344,7 +412,16 @@ def _chain_keys(solid: Solid) -> Iterator[Key]:
 def _body_key(solid: Solid, heavy: Any, first_keys: dict[Key, Key]) -> Key:
     """Return the key of the body that a solid is a part of.
 
-    All parts of one person have the same key; each instance of that person has another.
+    All solids of one person get the same key. Each collection instance of that person gets another.
+
+    Parameters
+    ----------
+    solid
+        The solid.
+    heavy
+        The object with the mass that the solid carries.
+    first_keys
+        The key of one solid of each collection instance, by `_instance_key`.
     """
     uid = heavy.session_uid
     own = uid == solid.key[0]
@@ -363,9 +440,9 @@ def _in_collection(solid: Solid) -> bool:
 
 
 def _instance_key(solid: Solid) -> Key:
-    """Return a solid's key without its number in the instanced collection.
+    """Return a solid's key without the index of its object in the instanced collection.
 
-    But for the object, all solids of one instance then have the same key.
+    The first item is still the object's uid. The rest is equal for all solids of one instance.
     """
     return (*solid.key[:2], *solid.key[3:])
 
@@ -377,7 +454,10 @@ def _box(evaluated: Any) -> tuple[Array, Array]:
 
 
 def _bounds(depsgraph: Any, original: Any) -> tuple[Array, Array]:
-    """Return middle and half size (3,) of a rigid body's shapes, unscaled and never too small."""
+    """Return the middle and half size (3,) of a rigid body's shapes, without scale.
+
+    The size may be too large, but never too small.
+    """
     body = original.rigid_body
     middle, half = _box(original.evaluated_get(depsgraph))
     kind = body.collision_shape

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The collision shapes of Blender's rigid bodies, and the constraints between two bodies.
 
-A collision shape differs from the mesh. A primitive has the size of the bounding box and its centre
-at the object's origin. A child of a compound loses its own scale. A scaled hull has an unscaled
-margin. All this was measured with resting bodies in Blender 4.2, 4.5 and 5.2
+A collision shape differs from the mesh. A primitive has the size of the bounding box, but its
+centre is at the object's origin. A child of a compound loses its own scale. A scaled hull has a
+margin that is not scaled. All this was measured with resting bodies in Blender 4.2, 4.5 and 5.2
 (tests/blender/test_pressure_shapes.py).
 """
 
@@ -27,12 +27,22 @@ LEAST_EXTENT = 1e-6
 
 
 class Collider:
-    """The scaled shapes of one rigid body or pad, in its own space without its pose.
+    """The scaled shapes of one rigid body or pad, in its own space, before its pose is applied.
 
-    `convex` has the convex shapes. `triangles` (n, 3, 3) are those of surfaces that are not convex.
-    `shell` (n, 3, 3) are those of a convex mesh, which is hollow: bodies can be inside it as in a
-    room. Meshes and cones keep other bodies `margin` metres away. `lo`, `hi` (3,) are bounds in m,
-    and `inertia` (3,) is in m², per kilogram.
+    Attributes
+    ----------
+    convex
+        The convex shapes.
+    triangles
+        Triangles (n, 3, 3) of the surfaces that are not convex.
+    shell
+        Triangles (n, 3, 3) of a convex mesh. It is hollow: a body can be inside, as in a box.
+    margin
+        The distance in m at which meshes and cones keep other bodies off.
+    lo, hi
+        Bounds (3,) in m.
+    inertia
+        The inertia (3,) in m², per kilogram.
     """
 
     def __init__(self) -> None:
@@ -44,16 +54,16 @@ class Collider:
 
     @property
     def empty(self) -> bool:
-        """Whether it has no shapes."""
+        """Whether the collider has no shapes."""
         return not self.convex and not self.meshy
 
     @property
     def meshy(self) -> bool:
-        """Whether a part of it is not convex."""
+        """Whether the collider has a surface that is not convex."""
         return len(self.triangles) > 0
 
     def finish(self) -> None:
-        """Set the bounds and the inertia.
+        """Set the bounds and the inertia, once all shapes are added.
 
         For most shapes the physics engine uses the inertia of a box of the same size.
         """
@@ -68,7 +78,7 @@ class Collider:
 
     @property
     def depends_on_box(self) -> bool:
-        """Whether the result of `placed` depends on the box."""
+        """Whether the result of `placed` depends on its parameters `lo` and `hi`."""
         return self.meshy or len(self.shell) > 0
 
     def is_in_shell(self, place: Array, pose: Array) -> bool:
@@ -80,15 +90,14 @@ class Collider:
         return bool((hull.normals @ local < hull.offsets).all())
 
     def placed(self, pose: Array, lo: Array, hi: Array) -> list[Shape]:
-        """Return the shapes at a pose.
+        """Return the shapes at a pose, in the world.
 
         Parameters
         ----------
         pose
             Pose (4, 4) without scale.
         lo, hi
-            A box (3,), (3,) in the world, in m. Only triangles within it are returned. If its
-            middle is
+            A box (3,), (3,) in the world, in m. Triangles outside it are left out. If its middle is
             inside the shell, triangles of the shell replace the convex shapes.
         """
         inside = self.is_in_shell((lo + hi) / 2.0, pose)
@@ -106,13 +115,25 @@ class Collider:
 
 
 def box_inertia(size: Array) -> Array:
-    """Return the inertia (3,) of a box in m², per kilogram; `size` (3,) in m."""
+    """Return the inertia (3,) in m², per kilogram, of a box with edges `size` (3,) in m."""
     square = size**2
     return np.array([square[1] + square[2], square[0] + square[2], square[0] + square[1]]) / 12.0
 
 
 def rigid_body_collider(depsgraph: Any, evaluated: Any, scale: Array, metres: float) -> Collider:
-    """Return the collider of an evaluated rigid body; `scale` (3,) is that of its world matrix."""
+    """Return the collider of an evaluated rigid body.
+
+    Parameters
+    ----------
+    depsgraph
+        The evaluated depsgraph.
+    evaluated
+        The evaluated object.
+    scale
+        The scale (3,) in its world matrix.
+    metres
+        The length of a Blender unit.
+    """
     collider = Collider()
     _add(collider, depsgraph, evaluated, np.eye(4), scale, metres)
     collider.finish()
@@ -120,7 +141,7 @@ def rigid_body_collider(depsgraph: Any, evaluated: Any, scale: Array, metres: fl
 
 
 def surface_collider(evaluated: Any, scale: Array, metres: float) -> Collider:
-    """Return the collider of a pad without a rigid body: its evaluated surface."""
+    """Return the collider of a pad without a rigid body, which is its evaluated surface."""
     collider = Collider()
     _add_surface(collider, _triangles(evaluated) * scale * metres)
     collider.finish()
@@ -177,9 +198,9 @@ def _add(
 
 
 def _child_place(child: Any, scale: Array) -> Array:
-    """Return the place and rotation of a compound's child, without its own scale.
+    """Return the place and rotation (4, 4) of a compound's child in the space of the compound.
 
-    Its place is scaled by the scale of the compound.
+    The matrix has no scale. The child's distance from the origin has the compound's `scale` (3,).
     """
     place, turn, _ = child.matrix_local.decompose()
     matrix = np.array(turn.to_matrix().to_4x4(), np.float64)
@@ -193,9 +214,9 @@ def _half_extents(evaluated: Any) -> Array:
 
 
 def _primitive(evaluated: Any, kind: str, scale: Array) -> Shape:
-    """Return a primitive shape, centred on the object's origin and upright on its z axis.
+    """Return a primitive shape, centred on the object's origin, with its axis along the object's z.
 
-    It is scaled as the physics engine scales it.
+    Its size follows from `scale` (3,) as in the physics engine.
     """
     half = _half_extents(evaluated)
     if kind == "BOX":
@@ -220,11 +241,11 @@ def _round_inertia(kind: str, shape: Shape) -> Array:
 
 
 def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
-    """Return the convex hull as the physics engine has it, which may be beside the mesh.
+    """Return the convex hull as the physics engine uses it; it may lie outside the mesh.
 
-    The engine shrinks the hull by its margin, scales it, and adds the margin again. That margin has
-    the least scale, or none for a `part` of a compound. A margin that the user set is added
-    outside.
+    The engine shrinks the hull by its margin, scales it, and adds the margin again. The margin that
+    is added has the least scale of the three axes. For a `part` of a compound it is not scaled. A
+    margin that the user set is not taken off first, so that it lies outside the hull.
     """
     shape = convex_hull(np.unique(_triangles(evaluated).reshape(-1, 3), axis=0))
     if shape is None:
@@ -274,7 +295,7 @@ def convex_hull(points: Array) -> Shape | None:
 
 
 def _with_radius(shape: Shape, radius: float) -> Shape:
-    """Return the same core, rounded with another radius."""
+    """Return a shape with the same core, rounded with another radius."""
     more = radius - shape.radius
     return replace(
         shape,
@@ -292,7 +313,10 @@ def _triangles(evaluated: Any) -> Array:
 
 
 def _add_surface(collider: Collider, triangles: Array) -> None:
-    """Add a surface: one convex shape if it is the hull of its points, otherwise its triangles."""
+    """Add a surface to a collider.
+
+    A convex surface is added as one convex shape, and any other as triangles.
+    """
     if not len(triangles):
         return
     hull = convex_hull(np.unique(triangles.reshape(-1, 3), axis=0))
@@ -303,7 +327,7 @@ def _add_surface(collider: Collider, triangles: Array) -> None:
 
 
 def _is_convex(triangles: Array, hull: Shape) -> bool:
-    """Return whether the triangles lie on the hull's faces."""
+    """Return whether all triangles lie on the faces of the convex hull of their points."""
     middles = triangles.mean(axis=1)
     depth = (hull.offsets - middles @ hull.normals.T).min(axis=1)
     return bool(depth.max() <= 1e-6 * float(np.linalg.norm(hull.hi - hull.lo)))
@@ -330,8 +354,17 @@ def read_constraint(
 ) -> tuple[Constraint, bool] | None:
     """Return the constraint of an object, and whether its two bodies may collide.
 
-    None for a constraint that holds nothing. A limit or a spring counts as holding: statics cannot
-    separate its force from that of a contact.
+    Return None for a constraint that holds nothing. A limit or a spring counts as holding, since
+    statics cannot separate its force from that of a contact.
+
+    Parameters
+    ----------
+    evaluated
+        The evaluated object with the constraint.
+    known
+        The keys of all bodies.
+    metres
+        The length of a Blender unit.
     """
     settings = evaluated.rigid_body_constraint
     if not settings.enabled or settings.type not in HELD:
@@ -382,6 +415,6 @@ def _flag(settings: Any, name: str) -> bool:
 
 
 def _key(end: Any, known: set[Key]) -> Key | None:
-    """Return the key of a constraint's object; None if it is no rigid body."""
+    """Return the key of an object that a constraint holds; None if it is no rigid body."""
     key = (end.original.session_uid,)
     return key if key in known else None

@@ -17,12 +17,28 @@ from .posed_bodies import PosedBody, posed_body
 class FrameState:
     """The n contact bodies at one frame.
 
-    `row` has the index of each body by key. In this order, `poses` (n, 4, 4) and `scales` (n, 3)
-    are NaN for bodies that do not collide. `lo`, `hi` (n, 3) are the world bounds of all bodies.
-
-    By key: `posed` has the animated bodies and loose pads; `supports` and `settings` those of
-    bodies near a pad that is due. `missing_mass` has, by pad, why a weight may not reach it.
-    `gravity` (3,) is in m/s², and `up` (3,) is the unit vector against it.
+    Attributes
+    ----------
+    frame
+        The number of the frame.
+    gravity
+        Gravity (3,) in m/s².
+    up
+        The unit vector (3,) against gravity.
+    row
+        The index of each body in the arrays, by key.
+    keys
+        The keys in the order of the arrays.
+    poses, scales
+        Poses (n, 4, 4) and scales (n, 3); NaN for bodies that do not collide.
+    lo, hi
+        World bounds (n, 3), in m.
+    posed
+        The surfaces of animated bodies and loose pads, by key.
+    supports, settings
+        The supports and settings of the bodies near a pad that is due, by key.
+    missing_mass
+        For each pad that is due, by key: why a weight may not reach it, or an empty text.
     """
 
     def __init__(
@@ -58,16 +74,16 @@ class FrameState:
             self.hi[row] = np.fmax(self.hi[row], posed.hi + reach)
 
     def overlapping(self, key: Key, widen: float, towards: Array | None = None) -> list[Key]:
-        """Return the keys of other bodies whose bounds are near those of a body.
+        """Return the keys of the other bodies whose bounds overlap those of a body.
 
         Parameters
         ----------
         key
             Key of the body.
         widen
-            Distance in m by which its bounds are widened.
+            Distance in m by which the body's bounds are widened first.
         towards
-            Vector (3,) in m along which its bounds are swept, if given.
+            Vector (3,) in m along which the body's bounds are swept; None not to sweep them.
         """
         row = self.row[key]
         lo, hi = self.lo[row] - widen, self.hi[row] + widen
@@ -78,7 +94,7 @@ class FrameState:
 
 
 def gravity_of(scene: Any, metres: float) -> tuple[Array, Array]:
-    """Return gravity (3,) in m/s² as the physics engine has it, and the upward unit vector (3,)."""
+    """Return gravity (3,) in m/s² as the physics engine uses it, and the unit vector against it."""
     gravity = np.array(scene.gravity, np.float64) * metres if scene.use_gravity else np.zeros(3)
     if scene.rigidbody_world is not None:
         weights = scene.rigidbody_world.effector_weights
@@ -102,7 +118,10 @@ def _matrices(depsgraph: Any, bodies: list[ContactBody], solids: Solids) -> Arra
 
 
 def _poses_and_scales(matrices: Array, metres: float) -> tuple[Array, Array]:
-    """Return poses (n, 4, 4) without scale, in metres, and scales (n, 3), as Blender decomposes."""
+    """Return the poses (n, 4, 4) in metres, and the scales (n, 3), of matrices (n, 4, 4).
+
+    Poses are without scale. Matrices are decomposed as Blender does it.
+    """
     linear = matrices[:, :3, :3]
     scales = np.linalg.norm(linear, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scene at one frame, for the calculation of forces on pads.
 
-It gives the contacts between bodies, and the load that each body requires for its motion.
+It gives the contacts between bodies, and the load that each body requires for its motion. A `Node`
+is a body as this calculation uses it.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ MOVING_MOMENT = 1e-4
 
 
 class FrameWorld:
-    """The scene at the middle one of three frames; it implements `forces.world.World`."""
+    """The scene at the middle one of three frames, as a `sensor_logic.forces.world.World`."""
 
     def __init__(
         self,
@@ -86,9 +87,10 @@ class FrameWorld:
         return body.original.evaluated_get(self._depsgraph)
 
     def _settings(self, key: Key) -> BodySettings:
-        """Return the settings at the frame.
+        """Return the settings of a body at the frame.
 
-        A body that was near no due pad at the frame has its present settings.
+        They were stored only if the body was near a pad that was due. Otherwise they are read now,
+        at the present frame.
         """
         settings = self._states[1].settings
         if key not in settings:
@@ -96,7 +98,7 @@ class FrameWorld:
         return settings[key]
 
     def node(self, key: Key) -> Node:
-        """Return the node of a body."""
+        """Return the `Node` of a body."""
         known = self._nodes.get(key)
         if known is None:
             known = self._nodes[key] = self._make_node(key)
@@ -129,7 +131,7 @@ class FrameWorld:
         )
 
     def _passes_weight_on(self, key: Key) -> bool:
-        """Return whether a body passes the weight that stands on it on to others."""
+        """Return whether a body passes a weight that stands on it to other bodies."""
         body = self._bodies.by_key.get(key)
         if body is None:
             return False
@@ -142,7 +144,7 @@ class FrameWorld:
         )
 
     def near(self, key: Key) -> list[Key]:
-        """Return the nodes whose bounds, swept over three frames, overlap those of a node."""
+        """Return the keys of the bodies whose bounds, swept over three frames, overlap a body's."""
         row = self._states[1].row.get(key)
         if row is None:
             return []
@@ -152,7 +154,10 @@ class FrameWorld:
         return [key for key in keys if key in self._bodies.by_key]
 
     def animated_near(self, pad: Key, beside: float, above: float) -> list[Key]:
-        """Return the animated nodes up to `beside` m next to a pad, or `above` m over it."""
+        """Return the keys of the animated bodies near a pad.
+
+        A body is near if it is at most `beside` m next to the pad, or `above` m over it.
+        """
         row = self._states[1].row[pad]
         lo, hi = self._lo[row] - beside, self._hi[row] + beside
         lo, hi = np.minimum(lo, lo + self.up * above), np.maximum(hi, hi + self.up * above)
@@ -162,7 +167,7 @@ class FrameWorld:
         return [key for key in keys if key in supported and self.node(key).animated]
 
     def supports_of(self, key: Key) -> list[Support]:
-        """Return the supports of an animated body."""
+        """Return the supports of an animated body; an empty list for other bodies."""
         return self._states[1].supports.get(key, [])
 
     def constraints_of(self, key: Key) -> list[Constraint]:
@@ -186,9 +191,16 @@ class FrameWorld:
         return self._constraints
 
     def contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Return the contacts between two nodes that are at most `reach` m apart.
+        """Return the contacts between two bodies.
 
-        `when` is −1, 0 or 1: the frame before, the middle frame or the frame after.
+        Parameters
+        ----------
+        one, two
+            Keys of the bodies.
+        reach
+            The largest distance in m between two surfaces in contact.
+        when
+            −1, 0 or 1: the frame before, the middle frame or the frame after.
         """
         named = (one, two, reach, when)
         known = self._contacts.get(named)
@@ -197,7 +209,10 @@ class FrameWorld:
         return known
 
     def _stored_or_new_contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Return the stored contacts, or search them if one of the two bodies has moved."""
+        """Return the stored contacts of two bodies. If one of them has moved, search again.
+
+        The parameters are those of `contacts`.
+        """
         state = self._states[1 + when]
         if one not in state.row or two not in state.row:
             return []
@@ -232,9 +247,9 @@ class FrameWorld:
         return found
 
     def _collide(self, one: Key, two: Key) -> bool:
-        """Return whether the physics engine lets two bodies collide.
+        """Return whether two bodies can touch, by the settings of the physics engine.
 
-        A pad without physics collides with all rigid bodies.
+        A pad without physics can touch all rigid bodies.
         """
         first, second = self._bodies.by_key[one], self._bodies.by_key[two]
         if not (first.collides and second.collides) or not (first.rigid or second.rigid):
@@ -270,7 +285,7 @@ class FrameWorld:
         return self._placed[named]
 
     def required_load(self, key: Key) -> RequiredLoad:
-        """Return the load that the contacts of a body must add up to."""
+        """Return the load to which the forces at the contacts of a body must add up."""
         known = self._required.get(key)
         if known is None:
             animated = self.node(key).animated
@@ -317,7 +332,7 @@ class FrameWorld:
         return RequiredLoad(load, centres, settings.mass, moved.reach, problem)
 
     def _force_field_problem(self, body: ContactBody) -> str:
-        """Return why a force field may push a body by an unknown force; otherwise empty."""
+        """Return why a force field may push a body with an unknown force, or an empty text."""
         for obj in self._bodies.fields:
             field = obj.evaluated_get(self._depsgraph).field
             weights = self._depsgraph.scene.rigidbody_world.effector_weights

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find weights that do not reach a pad.
+"""Find weights that do not reach a pad, although they would in reality.
 
-These are active rigid bodies that physics does not move, and bodies on an object without a mass
-that lies on the pad, such as a rug. An object without a mass carries a person as a floor does,
-however thin it is. So a rug, a mattress or a board keeps the weight from the pad; a real one would
-pass it on.
+These are of two kinds. One is an active rigid body that physics does not move. The other is a body
+on an object without a mass that lies on the pad, such as a rug. An object without a mass carries a
+person as a floor does, however thin it is. So a rug, a mattress or a board keeps the weight from
+the pad; a real one would pass it on.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ POINTS = 5
 
 
 class MissingMass:
-    """Finds weights that do not reach pads at one frame."""
+    """Finds the weights that do not reach pads at one frame."""
 
     def __init__(self, around: Surroundings, state: FrameState) -> None:
         self._around, self._state = around, state
@@ -36,7 +36,7 @@ class MissingMass:
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
     def problem(self, pad: Key) -> str:
-        """Return why the pad's reading is unknown, or an empty text."""
+        """Return why the pad's reading is unknown for a missing weight, or an empty text."""
         row = self._solids.row_of(pad)
         if row is None:
             return ""
@@ -52,9 +52,10 @@ class MissingMass:
         return self._resting_problem(solid, self._bodies.by_key[pad].tolerance)
 
     def _resting_problem(self, pad: Solid, tolerance: float) -> str:
-        """Return the problem of an active rigid body that rests on the pad but is not simulated.
+        """Return a text about an active rigid body that rests on the pad, but is not simulated.
 
-        The body may lie on the pad itself, or on objects that lie there. Empty without such a body.
+        The body may lie on the pad itself, or on objects that lie on the pad. The text is empty if
+        there is no such body. `tolerance` is the largest gap in m.
         """
         idle = [
             (s, body, why)
@@ -78,9 +79,9 @@ class MissingMass:
         return ""
 
     def _why_not_simulated(self, solid: Solid, original: Any) -> str:
-        """Return why physics does not move a solid of an active rigid body, and the remedy.
+        """Return why physics does not move the solid of an active rigid body, and the remedy.
 
-        The text is empty if physics does.
+        The text is empty if physics moves it.
         """
         depsgraph = self._around.depsgraph
         body, world = original.evaluated_get(depsgraph).rigid_body, depsgraph.scene.rigidbody_world
@@ -97,7 +98,17 @@ class MissingMass:
         return self._gap_between(base, lo, hi, solid, tolerance) is not None
 
     def _ends_above_pad(self, pad: Solid, tolerance: float, ground: BareSurface) -> bool:
-        """Return whether a weight on an object without a mass would press on the pad."""
+        """Return whether a weight would reach the pad if `ground` passed it on.
+
+        Parameters
+        ----------
+        pad
+            The solid of the pad.
+        tolerance
+            The largest gap in m.
+        ground
+            The surface without a mass that carries the weight.
+        """
         cover = next((s for s in self._solids.solids if s.number == ground.number), None)
         lo, hi = (bound[pad.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
         top = max(float(lo @ self._up), float(hi @ self._up))
@@ -120,7 +131,19 @@ class MissingMass:
     def _gap_between(
         self, pad: Solid, lo: Array, hi: Array, cover: Solid, tolerance: float
     ) -> float | None:
-        """Return `_gap_above` of pad and cover; computed again once one of the two has changed."""
+        """Return `_gap_above` of a pad and an object, from the store if neither has changed.
+
+        Parameters
+        ----------
+        pad
+            The solid of the pad.
+        lo, hi
+            Its bounds (3,), in m.
+        cover
+            The solid of the object.
+        tolerance
+            The largest gap in m.
+        """
         versions = [int(self._solids.version[solid.row]) for solid in (pad, cover)]
         state = (*versions, tolerance, self._metres, *self._up.tolist())
         known = self._around.surfaces.gaps.get((pad.number, cover.number))
@@ -130,7 +153,7 @@ class MissingMass:
         return known[1]
 
     def _upper_side(self, pad: Solid, lo: Array, hi: Array) -> Array:
-        """Return places (k, 3) on the pad's upper side, in m."""
+        """Return points (k, 3) on the pad's upper side, in m. `lo`, `hi` are its bounds in m."""
         across = np.stack([*perpendiculars(self._up), self._up])
         corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
         seen = (lo + corners * (hi - lo)) @ across.T
@@ -143,10 +166,18 @@ class MissingMass:
         return starts[met] - far[met, None] * self._up
 
     def _gap_above(self, tops: Array, cover: Solid, tolerance: float) -> float | None:
-        """Return the height of an object that lies on the pad above the pad's upper side, in m.
+        """Return the least gap in m between a pad's upper side and an object that lies on the pad.
 
-        0 where the pad is inside the object; None where the object does not lie on the pad. `tops`
-        (k, 3) are places on the pad's upper side.
+        Return 0 if the pad is inside the object, and None if the object does not lie on the pad.
+
+        Parameters
+        ----------
+        tops
+            Points (k, 3) on the pad's upper side.
+        cover
+            The solid of the object.
+        tolerance
+            The largest gap in m.
         """
         if not len(tops):
             return None
@@ -160,7 +191,17 @@ class MissingMass:
         return max(float(near[lies].min()), 0.0) if lies.any() else None
 
     def _gap_below(self, places: Array, cover: Solid, others: list[Solid]) -> float:
-        """Return the widest gap in m from places (k, 3) on an object down to other solids."""
+        """Return the widest gap in m between the underside of an object and other solids below it.
+
+        Parameters
+        ----------
+        places
+            Points (k, 3) on the object. Gaps are measured below these points.
+        cover
+            The solid of the object.
+        others
+            The other solids.
+        """
         bounds = np.stack([self._solids.lo[cover.row], self._solids.hi[cover.row]]) * self._metres
         reach = float(np.abs(np.ptp(bounds, axis=0) @ np.abs(self._up))) + DEPTH
         low = reach - self._cast(places - reach * self._up, cover, 1.0, reach + FLUSH)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Animated bodies and loose pads at one frame: their surface and centre of mass.
+"""The surface and centre of mass of animated bodies and loose pads at one frame.
 
 `ParallelRays` measures the distances from a surface down to others.
 """
@@ -29,7 +29,15 @@ MOST_CELLS = 1000
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Triangles with corners (m, 3, 3) and bounds `lo`, `hi` (m, 3), in metres."""
+    """Triangles in metres.
+
+    Attributes
+    ----------
+    corners
+        Corners (m, 3, 3).
+    lo, hi
+        Bounds (m, 3) of each triangle.
+    """
 
     corners: Array
     lo: Array
@@ -37,7 +45,7 @@ class Triangles:
 
 
 def with_bounds(corners: Array) -> Triangles:
-    """Return triangles with their bounds, of corners (m, 3, 3)."""
+    """Return the `Triangles` with corners (m, 3, 3)."""
     one, two, three = corners[:, 0], corners[:, 1], corners[:, 2]
     lo = np.minimum(np.minimum(one, two), three)
     return Triangles(corners, lo, np.maximum(np.maximum(one, two), three))
@@ -49,8 +57,11 @@ class WorldTriangles:
     The triangles of a solid are stored until it changes. Otherwise each pad would transform every
     floor again at each frame.
 
-    `gaps` is keyed by the numbers of a pad and of an object without a mass. It has the state of
-    both and the height of the object above the pad; None where the object does not lie on the pad.
+    Attributes
+    ----------
+    gaps
+        The results of `MissingMass._gap_between`, each with the state of both solids. Keys are the
+        number of the pad's solid and that of the object's.
     """
 
     def __init__(self, solids: Solids) -> None:
@@ -60,7 +71,7 @@ class WorldTriangles:
         self.gaps: dict[tuple[int, int], tuple[Any, float | None]] = {}
 
     def of(self, depsgraph: Any, solid: Solid, metres: float) -> Triangles:
-        """Return the triangles of a solid at the present frame."""
+        """Return the triangles of a solid at the present frame, in m."""
         if self._listing != self._solids.listing:
             self._listing = self._solids.listing
             self._known.clear()
@@ -76,7 +87,7 @@ class WorldTriangles:
 
 
 def hit_distances(triangles: Triangles, starts: Array, direction: Array, length: Array) -> Array:
-    """Return the distances in m from some points to the nearest triangle along one direction.
+    """Return the distances in m from points to the nearest triangle along one direction.
 
     Parameters
     ----------
@@ -92,17 +103,26 @@ def hit_distances(triangles: Triangles, starts: Array, direction: Array, length:
     Returns
     -------
     Array
-        Distances (n,), inf without a triangle within the largest distance.
+        Distances (n,); inf if there is no triangle within the largest distance.
     """
     return ParallelRays(starts, direction, length).hit_distances(triangles)
 
 
 class ParallelRays:
-    """Rays from `starts` (n, 3) along one unit vector `direction` (3,), `length` (n,) long.
+    """Rays that are all parallel.
 
     In the plane across the direction, a ray is a point and a surface is a set of flat triangles. A
     grid finds the pairs of a point and a triangle that may overlap, and numpy tests all pairs
     together. One grid serves all surfaces.
+
+    Parameters
+    ----------
+    starts
+        Origins (n, 3) of the rays.
+    direction
+        Their direction, a unit vector (3,).
+    length
+        Their lengths (n,).
     """
 
     def __init__(self, starts: Array, direction: Array, length: Array) -> None:
@@ -113,7 +133,7 @@ class ParallelRays:
 
     @cached_property
     def _projected(self) -> Array:
-        """The starts (3, n) in the axes of the rays; the last axis is along them."""
+        """The starts (3, n) in the axes of the rays: two across the rays, and one along them."""
         return np.ascontiguousarray((self.starts @ self._axes.T).T)
 
     @cached_property
@@ -121,7 +141,7 @@ class ParallelRays:
         return _Grid(self._projected[0], self._projected[1])
 
     def hit_distances(self, triangles: Triangles) -> Array:
-        """Return the distances (n,) to the nearest triangle; inf without one within the length."""
+        """Return the distances (n,) to the nearest triangle; inf for a ray that hits none."""
         far = np.full(len(self.starts), np.inf)
         near = (triangles.lo <= self._hi) & (triangles.hi >= self._lo)
         corners = triangles.corners[near.all(axis=1)]
@@ -155,7 +175,10 @@ class ParallelRays:
 # The last 16 directions; without this cache each `ParallelRays` takes 40 µs more.
 @lru_cache(maxsize=16)
 def _across(*parts: float) -> Array:
-    """Return two unit vectors across a direction, and the direction itself, as rows (3, 3)."""
+    """Return three unit vectors as rows (3, 3): two across a direction, and the direction.
+
+    `parts` are the three components of the direction.
+    """
     direction = np.array(parts)
     one = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
     one /= np.linalg.norm(one)
@@ -163,7 +186,13 @@ def _across(*parts: float) -> Array:
 
 
 class _Grid:
-    """Points of a plane, x (n,) and y (n,), sorted into square cells, `count` along each axis."""
+    """Points of a plane, sorted into square cells.
+
+    Parameters
+    ----------
+    at_x, at_y
+        Coordinates (n,) of the points.
+    """
 
     def __init__(self, at_x: Array, at_y: Array) -> None:
         self._count = min(MOST_CELLS, 1 + int(np.sqrt(CELLS * len(at_x))))
@@ -175,7 +204,10 @@ class _Grid:
         self._begin = np.concatenate([[0], np.cumsum(filled)])
 
     def pairs(self, x: Array, y: Array) -> tuple[Indices, Indices]:
-        """Return pairs of a triangle, with corners x, y (m, 3), and a point that may lie in it."""
+        """Return pairs of a triangle and a point that may lie in it, as indices (p,) of both.
+
+        The triangles have corners `x`, `y` (m, 3).
+        """
         first_x, last_x = self._x.spans(x)
         first_y, last_y = self._y.spans(y)
         of, row = _spread(last_y - first_y + 1)
@@ -186,7 +218,7 @@ class _Grid:
 
 
 class _Axis:
-    """The cells along one axis, between its least and greatest point."""
+    """The cells along one axis, from its least point to its greatest."""
 
     def __init__(self, points: Array, count: int) -> None:
         self._count = count
@@ -195,13 +227,14 @@ class _Axis:
         self._size = extent / count + 1e-9 + 1e-12 * abs(self._low)
 
     def cells_of(self, points: Array) -> Indices:
-        """Return the cell of each point."""
+        """Return the index of each point's cell."""
         return np.minimum(((points - self._low) / self._size).astype(np.intp), self._count - 1)
 
     def spans(self, corners: Array) -> tuple[Indices, Indices]:
-        """Return the first and last cell (m,) of triangles with corners (m, 3).
+        """Return the indices (m,) of the first and the last cell that each triangle overlaps.
 
-        The last is less than the first where a triangle is beside all points.
+        `corners` (m, 3) are coordinates. If a triangle is beside all points, the last index is less
+        than the first.
         """
         low, size, count = self._low, self._size, self._count
         slack = RIM * size
@@ -213,7 +246,10 @@ class _Axis:
 
 
 def _spread(counts: Indices) -> tuple[Indices, Indices]:
-    """Return each index as often as its count says, with a running number for each."""
+    """Repeat each index of `counts` as often as its count says.
+
+    Return these indices, and for each a number that counts the repetitions from 0.
+    """
     counts = np.maximum(counts, 0)
     of = np.repeat(np.arange(len(counts)), counts)
     return of, np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -221,9 +257,18 @@ def _spread(counts: Indices) -> tuple[Indices, Indices]:
 
 @dataclass(frozen=True, eq=False)
 class PosedPart:
-    """A solid of a body: vertices (n, 3) and triangles (m, 3) in its own space, and its matrix.
+    """A solid of a body at one frame.
 
-    `state` is the same object as long as the surface is the same.
+    Attributes
+    ----------
+    state
+        The surface: the same Python object as long as the surface has not changed.
+    vertices
+        Vertices (n, 3), in the solid's own space.
+    corners
+        Vertex indices (m, 3) of the triangles.
+    matrix
+        The matrix (4, 4) to the world.
     """
 
     state: Any
@@ -233,14 +278,28 @@ class PosedPart:
 
 
 class PosedBody:
-    """A body at one frame; `lo`, `hi` (3,) are its bounds in metres.
+    """A body at one frame.
 
-    A body that does not move stays the same object from frame to frame. It stores the results of
-    the search for its supports, each with the values that the result depends on. Otherwise a person
-    who sits still would cost as much as one who walks.
+    A body that does not move has the same `PosedBody` at all frames. This stores the results of the
+    search for its supports, each with the values that the result depends on. Otherwise a person who
+    sits still would cost as much as one who walks.
 
-    `underside` has samples of the underside and the height of the body above each. `down` has the
-    rays from there, and `gaps` the distance down to each solid, by its number.
+    Attributes
+    ----------
+    parts
+        The solids of the body.
+    closed
+        Whether all surfaces enclose a volume.
+    lo, hi
+        Bounds (3,) in metres.
+    supports
+        The supports of the body.
+    underside
+        Samples of the underside, and how far the body extends above each.
+    down
+        The rays that start inside the body above the samples, and go down.
+    gaps
+        The distances that these rays go down to each solid, by number of the solid.
     """
 
     def __init__(
@@ -257,7 +316,7 @@ class PosedBody:
 
     @cached_property
     def triangles(self) -> Array:
-        """The triangles (n, 3, 3) in metres."""
+        """The triangles (n, 3, 3) in the world, in metres."""
         found = []
         for part in self.parts:
             world = part.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
@@ -271,16 +330,16 @@ class PosedBody:
 
     @cached_property
     def centre(self) -> Array:
-        """The centre of mass (3,) in m, for an even density."""
+        """The centre of mass (3,) in m, for the same density everywhere."""
         return underside.centre_of_mass(self.triangles, self.closed)
 
 
 def posed_body(
     depsgraph: Any, body: ContactBody, solids: Solids, metres: float, last: PosedBody | None
 ) -> PosedBody | None:
-    """Return the body at the present frame, or None without a surface.
+    """Return the body at the present frame; None if it has no surface.
 
-    It is the same object as `last` if nothing has changed.
+    If nothing has changed, return `last`, the body at the previous frame.
     """
     now = [value for solid in body.solids for value in surface_state(solid, solids)]
     if last is not None:
@@ -302,12 +361,12 @@ def posed_body(
 
 
 def surface_state(solid: Solid, solids: Solids) -> list[Any]:
-    """Return a solid's surface and matrix, for a comparison by `unchanged`."""
+    """Return the surface and the matrix of a solid, for a comparison by `unchanged`."""
     return [solid.geometry.state, solids.matrix[solid.row].copy()]
 
 
 def unchanged(one: list[Any], two: list[Any]) -> bool:
-    """Return whether two lists hold equal arrays, and otherwise identical objects."""
+    """Return whether two lists have the same items: equal arrays, or identical objects."""
     return len(one) == len(two) and all(
         a is b or (isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and bool((a == b).all()))
         for a, b in zip(one, two, strict=True)

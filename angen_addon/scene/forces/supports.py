@@ -36,8 +36,20 @@ SKIN = 1e-4
 class Surroundings:
     """The scene around a body at one frame.
 
-    `surfaces` has the triangles of the `solids`, and `bodies` the bodies that they belong to. `up`
-    (3,) is a unit vector, and `metres` the length of a Blender unit.
+    Attributes
+    ----------
+    depsgraph
+        The evaluated depsgraph.
+    solids
+        The solids of the scene.
+    surfaces
+        Their triangles.
+    bodies
+        The bodies to which the solids belong.
+    up
+        The upward unit vector (3,).
+    metres
+        The length of a Blender unit.
     """
 
     depsgraph: Any
@@ -48,7 +60,7 @@ class Surroundings:
     metres: float
 
     def is_pad(self, row: int) -> bool:
-        """Return whether the solid in a row belongs to a pad."""
+        """Return whether the solid in a row of the list belongs to a pad."""
         key = self.bodies.of_solid[self.solids.solids[row].number]
         return key in self.bodies.by_key and self.bodies.by_key[key].pad
 
@@ -71,9 +83,10 @@ def find_supports(around: Surroundings, body: ContactBody, posed: PosedBody) -> 
 
 
 def _lie_on_pad(around: Surroundings, rows: Rows, posed: PosedBody) -> NDArray[np.bool_]:
-    """Return the mask of the solids that lie on a pad: they weigh, and their middle is above it.
+    """Return the mask of the solids `rows` that lie on the loose pad `posed`.
 
-    A solid counts even where it reaches down through the pad.
+    They have a weight, and their middle is above the pad. So a solid counts even if it reaches down
+    through the pad.
     """
     solids, bodies, up = around.solids, around.bodies, around.up
     keys = [bodies.of_solid[solids.solids[row].number] for row in rows.tolist()]
@@ -113,10 +126,24 @@ def _find_below(
 def _rays_down(
     around: Surroundings, tolerance: float, posed: PosedBody, rows: Rows
 ) -> tuple[Samples, Array, posed_bodies.ParallelRays] | None:
-    """Return samples (n, 3) of a body's underside, their heights (n,), and rays down to solids.
+    """Return samples of a body's underside, and rays through them down to other solids.
 
-    The height of a sample is the distance above it at which its ray starts. None where the body has
-    no underside above the solids.
+    Parameters
+    ----------
+    around
+        The scene.
+    tolerance
+        The largest gap in m.
+    posed
+        The body.
+    rows
+        Rows of the other solids.
+
+    Returns
+    -------
+    tuple
+        Samples (n,), the height (n,) above each sample at which its ray starts, and the rays. None
+        if the body has no underside above the other solids.
     """
     solids, up, metres = around.solids, around.up, around.metres
     reach = np.abs(up) * DEPTH + tolerance
@@ -145,7 +172,21 @@ def _nearest_below(
     down: posed_bodies.ParallelRays,
     rows: Rows,
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Return the ranges (n,) of the rays down to the nearest solid, and its number (n,)."""
+    """Return the distances (n,) that rays go down to the nearest solid, and its number (n,).
+
+    Parameters
+    ----------
+    around
+        The scene.
+    tolerance
+        The largest gap in m.
+    posed
+        The body from which the rays start.
+    down
+        The rays.
+    rows
+        Rows of the solids.
+    """
     ranges, met = down.length.copy(), np.full(len(down.length), NOTHING, np.int64)
     for row in rows.tolist():
         solid = around.solids.solids[row]
@@ -162,10 +203,10 @@ def _nearest_below(
 
 
 def _upper_side(around: Surroundings, solid: Solid) -> posed_bodies.Triangles:
-    """Return the triangles of a solid that other bodies can lie on.
+    """Return the triangles of a solid on which other bodies can lie.
 
-    Of a closed animated body these are only the triangles that face up. Otherwise a cushion would
-    hang on the person who has sunk into it.
+    For a closed animated body these are only the triangles that face up. With the others, a cushion
+    would hang on the person who has sunk into it.
     """
     depsgraph, bodies = around.depsgraph, around.bodies
     found = around.surfaces.of(depsgraph, solid, around.metres)
@@ -179,7 +220,10 @@ def _upper_side(around: Surroundings, solid: Solid) -> posed_bodies.Triangles:
 
 
 def _room_above(posed: PosedBody, points: Array, up: Array) -> Array:
-    """Return how far (n,) the body extends above each point, in m; rays must start within it."""
+    """Return how far (n,) the body extends above each of `points`, in m.
+
+    Rays down must start within that height, so that they start inside the body.
+    """
     length = np.full(len(points), DEPTH)
     if not len(points):
         return length
@@ -197,18 +241,18 @@ def _by_support(
     areas: Array,
     met: NDArray[np.int64],
 ) -> list[Support]:
-    """Return one support for each node below an underside.
+    """Return one support for each body below an underside, and one for the ground.
 
     Parameters
     ----------
     solids, bodies
-        The solids of the scene, and the bodies that they belong to.
+        The solids of the scene, and the bodies to which they belong.
     points
         Points (n, 3) on the underside, in m.
     below
         Points (n, 3) in m that the rays from `points` hit.
     areas
-        Areas (n,) in m², less for wider gaps.
+        Areas (n,) in m² for which the points stand. They are smaller for wider gaps.
     met
         Numbers (n,) of the hit solids.
     """

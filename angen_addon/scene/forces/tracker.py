@@ -28,9 +28,9 @@ NEARBY = 0.2
 
 
 class ContactTracker:
-    """Computes the forces on pads, one frame after the scene was read there.
+    """Computes the forces on pads at each frame, after the next frame was read.
 
-    Accelerations need the next frame.
+    Accelerations depend on the next frame.
     """
 
     def __init__(self, solids: Solids) -> None:
@@ -48,7 +48,8 @@ class ContactTracker:
     def prepare(self, depsgraph: Any, metres: float, pads: Sequence[Pad]) -> None:
         """Make colliders and triangles now.
 
-        Otherwise they would depend on the first frame that needs them.
+        Otherwise the first frame at which a body is near a pad would make them, and they would
+        depend on that frame.
         """
         self._bodies.sync(depsgraph, self._solids, pads)
         for body in self._bodies.by_key.values():
@@ -61,7 +62,7 @@ class ContactTracker:
     def look(
         self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
     ) -> None:
-        """Read the scene at a frame, after the solids are synced.
+        """Read the scene at a frame. Call it after `Solids.sync`.
 
         Parameters
         ----------
@@ -74,7 +75,8 @@ class ContactTracker:
         pads
             All pads.
         due
-            The pads whose forces at this frame `forces` will return after the next `look`.
+            Identifiers of the pads for which `forces` will be called for this frame, after the next
+            `look`.
         """
         last = self._newest if metres == self._metres else None
         if last is None or frame != last.frame + 1:
@@ -104,7 +106,7 @@ class ContactTracker:
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """Return the forces on a pad at a frame that `look` has read.
 
-        Call it once `look` has read the next frame too. Where the frame before or after is unknown,
+        Call it once `look` has read the next frame too. If the frame before or after is unknown,
         bodies count as at rest.
         """
         key = self._bodies.pads.get(pad, ())
@@ -130,7 +132,7 @@ class ContactTracker:
 
 
 def _cache_problem(scene: Any, frame: int) -> str:
-    """Return why the simulated poses at a frame cannot be trusted, or an empty text."""
+    """Return why the poses at a frame in the rigid-body cache may be wrong, or an empty text."""
     world = scene.rigidbody_world
     cache = world.point_cache
     if frame < cache.frame_start:
@@ -143,7 +145,7 @@ def _cache_problem(scene: Any, frame: int) -> str:
 
 
 def _reachable(pad: Key, state: FrameState, bodies: ContactBodies, up: Array) -> set[Key]:
-    """Return the keys of all bodies that may belong to the pad's contact island.
+    """Return the keys of all bodies that may press on a pad, directly or through other bodies.
 
     These are bodies with a weight beside or above the pad, and all bodies that are connected with
     them by overlapping bounds.

@@ -377,7 +377,10 @@ class CyclesLight:
         return self._scene.done if self._scene is not None else 0.0
 
     def recall(self, references: dict[Any, Any]) -> None:
-        """Use the references of an earlier run of the same scene, and add new ones to them."""
+        """Use the references of an earlier run of the same scene, and add new ones to them.
+
+        `references` is the dictionary that holds them.
+        """
         self._references = references
 
     def look(self, scene: Any, view_layer: Any, state: LightState | None = None) -> None:

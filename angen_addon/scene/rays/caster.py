@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cast rays against the solids: exactly, and only where something may have changed.
+"""Cast rays against the solids: exactly, and only if something may have changed.
 
 A *bundle* is a set of rays that a sensor casts together. The hits of a bundle on still solids are
 stored and used again. Of the moving solids, the caster tests those that have changed since the
-bundle was last cast. It tests all frames of a batch together, and a ray only if it crosses the
-bounds of the solid. Rays are transformed into the space of the solid, so that single precision is
-accurate at any distance from the world origin.
+bundle was last cast. It tests all frames of a batch (`frames.Frames`) together, and a ray only if
+it crosses the bounds of the solid. Rays are transformed into the space of the solid, so that single
+precision is accurate at any distance from the world origin.
 """
 
 from __future__ import annotations
@@ -323,7 +323,7 @@ class RayCaster:
         hits: dict[tuple[int, int], tuple[Index, Array, Index]],
         frame: int,
     ) -> bool:
-        """Update the hits of a bundle on the changed solids; return whether they may differ.
+        """Replace the hits of a bundle on solids that changed; return whether any hit may differ.
 
         Parameters
         ----------

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from ....sensor_logic.model import Array
 
 Index = NDArray[np.intp]
-# A ray beside a triangle by at most this share of the triangle's size still hits it. So no ray is
-# lost between two triangles, or on an edge, by rounding.
+# A ray beside a triangle by at most this fraction of the triangle's size still hits it. So no ray
+# is lost between two triangles, or on an edge, by rounding.
 RIM = 1e-7
 # Cells along an axis of the picture.
 CELLS = 128
@@ -29,13 +29,13 @@ EVERY_CELL = np.arange(CELLS * CELLS + 1)
 EDGE = 0.01
 # The least size of a picture, relative to the largest coordinate plus 1.
 LEAST_SIZE = 1e-2
-# Triangles are widened by this share in the picture.
+# Triangles are widened by this fraction in the picture.
 BORDER = 1e-6
 # For squares of up to this many cells, a table says whether they contain a ray.
 SQUARES = 3
 # Rays fit into one picture if the cosine of their angle to the mean direction exceeds this.
 WIDE = 0.35
-# Points with a depth of less than this share of the largest depth have no place in the picture.
+# Points with a depth of less than this fraction of the largest depth have no place in the picture.
 TOO_NEAR = 1e-6
 # A line this near to a point, relative to 1 plus the point's distance, goes through the point.
 THROUGH = 1e-9

@@ -107,7 +107,7 @@ class Surface:
         return self._triangles
 
     def has_faces_of(self, other: Surface) -> bool:
-        """Return whether another surface has the same faces; if so, share its triangles."""
+        """Return whether another surface has the same faces; if so, use its arrays of faces."""
         known = self.corners is other.corners
         if self.faces != other.faces or not (known or np.array_equal(self.corners, other.corners)):
             return False
@@ -205,7 +205,7 @@ class Geometry:
         return np.ascontiguousarray(self._surface.points.T)
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
-        """Return the vertex indices (m, 3) of triangles; the same array while the faces stay."""
+        """Return the vertex indices (m, 3) of triangles; the same array while no face changes."""
         assert self._surface is not None
         corners = self._surface.corners
         if self._corners is None or not np.array_equal(corners, self._corners):
@@ -402,7 +402,7 @@ def surface_mesh(evaluated: Any) -> Iterator[Any]:
 
 
 def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
-    """Return the bounds of the finite points among (3, n)."""
+    """Return the bounds of those of n points (3, n) that are finite."""
     lo, hi = axes.min(axis=1), axes.max(axis=1)
     if not (np.isfinite(lo).all() and np.isfinite(hi).all()):
         # A vertex that is not finite removes its own faces, not the others.
@@ -502,7 +502,7 @@ class MadeByNodes(Geometry):
     def finish(self, seen: Any, depsgraph: Any) -> None:
         """Copy the triangles and build the tree, which takes long.
 
-        It is left out where the surface is that of the previous listing.
+        It is not called if the surface is the same as at the previous listing.
         """
         self._triangles = triangles_of(seen)[1]
         if np.isfinite(self.lo).all():

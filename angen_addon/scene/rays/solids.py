@@ -202,7 +202,7 @@ class Solids:
     listing
         How often the whole list was made again.
     edits
-        How often a change was reported that may be more than a frame change.
+        How often more than the frame may have changed.
     gone
         Numbers of still solids that vanished or began to move. Stored hits on them are void.
     instanced

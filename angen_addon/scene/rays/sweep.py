@@ -32,11 +32,11 @@ from .geometry import Geometry, Surface
 from .reference import SceneRayCaster
 
 Rows = NDArray[np.intp]
-# Metres: the largest error of a beam's way through a solid. It is 4 % of the narrowest slit in the
+# Metres: the largest error of a beam's path through a solid. It is 4 % of the narrowest slit in the
 # data sheets, which is 0.25 mm wide.
 TOLERANCE = 1e-5
-# A point on an arc of half a turn leaves its straight way by at most this share of its length. Two
-# poses cannot show a larger turn.
+# A point on an arc of half a turn leaves the straight line between the ends of the arc by at most
+# this fraction of the length of that line. Two poses cannot show a larger turn.
 BULGE = 0.5
 # In place of an earlier row: the solid did not move, or is new.
 STANDS = -1
@@ -72,7 +72,7 @@ class SolidMotion:
     Attributes
     ----------
     before
-        The row (n,) of each solid at the earlier step; STANDS if it did not move.
+        The row (n,) of each solid at the earlier step; STANDS if it did not move, or is new.
     lo, hi
         Bounds (n, 3) of the space that each solid swept.
     moved
@@ -178,7 +178,7 @@ class Sweeper:
         start, beam
             The rays at the earlier and the later step.
         tolerance
-            Largest error of a ray's way through a solid, in Blender units.
+            Largest error of the path of a ray through a solid, in Blender units.
 
         Returns
         -------
@@ -296,7 +296,7 @@ def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
 
 
 def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
-    """Return how far (m,) the points of the moved solids may leave their straight ways.
+    """Return how far (m,) points of the moved solids may leave the straight line between steps.
 
     It is 0 for a solid that does not turn.
     """

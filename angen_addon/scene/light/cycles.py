@@ -99,7 +99,7 @@ class CyclesScene(LightScene):
             prefix="angen_light_", dir=bpy.app.tempdir, ignore_cleanup_errors=True
         )
         self.has_stiff_films = has_stiff_films()
-        # The share that is traced of a reference.
+        # The fraction of a reference that is traced.
         self.done = 0.0
         self._pictures: list[Picture] = []
         lamps = [o for o in shown_objects(view_layer) if o.type == "LIGHT" and not is_portal(o)]
@@ -345,13 +345,13 @@ class CyclesLight:
 
     Call `close` before other code can change the scene.
 
+    Some readings have no reference. These have more paths themselves than the reference would, or
+    their sensor is not `steady`, so that a reference would be used only once.
+
     Parameters
     ----------
     reference
         The number of light paths of each reading in the reference.
-
-    Some readings have no reference. These have more paths themselves, or their sensor is not
-    `steady`, so that a reference would be used only once.
     """
 
     def __init__(self, reference: int = 0) -> None:

@@ -50,7 +50,7 @@ def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
-    """Add the white faces, at which the pixels look, to a picture."""
+    """Add the white faces to a picture. Its pixels look at them."""
     poses = [seen.request.matrix for seen in together]
     corners = [face(pose, face_size(scene, pose)) for pose in poses]
     picture.add_squares(corners, {}, white(picture.own))

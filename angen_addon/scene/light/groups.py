@@ -29,7 +29,7 @@ from .materials import has_nodes
 # W: the power of a lamp if the power of all lamps is unknown.
 LAMP = 20.0
 # W/m² of a sun for each W of a lamp; the largest strength of the world for each W of a lamp; and
-# the largest strength of the world as a share of its brightest.
+# the largest strength of the world as a fraction of its brightest.
 SUN, WORLD, WORLD_SHARE = 0.01, 0.015, 0.1
 TINY = 1e-9
 WORLD_SOURCE = "World"
@@ -106,8 +106,8 @@ class LightGroups:
     def add_world(self, world: Any, original: Any) -> None:
         """Put `world`, a copy of the user's world `original`, into a group.
 
-        If the world is a single background node, the copy is made darker. The strength of the
-        user's node then becomes the weight of the group.
+        If the world's output comes from a background node, the copy is made darker by a factor.
+        This factor, and the strength of the user's node, then give the weight of the group.
         """
         self._light_scene.view_layer.lightgroups.add(name="world")
         world.lightgroup = "world"
@@ -123,7 +123,7 @@ class LightGroups:
             tree.links.new(socket.links[0].from_socket, scale.inputs[0])
             self._strength = lambda: 1.0 / share
         else:
-            # Keys of a linked socket have no effect: read the strength from the original world.
+            # Animation of a linked socket has no effect: read the strength from the original world.
             path, now = socket.path_from_id("default_value"), socket.default_value
             highest = _highest(original.node_tree, path, now)
             highest = math.inf if highest is None else highest
@@ -206,13 +206,13 @@ def _highest(owner: Any, path: str, now: float) -> float | None:
         return abs(float(now))
     if not is_animated(owner, path) and not owner.animation_data.nla_tracks:
         return abs(float(now))
-    # A driven value, or one that is 0 at all keys, is unknown.
+    # A driven value, or one that is 0 at all keyframes, is unknown.
     keys = [abs(key.co.y) for curve in curves(owner, {path}) for key in curve.keyframe_points]
     return max(keys, default=0.0) or None
 
 
 def _background(world: Any) -> Any | None:
-    """Return the background node of a world that has nothing else; None for other worlds."""
+    """Return the background node that gives a world's output; None if another node does."""
     if not has_nodes(world):
         return None
     outputs = [n for n in world.node_tree.nodes if n.type == "OUTPUT_WORLD" and n.is_active_output]

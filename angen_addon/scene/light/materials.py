@@ -37,7 +37,7 @@ SMOOTH = 0.02
 THIN = 0.05
 # m: smaller objects of glass, such as bottles, hide little.
 LARGE = 0.3
-# The least share of a pane's area that is aligned with its sides, and the cosine of the largest
+# The least fraction of a pane's area that is aligned with its sides, and the cosine of the largest
 # angle (8°) that counts as aligned.
 FLAT, ALIGNED = 0.9, 0.99
 

@@ -102,10 +102,10 @@ class Frozen:
             self.made += _instances(obj, depsgraph, own)
 
     def follow(self, depsgraph: Any) -> bool:
-        """Give the new objects the present poses; return False if that is not enough.
+        """Give the new objects the present poses; return False if they must be made again.
 
-        It is not if the shape or look has changed, or if there are instances. A new shape needs new
-        objects: if only the mesh is exchanged, Cycles sometimes keeps the earlier one.
+        That is so if the shape or look has changed, or if there are instances. If only the mesh of
+        an object were exchanged, Cycles would sometimes keep the earlier one.
         """
         evaluated = self._obj.evaluated_get(depsgraph)
         if self._has_instances or _seen(evaluated) != self._seen:
@@ -325,7 +325,7 @@ class LightScene:
         self.scene.eevee.use_shadows = True
 
     def follow_frozen(self) -> bool:
-        """Give frozen objects the poses of their originals; return False if one needs more."""
+        """Give frozen objects their originals' poses; return False if one must be made again."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
     def follow(self, reference: int | None = None) -> None:

@@ -100,6 +100,15 @@ class Picture:
     Each request has `count` neighbouring pixels: one for each of its views, and then one more for
     each. The datablocks made for the picture are visible only while it is shown.
 
+    Parameters
+    ----------
+    light_scene
+        The light scene.
+    method
+        The module that says what the pixels look at: `views` or `faces`.
+    together
+        The requests, by the first pixel of each.
+
     Attributes
     ----------
     count
@@ -114,15 +123,6 @@ class Picture:
         Texts for the user.
     made
         The datablocks made for the picture.
-
-    Parameters
-    ----------
-    light_scene
-        The light scene.
-    method
-        The module that says what the pixels look at: `views` or `faces`.
-    together
-        The requests, by the first pixel of each.
     """
 
     def __init__(self, light_scene: Any, method: Any, together: dict[int, Seen]) -> None:
@@ -242,7 +242,7 @@ NARROW = math.radians(3.0)
 BEYOND = 1e8
 # The lid at the end of a view is this much larger than the view.
 OVERLAP = 1.01
-# A lid recognises the rays of its view by their length, within this share.
+# A lid recognises the rays of its view by their length, within this fraction.
 SAME_LENGTH = 1e-3
 # The most surfaces that are no walls along a ray, and the step behind each, in Blender units.
 THROUGH, STEP = 16, 1e-4

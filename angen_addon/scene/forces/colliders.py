@@ -36,13 +36,13 @@ class Collider:
     triangles
         Triangles (n, 3, 3) of the surfaces that are not convex.
     shell
-        Triangles (n, 3, 3) of a convex mesh. It is hollow: a body can be inside, as in a box.
+        Triangles (n, 3, 3) of a convex mesh. It is hollow: another body can be inside.
     margin
         The distance in m at which meshes and cones keep other bodies off.
     lo, hi
         Bounds (3,) in m.
     inertia
-        The inertia (3,) in m², per kilogram.
+        The inertia (3,) divided by the mass, in m².
     """
 
     def __init__(self) -> None:
@@ -115,7 +115,7 @@ class Collider:
 
 
 def box_inertia(size: Array) -> Array:
-    """Return the inertia (3,) in m², per kilogram, of a box with edges `size` (3,) in m."""
+    """Return the inertia (3,) of a box divided by its mass, in m²; `size` (3,) in m."""
     square = size**2
     return np.array([square[1] + square[2], square[0] + square[2], square[0] + square[1]]) / 12.0
 

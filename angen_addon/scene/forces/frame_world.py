@@ -41,7 +41,7 @@ JERK, JUMP = 15.0, 80.0
 # Softness of the load of an animated body. Supports must carry its weight, balance its moments as
 # far as they can, and need no sideways force: muscles give that.
 SOFT_MOMENT, FREE = 1e-4, 1e3
-# An active mesh hops if its vertical acceleration is more than this share of gravity.
+# An active mesh hops if its vertical acceleration is more than this fraction of gravity.
 HOP = 0.02
 # Softness of the moments of a simulated body that moves.
 MOVING_MOMENT = 1e-4

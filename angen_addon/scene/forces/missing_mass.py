@@ -36,7 +36,7 @@ class MissingMass:
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
     def problem(self, pad: Key) -> str:
-        """Return why the pad's reading is unknown for a missing weight, or an empty text."""
+        """Return why a missing weight makes the pad's reading unknown, or an empty text."""
         row = self._solids.row_of(pad)
         if row is None:
             return ""

@@ -20,7 +20,7 @@ from ..rays.solids import Solid, Solids
 from .bodies import ContactBody
 
 Indices = NDArray[np.intp]
-# A ray beside a triangle by at most this share of its size still hits it: edges have no gaps.
+# A ray beside a triangle by at most this fraction of its size still hits it: edges have no gaps.
 RIM = 1e-9
 # Cells of the grid for each ray.
 CELLS = 4.0

@@ -433,7 +433,7 @@ class LightState(NamedTuple):
     motion
         Changes of the places and shapes of objects, and of the images of films.
     values
-        All other changes of values.
+        Changes of all other values.
     edits
         How often more than the frame may have changed.
     """
@@ -687,7 +687,10 @@ def names_looked_up(tree: Any) -> set[str]:
 
 
 def looked_up(name: str, view_layer: Any) -> Any:
-    """Return the value of such an attribute, or None. `names_looked_up` gives the names."""
+    """Return the value of an attribute of type View Layer, as nodes read it, or None.
+
+    It is a property of the view layer, the scene or the world.
+    """
     scene = view_layer.id_data
     for owner in filter(None, (view_layer, scene, scene.world)):
         for path in (f'["{bpy.utils.escape_identifier(name)}"]', name):

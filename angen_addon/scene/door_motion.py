@@ -16,7 +16,7 @@ from .animation import curves
 UPRIGHT = 0.95
 # The distance of a hinge from the leaf's middle is in this range of shares of the leaf's width.
 HINGE_AT = (0.25, 0.75)
-# A smaller rotation (rad) or motion (share of the width) does not count.
+# A smaller rotation (rad) or motion (fraction of the width) does not count.
 TURNED, MOVED = math.radians(2), 0.02
 # How a leaf may move, as users choose it.
 MOTIONS = [
@@ -133,7 +133,7 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
 
     pivot, opening = None, _opening(obj, shutting, middle, width.length)
     if motion == "SLIDING" or (motion == "AUTO" and opening and opening.pivot is None):
-        # A sliding leaf closes against the end that it leaves; without keys, against either end.
+        # A sliding leaf closes against the end that it leaves; without keyframes, either end.
         if opening is not None and opening.pivot is None and opening.way.dot(edge) > 0.0:
             edge = -edge
         return [both(edge, slides=True)]
@@ -147,7 +147,7 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
         return [handed("LEFT", guessed=True), handed("RIGHT", guessed=True)]
     else:
         sides = both(edge if (middle - pivot).dot(edge) > 0.0 else -edge)
-    # Without keys, the leaf opens to the face that has the hinge.
+    # Without keyframes, the leaf opens to the face that has the hinge.
     side = opening.way.dot(out) if opening else (pivot - middle).dot(out) if pivot else 0.0
     if abs(side) <= 0.1 * thickness.length:
         return [sides]
@@ -211,7 +211,7 @@ def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Openin
     back = shutting.inverted()
     for owner in _chain(obj):
         now, origin = owner.matrix_world, shutting @ owner.matrix_world.translation
-        # The matrix above the keys: the parent's transform as it is now.
+        # The matrix that the keyframes do not set: the parent's transform as it is now.
         if abs(owner.matrix_basis.determinant()) < 1e-12:
             continue
         above = now @ owner.matrix_basis.inverted()

@@ -45,7 +45,7 @@ def is_placed(obj: Any, depsgraph: Any) -> bool:
     if obj.visible_get(view_layer=depsgraph.view_layer):
         return True
     evaluated = obj.evaluated_get(depsgraph)
-    # A pointer to an object brings it into the depsgraph without its evaluation, and keys that
+    # A pointer to an object brings it into the depsgraph without its evaluation, and keyframes that
     # hide it keep it listed.
     if not evaluated.is_evaluated:
         return False

@@ -300,5 +300,5 @@ class Reflectance(MetSurfaces):
 
 
 def colours_change() -> bool:
-    """Return whether any colour of an object or material may be animated."""
+    """Return whether any material or its nodes are animated, so that its colour may change."""
     return any(isinstance(owner, COLOURED) for owner in all_animated())

@@ -44,7 +44,7 @@ SIMULATED_MODIFIERS = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SO
 INSTANCING_MODIFIERS = {"NODES", "PARTICLE_SYSTEM"}
 # Sources of images that differ from frame to frame.
 FILM_SOURCES = {"MOVIE", "SEQUENCE"}
-# Syntax of driver expressions that depend on their variables alone.
+# Syntax of driver expressions that depend on nothing but their variables.
 PURE = (
     ast.Expression, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Compare, ast.Constant,
     ast.Load, ast.boolop, ast.operator, ast.unaryop, ast.cmpop,

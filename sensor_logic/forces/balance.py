@@ -3,17 +3,23 @@
 
 Each contact point is a spring that can push and rub, but not pull. Each body takes the small
 displacement at which its springs give the wrench that the body needs. If statics alone do not
-determine the forces (four legs), the springs do, as in an elastic foundation (Winkler).
+determine the forces, as on four legs, the stiffnesses of the springs do (Winkler's elastic
+foundation).
 
-With the displacements λ (six a body), G the map from contact forces to wrenches, K the springs and
-C the friction cones, λ is the minimum of the convex, once differentiable function
+The displacements λ (six numbers a body) are the minimum of this convex, once differentiable
+function:
 
 φ(λ) = Σ ½ |P_C(K½ (Gᵀλ − δ))|² + ½ λᵀ E λ − wᵀλ
 
-whose gradient is "forces minus wrench". E is tiny for components of the balance that must be met.
-It keeps the minimum finite if no forces can meet the balance: then E λ is the remaining wrench. A
-Newton method with a line search finds the minimum, or an interior-point method if Newton's method
-takes long.
+- G maps contact forces to wrenches.
+- K has the stiffnesses of the springs, and δ their slacks.
+- P_C projects on the friction cones C.
+- w has the required wrenches.
+- E is a diagonal matrix of softnesses, tiny for each component of the balance that must be met.
+
+The gradient of φ is "forces minus wrench". If no forces can meet the balance, E keeps the minimum
+finite, and E λ is the part of the wrench that remains. Newton's method with a line search finds the
+minimum. If it takes too many steps, an interior-point method does.
 """
 
 from __future__ import annotations
@@ -59,10 +65,10 @@ class Load:
     wrench
         The force in N and the moment in N·m, (6,).
     size
-        A length in m that makes moments comparable with forces.
+        A length in m. Moments divided by it are compared with forces.
     softness
-        One number (6,) for each component along and about the rows of `axes`: 0 if the balance of
-        the component must be met, else larger.
+        A number for each component of the wrench (6,): along the rows of `axes`, then about them.
+        It is 0 if the balance of that component must be met, else larger.
     axes
         The axes of `softness`, as rows (3, 3).
     """
@@ -89,9 +95,9 @@ class Points:
     friction
         The friction coefficients (n,).
     stiffness
-        The stiffnesses (n,) of the springs, above 0, in any common unit.
+        The stiffnesses (n,) of the springs, above 0. Only their ratios matter.
     slack
-        The gaps (n,) in units of the mean indentation.
+        The gap (n,) between the bodies at each point, in units of the mean indentation.
     """
 
     places: Array
@@ -105,7 +111,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Joint:
-    """A constraint between bodies `a` and `b` at `place` (3,).
+    """A constraint between bodies `a` and `b` at the point `place` (3,).
 
     It can exert any force along the rows of `forces` (k, 3) and any moment about the rows of
     `moments` (m, 3).
@@ -145,7 +151,7 @@ class Balance:
 
 
 class _Arguments:
-    """The arguments of `balance`, hashable for the cache: equal if all numbers are equal."""
+    """The arguments of `balance` as a key for the cache; equal if all numbers are equal."""
 
     def __init__(self, loads: Sequence[Load], points: Points, joints: Sequence[Joint]) -> None:
         self.loads, self.points, self.joints = loads, points, joints
@@ -222,7 +228,10 @@ def _balance(arguments: _Arguments) -> Balance:
 
 
 def _in_axes(axes: Array, wrenches: Array) -> Array:
-    """Return the wrenches (n, 6) in the axes given by the rows of `axes` (n, 3, 3)."""
+    """Return wrenches (n, 6) in other axes.
+
+    The axes of each wrench are the rows of a matrix in `axes` (n, 3, 3).
+    """
     parts: Array = np.einsum("nij,nkj->nki", axes, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
     return parts
 
@@ -258,7 +267,10 @@ def _mapping(
 
 
 def _ties(loads: Sequence[Load], joints: Sequence[Joint], unit: Array) -> tuple[Array, Array]:
-    """Return the columns of `_mapping` for joints, and the stiffness of each column."""
+    """Return the wrenches of unit forces and moments of joints, as columns, and their stiffnesses.
+
+    The columns extend the matrix of `_mapping`.
+    """
     columns, stiffness = [], []
     for joint in joints:
         for force in joint.forces:
@@ -296,15 +308,16 @@ class _State:
     Attributes
     ----------
     given
-        The scaled forces.
+        The scaled forces (m,), after the projection on the friction cones.
     sticks, slips
-        Masks (n,) of the points whose force is inside its friction cone, or on the cone's surface.
+        Masks (n,) of points. A point sticks if its force is inside its friction cone, and slips if
+        its force is on the cone's surface.
     size
-        The tangential size (n,).
+        The size (n,) of the tangential force, before the projection.
     onto
-        The projection (n,) onto the cone.
+        The normal component (n,) of the force, after the projection, at points that slip.
     way
-        The tangential direction (n, 2).
+        The direction (n, 2) of the tangential force.
     """
 
     value: float
@@ -327,16 +340,17 @@ class _Found:
 
 @dataclass(frozen=True)
 class _Problem:
-    """The function φ, without its term with E.
+    """The terms of φ except ½ λᵀ E λ.
 
     Attributes
     ----------
     scaled
-        The scaled map (6·bodies, m); the first 3n columns belong to the n points.
+        The matrix (6·bodies, m) from scaled forces to wrenches. The first 3n columns belong to the
+        n points, the others to joints.
     offset
-        The offsets (m,).
+        The offsets (m,) of the springs due to slack.
     opening
-        The openings (n,) of the cones.
+        The openings (n,) of the friction cones.
     target
         The required wrenches (6·bodies,).
     count
@@ -350,7 +364,7 @@ class _Problem:
     count: int
 
     def unconstrained(self, soft: Array) -> Array:
-        """Return the displacement if all points could pull and had unlimited friction."""
+        """Return the displacement for points that could also pull and would never slip."""
         hessian = self.scaled @ self.scaled.T
         hessian[np.diag_indices_from(hessian)] += soft
         return solve(hessian, self.target + self.scaled @ self.offset)
@@ -379,7 +393,7 @@ class _Problem:
         return _State(value, gradient, given, sticks, slips, size, onto, way)
 
     def hessian(self, state: _State) -> Array:
-        """Return Σ over points of Gᵢ Jᵢ Gᵢᵀ with J the derivative of the projection on the cone."""
+        """Return Σ Gᵢ Jᵢ Gᵢᵀ over the points i; J is the derivative of the projection on a cone."""
         jacobian = np.zeros((self.count, 3, 3))
         jacobian[state.sticks] = np.eye(3)
         index = np.flatnonzero(state.slips)
@@ -423,7 +437,10 @@ def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: 
 
 
 def _newton(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
-    """Run Newton's method on φ from `displacement`, until the gradient is `near_enough` to 0."""
+    """Run Newton's method on φ from `displacement`.
+
+    It ends once the size of each component of the gradient is at most that of `near_enough`.
+    """
     state = problem.state(displacement, soft)
     step = 0
     for step in range(MAX_STEPS):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Remove contacts that cannot carry, because a nearer surface lies in between.
+"""Remove contacts that carry no load, because a nearer surface lies in between.
 
-A box on a thin pad is also near the floor below the pad, and so is a box that sank into its pad,
-but only the pad carries the box. Without this rule such a pad would read half of the weight.
+A box on a thin pad is also near the floor below the pad. So is a box that sank into its pad. In
+both cases only the pad carries the box. Without this rule the pad would read half of the weight,
+and the floor would carry the other half.
 """
 
 from __future__ import annotations
@@ -57,15 +58,18 @@ def without_covered(
     movable: Sequence[bool],
     preferred: Collection[int] = (),
 ) -> list[Contact]:
-    """Return the contacts without the parts behind a nearer contact of the same movable body.
+    """Return the contacts without the parts that a nearer contact of the same body covers.
+
+    Only contacts of bodies that can move are covered in this way. A contact covers another if its
+    gap is smaller by more than NEARER.
 
     Parameters
     ----------
     movable
-        Whether each body must be supported.
+        Whether each body can move, and so needs support.
     preferred
-        The numbers of bodies, such as a pressure pad, that cover an equally deep contact of a body
-        that is not preferred. Otherwise, equally deep contacts do not cover each other.
+        The numbers of bodies, such as a pressure pad, that win ties: a contact with such a body
+        also covers an equally deep contact with a body that is not preferred.
     """
     sides: dict[int, list[_Side]] = {}
     for number, contact in enumerate(contacts):
@@ -102,9 +106,9 @@ def without_covered(
 
 
 def _required_lead(front: int, back: int, preferred: Collection[int]) -> float:
-    """Return how much nearer a body must be to cover another, in m.
+    """Return by how many metres the body `front` must be nearer than `back` to cover it.
 
-    The result is negative for a body that covers equally near bodies.
+    The result is negative if `front` also covers `back` when both are equally near.
     """
     return -NEARER if front in preferred and back not in preferred else NEARER
 
@@ -137,7 +141,7 @@ def _uncovered(patch: Patch, back: _Side, fronts: Sequence[tuple[_Side, float]])
 
 
 class _View:
-    """A patch projected along its normal, the direction of its force; heights are along it too."""
+    """A contact patch projected along its normal, which is also the direction of heights."""
 
     def __init__(self, patch: Patch, normal: Array) -> None:
         self.whole = patch
@@ -158,9 +162,10 @@ class _View:
         self.extent = _extent(outline)
 
     def shadow(self, front: _Side, ahead: float) -> list[Point] | None:
-        """Return the outline that a nearer flat face covers, possibly empty.
+        """Return the part of the plane in which the nearest face of `front` covers the patch.
 
-        Return None if the shape has no flat face there.
+        The result is the outline of a convex polygon, empty if it covers nothing. Return None if
+        the shape of `front` has no flat face towards the body.
         """
         shape = front.shape
         facing = shape.normals @ self.frame[2]
@@ -187,7 +192,7 @@ class _View:
         return outline
 
     def cut(self, shadow: list[Point]) -> None:
-        """Remove the shadow from the pieces."""
+        """Remove the polygon `shadow` from the pieces of the patch."""
         if len(shadow) < 3:
             return
         pieces: list[list[Point]] = []
@@ -229,7 +234,7 @@ class _View:
         return Patch(local @ self.frame + self.origin, self.whole.normal, gaps, np.array(areas))
 
     def hidden(self, front: _Side, ahead: float) -> Flags:
-        """Return the mask of the points that the front's shape covers."""
+        """Return the mask of the patch's points that the shape of `front` covers."""
         shape = front.shape
         if not len(shape.faces):
             return np.zeros(len(self.flat), np.bool_)
@@ -244,7 +249,7 @@ class _View:
 
 
 def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
-    """Return convex pieces of a polygon, segment or point outside the shadow."""
+    """Return the convex pieces that remain of a polygon, segment or point outside `shadow`."""
     pieces = []
     rest = piece
     px, py = shadow[-1]
@@ -272,7 +277,7 @@ def _extent(outline: Sequence[Point]) -> float:
 
 
 def _quadrangle(outline: Sequence[Point]) -> list[Point]:
-    """Return a quadrangle of the same area and centroid as a round outline."""
+    """Return a quadrangle with the area and the centroid of a round outline."""
     area, x, y = patches.moments(outline)[:3]
     corners = patches.fewer_corners(outline, 4)
     less, mx, my = patches.moments(corners)[:3]

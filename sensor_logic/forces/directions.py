@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The direction in which two convex shapes push each other.
 
-For separate shapes, it is the direction between their closest points. For overlapping cores, it is
-the direction of the shortest translation that separates them. Faces are preferred to edges, so that
-noise in the poses does not flip the contact.
+For separate shapes, it is the direction between their closest points. For shapes with overlapping
+cores, it is the direction of the shortest translation that separates the cores. Faces are preferred
+to edges: small errors in the poses then do not switch the contact from a face to an edge.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ MOST_STEPS = 100
 
 
 def separation(a: Array, b: Array) -> tuple[float, Vector]:
-    """Return the distance of the hulls of two sets of points (n, 3), and the direction from b to a.
+    """Return the distance of the convex hulls of two point sets, and the direction from b to a.
 
-    The direction is a unit vector. Distance and direction are zero if the hulls overlap, to within
-    1e-12 of their extent.
+    The sets `a` and `b` are (n, 3). The direction is a unit vector. Distance and direction are zero
+    if the hulls overlap or nearly touch, to within 1e-12 of their extent.
     """
     simplex: list[Vector] = []
     start = a[0] - b[0]
@@ -70,7 +70,7 @@ def _along(p: Vector, d: Vector, t: float) -> Vector:
 
 
 def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
-    """Return the simplex's point nearest to the origin, and the corners that determine it."""
+    """Return the point of the simplex nearest to the origin, and the corners that determine it."""
     if len(simplex) == 1:
         return simplex[0], simplex
     if len(simplex) == 2:
@@ -103,7 +103,7 @@ def _on_segment(a: Vector, b: Vector) -> tuple[Vector, list[Vector]]:
 
 
 def _on_triangle(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
-    """Return the nearest point in the plane if it is inside the triangle, else on the best edge."""
+    """Return the triangle's point nearest to the origin, and the corners that determine it."""
     ab, ac = _minus(b, a), _minus(c, a)
     normal = _cross(ab, ac)
     square = dot(normal, normal)
@@ -127,7 +127,10 @@ MANY = 60_000  # products of edges and corners up to which all pairs of edges ar
 
 @dataclass(slots=True)
 class Direction:
-    """A candidate for the direction in which b pushes a."""
+    """A candidate for the direction in which b pushes a.
+
+    `face_a` or `face_b` is the index of the face that gave the direction, if a face did.
+    """
 
     normal: Array  # (3,) unit, from b to a
     separation: float  # of the cores along the direction, in m; negative: they overlap
@@ -138,13 +141,16 @@ class Direction:
 
     @staticmethod
     def of(pair: Pair, normal: Array) -> Direction:
-        """Return the final candidate with this normal."""
+        """Return the candidate with this normal, after which no other is tried."""
         apart = float((pair.at_a @ normal).min() - (pair.at_b @ normal).max())
         return Direction(normal, apart, pair.tolerance, last=True)
 
 
 class Pair:
-    """Two placed shapes relative to a nearby point, for precision far from the origin."""
+    """Two placed shapes, with coordinates relative to a point nearby.
+
+    This keeps the precision far from the origin of the world.
+    """
 
     __slots__ = ("a", "at_a", "at_b", "b", "origin", "plane", "scale", "swept", "tolerance")
 
@@ -161,7 +167,7 @@ class Pair:
         return direction.separation < TOUCHING * self.scale
 
     def frame(self, normal: Array) -> Array:
-        """Return a frame: the last row is the normal, the first is aligned with an edge."""
+        """Return axes as rows (3, 3): the last is the normal, the first is aligned with an edge."""
         nx, ny, nz = normal.tolist()
         for shape in (self.a, self.b):
             for x, y, z in shape.edges[:3].tolist():
@@ -176,7 +182,10 @@ class Pair:
 
 
 def candidates(pair: Pair) -> Iterator[Direction]:
-    """Yield directions to try, the likeliest first; none if a gap above the tolerance is proven."""
+    """Yield directions to try, the likeliest first.
+
+    Yield none if a direction proves that the gap is above the tolerance.
+    """
     a, b, scale = pair.a, pair.b, pair.scale
     limit = pair.tolerance + pair.swept
     face = None
@@ -201,7 +210,10 @@ def candidates(pair: Pair) -> Iterator[Direction]:
 def _overlap_directions(
     pair: Pair, face: Direction | None, edge: Direction | None
 ) -> Iterator[Direction]:
-    """Yield directions that separate overlapping cores, or cores that only seem to overlap."""
+    """Yield directions for cores that overlap, or seemed to overlap along `face` and `edge`.
+
+    For cores that are separate after all, it is the direction of their closest points.
+    """
     apart, normal = separation(pair.at_a, pair.at_b)
     if apart > TOUCHING * pair.scale:
         yield from _gap_direction(pair, (apart, normal))
@@ -224,7 +236,11 @@ def _overlap_directions(
 def _gap_direction(
     pair: Pair, known: tuple[float, tuple[float, float, float]] | None = None
 ) -> Iterator[Direction]:
-    """Yield the direction of the closest points of two separate cores."""
+    """Yield the direction between the closest points of two separate cores.
+
+    Yield nothing if the cores overlap or are too far apart. `known` is the distance and the
+    direction if `separation` has already computed them.
+    """
     apart, toward = known or separation(pair.at_a, pair.at_b)
     if apart <= 0 or apart > pair.tolerance + pair.swept:
         return
@@ -235,9 +251,10 @@ def _gap_direction(
 
 
 def _best_face(pair: Pair) -> Direction | None:
-    """Return the direction of the face that separates best, the first of equal faces.
+    """Return the normal along which a face separates the shapes furthest.
 
-    Return None if the bodies are beside a flat polygon.
+    Of equal faces, it is the first. Return None if no face can touch, as for a body beside a flat
+    polygon.
     """
     a, b, scale = pair.a, pair.b, pair.scale
     pair.plane = _one_side(pair)
@@ -264,10 +281,10 @@ def _best_face(pair: Pair) -> Direction | None:
 
 
 def _one_side(pair: Pair) -> Array | None:
-    """Return the normal of the flat polygon, if one shape is flat and the other on one side of it.
+    """Return the normal of a flat shape if the other shape lies on one side of it, else None.
 
-    A flat polygon is a part of a mesh: a body beside it touches the neighbouring polygon, not its
-    edge.
+    The flat shape is a polygon of a mesh. A body beside the polygon touches the mesh's neighbouring
+    polygon, not the edge of this one.
     """
     for flat, flat_at, solid, at in (
         (pair.a, pair.at_a, pair.b, pair.at_b),
@@ -283,7 +300,10 @@ def _one_side(pair: Pair) -> Array | None:
 
 
 def _best_edge(pair: Pair) -> Direction | None:
-    """Return the direction perpendicular to a pair of edges that separates best."""
+    """Return the direction that separates the shapes furthest and is perpendicular to two edges.
+
+    One edge is of shape a, the other of shape b.
+    """
     a, b = pair.a, pair.b
     pairs = len(a.edges) * len(b.edges)
     if pairs == 0:
@@ -311,15 +331,19 @@ def _edge_direction(pair: Pair, normal: Array, apart: float) -> Direction:
 
 
 def _accepted(pair: Pair, apart: float) -> float:
-    """Return the largest contact gap that confirms a direction: about the cores' separation."""
+    """Return the largest gap at which a contact found along a direction confirms that direction.
+
+    It is the distance `apart` of the cores less the radii of both shapes, plus a small slack.
+    """
     slack = 2 * SAME * pair.scale - 0.1 * apart if apart < TOUCHING * pair.scale else 0.0
     return apart - pair.swept + max(slack, 1e-7 * pair.scale)
 
 
 def _best_arc(pair: Pair) -> Direction | None:
-    """Do the same as `_best_edge` for many edges.
+    """Return the same result as `_best_edge`, faster for shapes with many edges.
 
-    Only pairs whose arcs cross on the Gauss sphere can touch [1]_.
+    Each edge is an arc on the Gauss sphere, between the normals of its two faces. Only pairs of
+    edges whose arcs cross can touch [1]_.
 
     References
     ----------
@@ -349,7 +373,7 @@ def _best_arc(pair: Pair) -> Direction | None:
 
 
 def _any_direction(pair: Pair) -> Array:
-    """Return an arbitrary but constant direction for points and segments that coincide."""
+    """Return a direction for points or segments that coincide, the same for the same shapes."""
     spans = [shape.edges[0] for shape in (pair.a, pair.b) if len(shape.edges)]
     if not spans:
         return np.array((0.0, 0.0, 1.0))
@@ -357,10 +381,10 @@ def _any_direction(pair: Pair) -> Array:
 
 
 def side_direction(a: Shape, b: Shape) -> Array | None:
-    """Return the direction from b to a where a cylinder's round side touches.
+    """Return the direction from b to a if a cylinder touches with its round side, else None.
 
-    It is computed as for the capsule around the cylinder's axis. Return None at a cylinder's ends
-    and for cones.
+    The direction is computed for the cylinder's axis, as for a capsule around it. The result is
+    None if a cylinder touches with an end, and for cones.
     """
     cores = [_core(a), _core(b)]
     if cores[0] is None and cores[1] is None:
@@ -381,7 +405,7 @@ def side_direction(a: Shape, b: Shape) -> Array | None:
 
 
 def has_better_face(pair: Pair, direction: Direction) -> bool:
-    """Return whether a face separates clearly better than this direction."""
+    """Return whether a face separates the shapes clearly further than this direction does."""
     face = _best_face(pair)
     return face is not None and face.separation > direction.separation + 0.003 * pair.scale
 

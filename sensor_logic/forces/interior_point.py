@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An interior-point method for the least spring energy under friction cones.
 
-It converges in 10 to 60 steps where Newton's method zigzags: near the apex of a friction cone, the
-curvature of the energy changes from step to step by many orders of magnitude.
+It converges in 10 to 60 steps where Newton's method zigzags. Newton's method does so near the apex
+of a friction cone, where the curvature of the energy changes from step to step by many orders of
+magnitude.
 
-The method is Mehrotra's predictor-corrector with Nesterov and Todd's scaling for second-order cones
-[1]_, [2]_. A force f = A x, A = diag(1, o, o) for a cone of opening o, lies in its friction cone
-where x lies in the standard cone x₀ ≥ |x₁, x₂|.
+The method is Mehrotra's predictor-corrector [1]_ with Nesterov and Todd's scaling for second-order
+cones [2]_. It works in the standard cone x₀ ≥ |x₁, x₂|. A force f = A x with A = diag(1, o, o) is
+in a friction cone of opening o if x is in the standard cone.
 
 References
 ----------
@@ -44,15 +45,15 @@ SHORTEST = 1e-8
 
 
 class Cones(Protocol):
-    """The part of a problem that `minimise_inside` reads; see `balance._Problem`."""
+    """The attributes of a problem that `minimise_inside` reads; see `balance._Problem`."""
 
     @property
     def scaled(self) -> Array:
-        """The scaled map (6·bodies, m)."""
+        """The matrix (6·bodies, m) from scaled forces to wrenches."""
 
     @property
     def offset(self) -> Array:
-        """The offsets (m,) of the springs."""
+        """The offsets (m,) of the springs due to slack."""
 
     @property
     def opening(self) -> Array:
@@ -74,13 +75,13 @@ class Inside:
     Attributes
     ----------
     displacement
-        The displacement (6·bodies,).
+        The displacements (6·bodies,).
     given
         The scaled forces (m,), strictly inside their cones.
     steps
         The number of steps.
     closed
-        Whether the duality gap has closed.
+        Whether the duality gap became small enough, so that the method converged.
     """
 
     displacement: Array
@@ -95,19 +96,19 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
     Parameters
     ----------
     problem : Cones
-        The scaled map (6·bodies, m), its offsets (m,), the openings of the cones (n,) and the
-        required wrenches (6·bodies,).
+        The springs, the cones of n points and the required wrenches.
     soft : (6·bodies,) array
         Diagonal of E, greater than 0.
     start : (6·bodies,) array
-        Displacement to start from. A better one spares few steps.
+        Displacement to start from. A start near the solution saves few steps.
     near_enough : (6·bodies,) array
-        Largest share of the required wrenches that forces and E may leave.
+        The largest error of each component at which the wrenches count as balanced.
 
     Returns
     -------
     Inside
-        The step with the smallest duality gap; where none met `near_enough`, the last displacement.
+        The result of the balanced step with the smallest duality gap. If no step was balanced, its
+        displacement is that of the last step, and its forces are zero.
     """
     count = problem.count
     contacts, ties = problem.scaled[:, : 3 * count], problem.scaled[:, 3 * count :]
@@ -161,7 +162,7 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
 
 
 class _Linear:
-    """The linearised conditions of a minimum at the present forces and gaps."""
+    """The conditions of a minimum, linearised at the present forces and gaps."""
 
     def __init__(
         self,
@@ -181,7 +182,10 @@ class _Linear:
         self._scaling, self._inverse = scaling, inverse
 
     def step(self, aim: Array) -> tuple[Array, Array, Array]:
-        """Return steps of displacement, forces and gaps, which bring their scaled sum to `aim`."""
+        """Return the changes of displacement, forces and gaps of one step.
+
+        With these changes, the sum of the scaled changes of forces and gaps is `aim`.
+        """
         turned = np.einsum("nij,nj->ni", self._scaling, aim).ravel()
         move = solve(self._hessian, self._weighted @ (self._stretch - turned) - self._left)
         stretch = self._stretch - move @ self._contacts
@@ -193,23 +197,24 @@ class _Linear:
 
 
 def solve(hessian: Array, right: Array) -> Array:
-    """Solve a linear system with one step of iterative refinement, for bad conditioning."""
+    """Solve a linear system, with a step of iterative refinement in case it is ill-conditioned."""
     found = np.linalg.solve(hessian, right)
     refined: Array = found + np.linalg.solve(hessian, right - hessian @ found)
     return refined
 
 
 def _scaling(force: Array, gap: Array, widths: Array) -> tuple[Array, Array, Array]:
-    """Return Nesterov and Todd's scaling of forces and gaps.
+    """Return Nesterov and Todd's scaling of the forces f and the gaps g.
 
     Returns
     -------
     scaling
         W (n, 3, 3) with W f = W⁻¹ g.
     point
-        The scaled point (n, 3).
+        The scaled point W f (n, 3).
     inverse
-        (A² + W²)⁻¹ (n, 3, 3), in closed form, because W² is close to singular at the end.
+        (A² + W²)⁻¹ (n, 3, 3). It is computed in closed form, because W² is close to singular near
+        the solution.
     """
     sizes = np.sqrt(_determinant(force)), np.sqrt(_determinant(gap))
     one, two = force / sizes[0][:, None], gap / sizes[1][:, None]
@@ -226,7 +231,10 @@ def _scaling(force: Array, gap: Array, widths: Array) -> tuple[Array, Array, Arr
     across = np.eye(2) - along
 
     def matrix(top: Array, mixed: Array, bottom: Array, rest: Array) -> Array:
-        """Return [top, mixed; mixed, bottom] for the axis and `way`, and `rest` across."""
+        """Return the matrix [top, mixed; mixed, bottom] in the plane of the cone's axis and `way`.
+
+        In the direction perpendicular to that plane, the matrix multiplies by `rest`.
+        """
         whole = np.empty((len(force), 3, 3))
         whole[:, 0, 0] = top
         whole[:, 0, 1:] = whole[:, 1:, 0] = mixed[:, None] * way
@@ -269,7 +277,7 @@ def _product(one: Array, two: Array) -> Array:
 
 
 def _divided(product: Array, one: Array) -> Array:
-    """Return the x of one ∘ x = product."""
+    """Return the x that solves one ∘ x = product, where ∘ is the product in the comment above."""
     main = product[:, 0] * one[:, 0] - np.einsum("ni,ni->n", product[:, 1:], one[:, 1:])
     found = np.empty_like(product)
     found[:, 0] = main / _determinant(one)
@@ -278,7 +286,7 @@ def _divided(product: Array, one: Array) -> Array:
 
 
 def _to_surface(points: Array, change: Array) -> float:
-    """Return the greatest length at which points + length · change are all within the cone."""
+    """Return the greatest length at which all of `points + length · change` are in the cone."""
     square = change[:, 0] ** 2 - np.einsum("ni,ni->n", change[:, 1:], change[:, 1:])
     half = points[:, 0] * change[:, 0] - np.einsum("ni,ni->n", points[:, 1:], change[:, 1:])
     under = half**2 - square * _determinant(points)
@@ -292,7 +300,11 @@ def _to_surface(points: Array, change: Array) -> float:
 
 
 def _is_central(force: Array, gap: Array) -> bool:
-    """Return whether both are inside the cone, and no point is far nearer to its surface."""
+    """Return whether all forces and gaps are inside their cones and not too near the surfaces.
+
+    At each point, √(det f · det g) must be at least CENTRAL times the mean of f · g over all
+    points.
+    """
     sizes = _determinant(force), _determinant(gap)
     inside = all((side > 0.0).all() for side in (force[:, 0], gap[:, 0], *sizes))
     if not inside:

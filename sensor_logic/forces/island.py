@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pad's contact island: every body with a weight that contacts connect with the pad.
 
-The island ends at bodies that cannot move. Only the island is solved, so the cost does not grow
-with the scene.
+The connection can lead through other bodies with a weight. It ends at bodies that cannot move.
+Forces are computed only within the island, so the cost does not grow with the scene.
 """
 
 from __future__ import annotations
@@ -29,7 +29,19 @@ ALONG = 0.3
 
 @dataclass
 class Island:
-    """Bodies in order, contacts between shapes, supports of animated bodies, constraints."""
+    """The bodies of an island, and what connects them.
+
+    Attributes
+    ----------
+    bodies
+        The keys of the bodies. Their order gives the bodies' indices.
+    contacts
+        The keys of two nodes, and a contact of their shapes.
+    supports
+        The key of an animated body, and a support of that body.
+    constraints
+        The rigid-body constraints.
+    """
 
     bodies: list[Key] = field(default_factory=list)
     contacts: list[tuple[Key, Key, Contact]] = field(default_factory=list)
@@ -40,8 +52,12 @@ class Island:
 def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Island:
     """Follow contacts from the pad through all bodies with a weight, and return the island.
 
-    `reach` has the additional distances in m at which bodies count as in contact; `when` is −1, 0
-    or 1 for the previous, this or the next frame.
+    Parameters
+    ----------
+    reach
+        Additional distances in m, by node: within them, the node's contacts are searched.
+    when
+        The frame: −1, 0 or 1 for the previous, this or the next one.
     """
     island = Island()
     waiting, seen = [pad], {pad}
@@ -97,7 +113,7 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
 
 
 def _pushes_as_required(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
-    """Return whether a contact pushes one of its bodies the way its required force points."""
+    """Return whether a contact pushes one of its bodies about the way its required force points."""
     for key, sign in zip(pair, (1.0, -1.0), strict=True):
         if world.node(key).weighs:
             force = world.required_load(key).load.wrench[:3]
@@ -108,7 +124,7 @@ def _pushes_as_required(contact: Contact, pair: tuple[Key, Key], world: World) -
 
 
 def moving_node(node: Node, world: World) -> Node:
-    """Return the node whose motion this node shares: its owner, or the node itself."""
+    """Return the node that a node moves with: its owner, or the node itself if it has no owner."""
     return node if node.owner is None else world.node(node.owner)
 
 
@@ -124,7 +140,7 @@ RIM, LEAST_PART = 3e-4, 0.01
 
 @dataclass(frozen=True)
 class Group:
-    """Contact points between the same two nodes: `b` pushes `a`.
+    """Contact points between two nodes `a` and `b`, where `b` pushes `a`.
 
     Attributes
     ----------
@@ -133,7 +149,8 @@ class Group:
     areas
         The area (n,) in m² of each point.
     gaps
-        The gaps (n,) in m, beyond collision margins; NaN for points already known to touch.
+        The gaps (n,) in m that remain outside the collision margins; NaN for points already known
+        to touch.
     shapes
         The shapes of a and b, if they are known.
     """
@@ -149,7 +166,7 @@ class Group:
 
 
 def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
-    """Return the points where shapes touch, without points hidden behind nearer surfaces."""
+    """Return the points where shapes touch, except points that a nearer surface covers."""
     numbers: dict[Key, int] = {}
     contacts = [
         replace(
@@ -187,7 +204,10 @@ def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
 
 
 def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) -> list[Contact]:
-    """Return the contacts, without the contacts of a pad's owner that the pad covers."""
+    """Return the contacts through which a pad, and not its owner, carries what lies on the pad.
+
+    `part` is the node of the pad. Contacts of the pad's owner lose the points that the pad covers.
+    """
     part_number, whole = numbers[part.key], numbers.get(part.owner or (), -1)
     found = []
     for contact in contacts:
@@ -234,7 +254,10 @@ def standing_groups(island: Island, world: World) -> list[Group]:
 
 
 def points_of(groups: Sequence[Group], order: dict[Key, int], world: World) -> Points:
-    """Return all contact points of the island as arrays; a part's points belong to its owner."""
+    """Return the contact points of all groups as arrays.
+
+    `order` has the index of each body. The points of a part have the index of its owner.
+    """
     counts = [len(group.places) for group in groups]
 
     def index_of(key: Key) -> int:
@@ -257,9 +280,10 @@ def gaps(groups: Sequence[Group]) -> Array:
 
 
 def _stiffnesses(groups: Sequence[Group]) -> list[Array]:
-    """Return stiffnesses in proportion to the areas.
+    """Return, for each group, the stiffness of each point, in proportion to its area.
 
-    Line and point contacts, which have no area, get the median stiffness.
+    The area of a group is limited to within SPREAD times the median. Line and point contacts have
+    no area of their own and count as the median.
     """
     totals = np.array([float(group.areas.sum()) for group in groups])
     # Groups without shapes are samples of an underside: their areas are known.

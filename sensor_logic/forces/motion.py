@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The forces on a simulated body, from its motion: inverse dynamics (Newton–Euler).
 
-The poses at three frames give the accelerations. The accelerations give the wrench that contacts
-must exert: m(a + c·v − g) and I·α + ω×I·ω + c·I·ω, with c = −ln(1 − damping) for the damping of the
-Bullet engine.
+The poses at three frames give the accelerations, and these give the wrench that contacts must
+exert. Its force is m(a + c·v − g), its moment I·α + ω×I·ω + c·I·ω. The damping of the Bullet engine
+adds the terms with c = −ln(1 − damping).
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class RigidMotion:
     Attributes
     ----------
     velocity, acceleration
-        Of the centre of mass, (3,) in m/s and m/s².
+        Velocity and acceleration of the centre of mass, (3,) in m/s and m/s².
     spin, spin_change
         Angular velocity and angular acceleration, (3,) in rad/s and rad/s².
     reach
-        How far the body moves in a frame, in m.
+        How far the points of the body move in a frame at most, in m.
     """
 
     velocity: Array
@@ -60,13 +60,13 @@ def motion(
     Parameters
     ----------
     before, now, after
-        World poses (4, 4) in m.
+        The world poses (4, 4) in m at the previous, this and the next frame.
     dt
         The time between two poses in s.
     size
-        The distance in m from the origin, which is the centre of mass, to the body's rim.
+        The largest distance in m of a point of the body from its origin, the centre of mass.
     rest_speed
-        A slower body counts as at rest, in m/s.
+        The speed in m/s below which the body counts as at rest.
     """
     if np.array_equal(before, now) and np.array_equal(now, after):
         return AT_REST
@@ -137,7 +137,7 @@ def _rate(damping: float) -> float:
 
 
 def rotation_of(pose: Array) -> Array:
-    """Return the rotation (3, 3) of a pose whose columns can be scaled or mirrored."""
+    """Return the rotation (3, 3) of a pose, without its scale and mirroring."""
     columns = pose[:3, :3]
     lengths = np.sqrt((columns * columns).sum(axis=0))
     turned: Array = columns / np.where(lengths > 0.0, lengths, 1.0)
@@ -153,7 +153,10 @@ def _length(vector: Array) -> float:
 
 
 def rotation_vector(rotation: Array) -> Array:
-    """Return axis times angle (3,) of a rotation matrix (3, 3); exact also for tiny angles."""
+    """Return the vector (3,) of a rotation matrix (3, 3): its axis times its angle in rad.
+
+    It is exact also for tiny angles.
+    """
     axis = 0.5 * np.array(
         [
             rotation[2, 1] - rotation[1, 2],

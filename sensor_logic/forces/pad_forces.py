@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The forces on one pressure pad: the bodies that lean on it, and on each other, in balance."""
+"""The forces on one pressure pad.
+
+They follow from the balance of all bodies that lean on the pad, directly or through other bodies.
+"""
 
 from __future__ import annotations
 
@@ -52,16 +55,16 @@ OFF = 1e4
 
 @dataclass(frozen=True)
 class Settled:
-    """The contact points after the bodies have settled.
+    """The contact points after the bodies were lowered onto their supports.
 
     Attributes
     ----------
     points
-        The points with their slack.
+        The points. The slack is 0 for points that touch, and large for the others.
     level
-        The largest height difference (n,) in m of supports that are level at each point.
+        The height difference (n,) in m up to which supports at each point count as level.
     uncertain
-        The largest height difference (n,) in m at which it is uncertain which support carries.
+        The height difference (n,) in m up to which it is uncertain which support carries the body.
     converged
         Whether the solver converged.
     """
@@ -75,10 +78,10 @@ class Settled:
 def settled(
     loads: Sequence[Load], points: Points, gaps: Array, joints: Sequence[Joint] = ()
 ) -> Settled:
-    """Return the points with their slack, which is 0 for points that touch.
+    """Lower the bodies onto their supports, and return which points then touch.
 
-    `gaps` (n,) in m are between the bodies in their present poses; NaN for points that always
-    touch.
+    `gaps` (n,) in m are the distances between the bodies in their present poses; NaN for points
+    that always touch.
     """
     moves = np.array([*(load.softness[3:].any() for load in loads), False], bool)
     moves = moves[points.a] | moves[points.b]
@@ -97,10 +100,10 @@ def settled(
 
 
 def height_between(one: Shape, two: Shape, places: Array, normal: Array) -> float:
-    """Return the largest height difference in m between two shapes' faces, at places (n, 3).
+    """Return the largest height difference in m between the faces of two shapes at `places` (n, 3).
 
-    The faces are those that face `normal` (3,), extended beyond their edges. Return inf if a shape
-    has no such face.
+    The face of each shape is the one whose outward normal is `normal` (3,), extended beyond its
+    edges. Return inf if a shape has no such face.
     """
     heights = []
     for shape in (one, two):
@@ -133,7 +136,15 @@ SHARE_KNOWN = 0.02
 
 @dataclass
 class _Attempt:
-    """An island that was collected with some reach, and the forces in it."""
+    """A contact island of the pad and the forces in it.
+
+    Attributes
+    ----------
+    residuals
+        For each body, the share of its required load that no contact provides.
+    undecided, unresolved
+        Why the forces are uncertain, or empty: because of constraints, or of heights.
+    """
 
     island: Island
     groups: list[Group]
@@ -149,7 +160,7 @@ class _Attempt:
 
 
 def pad_forces(pad: Key, world: World) -> PadForces:
-    """Return the forces on the pad `pad`."""
+    """Return the forces on the pad with the key `pad`."""
     problem = _unsupported_weight(pad, world)
     if problem:
         return PadForces(problem=problem, usable=False)
@@ -160,9 +171,9 @@ def pad_forces(pad: Key, world: World) -> PadForces:
 
 
 def _unsupported_weight(pad: Key, world: World) -> str:
-    """Return a problem text that names a weight near the pad without support; "" without one.
+    """Return the problem text if a body with a weight near the pad has no support; else "".
 
-    Such a weight may belong on the pad.
+    The weight of such a body may have to rest on the pad.
     """
     for key in world.animated_near(pad, BESIDE, ABOVE):
         required = world.required_load(key)
@@ -173,11 +184,11 @@ def _unsupported_weight(pad: Key, world: World) -> str:
 
 
 def _search_wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
-    """Return the best attempt with a wider reach.
+    """Return the best of the given attempt and of attempts with a wider search for contacts.
 
-    A body whose load the contacts do not explain may have touched another body between two frames.
-    Contacts are therefore searched as far as the body moves in a frame, in this frame and in the
-    previous and the next one.
+    If contacts do not explain the load of a body, the body may have touched another one between two
+    frames. So contacts are searched as far around the body as it moves in a frame. This is tried in
+    this frame, the next and the previous one.
     """
     best = attempt
     reach = {
@@ -220,10 +231,11 @@ def _load(required: RequiredLoad, when: int) -> Load:
 
 
 def _residual(world: World, key: Key, missing: Array, least: float) -> float:
-    """Return the share of a body's required load that no contact explains.
+    """Return the share of a body's required load that its contacts do not provide.
 
-    Loads count as at least `least` newtons. For an animated body only the weight counts, because
-    its muscles exert the remaining forces.
+    `missing` (6,) is the part of the wrench that they do not provide. The required load counts as
+    at least `least` newtons. For an animated body only the vertical force counts, because its
+    muscles exert the remaining forces.
     """
     required = world.required_load(key)
     least = max(LEAST_NEED * required.mass * world.gravity, least)
@@ -245,7 +257,10 @@ def _joint(link: Constraint, order: dict[Key, int], stiffness: float) -> Joint:
 def _joint_uncertainty(
     pad: Key, attempt: _Attempt, loads: Sequence[Load], points: Points, order: dict[Key, int]
 ) -> str:
-    """Return a text if the pad's force depends on the stiffness of constraints; else empty."""
+    """Return a problem text if the assumed stiffness of constraints changes the pad's force.
+
+    The text is empty if it does not.
+    """
     on_pad = points_on_pad(pad, attempt.groups)
     totals = []
     for stiffness in (SOFT_JOINT, HARD_JOINT):
@@ -260,10 +275,10 @@ def _joint_uncertainty(
 
 
 def _height_uncertainty(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
-    """Return a text if it is uncertain how the pad shares a weight; else empty.
+    """Return a problem text if it is uncertain how much of a weight the pad carries; else "".
 
-    This is so if something fixed beside the pad shares the weight and one of them is higher, by
-    less than the contacts resolve.
+    This is so if a body rests on the pad and on something fixed, and one of them is only slightly
+    higher. The contacts do not resolve so small a difference.
     """
     assert attempt.balance is not None
     sides = []
@@ -336,11 +351,13 @@ DIRECTIONS = 32
 
 
 def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Array) -> Array:
-    """Return the areas (n,) in m² of an underside's points after assigning whole legs to pads.
+    """Return the areas (n,) in m² of an underside's points, with whole legs assigned to pads.
 
-    A pad beneath the middle of a leg carries the whole leg if it is higher than the support beside
-    it: a leg among other legs stays upright. A body with a single foot may be a cushion, so its
-    areas stay.
+    A leg can stand on a pad that is smaller than the leg and higher than the floor around it. If
+    the pad is beneath the middle of the leg, it carries the whole leg, because the other legs keep
+    the body upright. The pad's points then get the area of the leg's other points, whose area
+    becomes 0. A body with a single foot may be a cushion, which sinks to the floor, so its areas
+    stay.
 
     Parameters
     ----------
@@ -375,16 +392,20 @@ def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Arr
 
 
 def _is_among(places: Array, place: Array, around: float) -> bool:
-    """Return whether a place (2,) is at most `around` outside the hull of `places` (n, 2)."""
+    """Return whether a point `place` (2,) is in the convex hull of `places` (n, 2).
+
+    Points up to `around` outside the hull count as in it.
+    """
     angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
     ways = np.stack([np.cos(angles), np.sin(angles)])
     return bool((((places - place) @ ways).max(axis=0) > -around).all())
 
 
 def _feet(seen: Array, apart: float) -> npt.NDArray[np.intp]:
-    """Return the number (n,) of the foot of each point (n, 2).
+    """Return the number (n,) of the foot that each point (n, 2) belongs to.
 
-    Points in neighbouring cells, `apart` m wide, belong to the same foot.
+    The plane is divided into cells `apart` m wide. Points in the same cell or in neighbouring cells
+    belong to the same foot.
     """
     cells = np.floor(seen / apart).astype(int)
     left = {tuple(cell) for cell in cells.tolist()}

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The contact of two convex shapes: points, normal, gaps, and the area that each point represents.
 
-The direction of the contact is found first (directions.py). Then the faces, edges or corners that
-face each other along it are intersected. Lengths are in metres.
+First the direction of the contact is found (directions.py). Each shape then has a face, edge or
+corner towards the other shape. These two are projected along the direction, and their intersection
+is the area of contact. Lengths are in metres.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ MOST_CORNERS = 16
 
 
 def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[Point]:
-    """Return the part of a polygon or of a segment with x·px + y·py ≤ d."""
+    """Return the part of a polygon or of a segment whose points p fulfil x·px + y·py ≤ d."""
     heights = [x * p[0] + y * p[1] - d for p in polygon]
     if max(heights) <= 0:
         return list(polygon)
@@ -49,7 +50,7 @@ def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[P
 def clipped(subject: Sequence[Point], by: Sequence[Point], near: float) -> list[Point]:
     """Return the intersection of two convex polygons, segments or points, counter-clockwise.
 
-    Points and segments can be `near` apart.
+    For points and segments, `near` is the distance up to which they count as intersecting.
     """
     if len(by) < len(subject) if len(by) < 3 else 3 <= len(subject) < len(by):
         subject, by = by, subject  # cut with the polygon that has fewer sides
@@ -97,7 +98,7 @@ def _on_segment(subject: Sequence[Point], by: Sequence[Point], near: float) -> l
 
 
 def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float, float]:
-    """Return area, centroid (x, y), and the mean of x², xy, y² about the centroid."""
+    """Return area, centroid (x, y), and the mean of x², xy and y² relative to the centroid."""
     ox, oy = polygon[0]
     area = sx = sy = sxx = sxy = syy = 0.0
     ax = ay = 0.0
@@ -125,7 +126,7 @@ def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float
 
 
 def without_duplicates(polygon: Sequence[Point], near: float) -> list[Point]:
-    """Return the polygon without points within `near` of the previous point."""
+    """Return the polygon without corners within `near` of the corner before."""
     out: list[Point] = []
     for point in polygon:
         if not out or math.hypot(point[0] - out[-1][0], point[1] - out[-1][1]) > near:
@@ -147,7 +148,10 @@ def farthest_pair(polygon: Sequence[Point]) -> tuple[Point, Point]:
 
 
 def fewer_corners(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
-    """Return at most `most` corners, dropping the corners that cut off the least area."""
+    """Return the polygon with at most `most` corners.
+
+    The corners whose removal cuts off the least area are removed first.
+    """
     out = list(polygon)
     if len(out) <= most:
         return out
@@ -169,11 +173,12 @@ def _cut_off(polygon: Sequence[Point], i: int) -> float:
 
 
 def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Point], list[float]]:
-    """Return sample points and areas that integrate polynomials up to the second degree exactly.
+    """Return sample points of a polygon, and their areas.
 
-    Four points have nearly all of the area: the centroid plus (±1, ±1) times the square root of the
-    covariance. On an axis-aligned rectangle they are the 2×2 Gauss points. They lie inside every
-    convex polygon [1]_. Each of the `corners`, which come last, gets CORNER_SHARE of the area.
+    They integrate polynomials up to the second degree exactly. Four points have nearly all of the
+    area: the centroid plus (±1, ±1) times the square root of the covariance. On an axis-aligned
+    rectangle they are the 2×2 Gauss points. They lie inside every convex polygon [1]_. The given
+    `corners` come after them, each with CORNER_SHARE of the area.
 
     References
     ----------
@@ -200,7 +205,8 @@ def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Po
 def hull(points: Sequence[Point], near: float) -> list[Point]:
     """Return the convex hull, counter-clockwise.
 
-    Collinear points give a segment, equal points a single point.
+    The hull of collinear points is a segment, that of equal points a single point. Points within
+    `near` of each other count as equal.
     """
     ordered = sorted(points)
 
@@ -252,7 +258,10 @@ def contact_patch(a: Shape, b: Shape, tolerance: float) -> Patch | None:
 
 
 def _rank(shape: Shape) -> tuple[float, ...]:
-    """Return a sorting key of shapes, so that the result does not depend on their order."""
+    """Return a sorting key of a shape.
+
+    Two shapes are sorted by it, so that the result does not depend on which of them is given first.
+    """
     return (len(shape.vertices), -shape.size, *shape.lo.tolist())
 
 
@@ -299,7 +308,10 @@ def _find_contact(pair: Pair) -> Patch | None:
 
 
 class _Surface:
-    """A face, edge or corner seen along the normal: its outline, and its height as a plane."""
+    """A face, edge or corner projected along the contact's normal.
+
+    It has an outline in the plane, and a height that is linear in x and y.
+    """
 
     __slots__ = ("outline", "slope_x", "slope_y", "x", "y", "z")
 
@@ -319,7 +331,11 @@ class _Surface:
 
 
 def _contact_along(pair: Pair, direction: Direction) -> Patch | None:
-    """Return the contact along one direction: of flat features, or of all overlapping points."""
+    """Return the contact of two shapes along one direction.
+
+    For a deep overlap with at most one face, it is the contact of all overlapping points. Else it
+    is the contact of one face, edge or corner of each shape.
+    """
     frame = pair.frame(direction.normal)
     deep = -direction.separation
     if deep > DEEP * pair.scale and pair.penetrating(direction):
@@ -333,7 +349,7 @@ def _contact_along(pair: Pair, direction: Direction) -> Patch | None:
 
 
 def _feature_contact(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
-    """Return the contact of the shapes' faces, edges or corners, and the number of faces."""
+    """Return the contact of a face, edge or corner of each shape, and how many are faces."""
     normal = direction.normal
     upper = _feature(pair.a, pair.at_a, -normal, frame, direction.face_a)
     lower = _feature(pair.b, pair.at_b, normal, frame, direction.face_b)
@@ -362,7 +378,10 @@ def _feature_contact(pair: Pair, direction: Direction, frame: Array) -> tuple[Pa
 def _point_contact(
     pair: Pair, direction: Direction, frame: Array, upper: _Surface, lower: _Surface
 ) -> Patch:
-    """Return the contact along a proven direction if the outlines of oblique features are apart."""
+    """Return a contact of one point, for features whose outlines do not intersect.
+
+    The caller has proven that the direction is that of the contact.
+    """
     outline = clipped(upper.outline, lower.outline, pair.scale)
     outline = outline or [upper.outline[0], lower.outline[0]]
     x = sum(p[0] for p in outline) / len(outline)
@@ -376,9 +395,10 @@ def _point_contact(
 def _overlap_contact(
     pair: Pair, frame: Array, deep: float, lowest: list[list[float]]
 ) -> Patch | None:
-    """Return the contact of the parts of both shapes within `deep` of their furthest points.
+    """Return the contact of two shapes that overlap by `deep`.
 
-    The furthest points include `lowest`.
+    Of each shape, the part within `deep` of its furthest point is projected. Their intersection is
+    the contact. The points `lowest` become sample points if they are in it.
     """
     upper = hull(_cut_slab(pair.at_a, pair.a, frame, -1.0, deep), 1e-9 * pair.scale)
     lower = hull(_cut_slab(pair.at_b, pair.b, frame, 1.0, deep), 1e-9 * pair.scale)
@@ -408,7 +428,11 @@ def _patch(
 
 
 def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | None) -> _Surface:
-    """Return the face that faces `outward`, else the edge, else the corner furthest that way."""
+    """Return the shape's face, edge or corner that is furthest in the direction `outward`.
+
+    A face is preferred if it faces that way, then an edge that is nearly level. `face` is the index
+    of the face if it is already known.
+    """
     if len(shape.faces):
         if face is None:
             facing = shape.normals @ outward
@@ -437,7 +461,10 @@ def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | 
 
 
 def _cut_slab(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> list[Point]:
-    """Return the corners within `deep` of the furthest corner, and the ends of edges there."""
+    """Return the projected outline of the part of a shape within `deep` of its furthest corner.
+
+    The result has the corners in that part, and the points where edges leave it.
+    """
     heights = sign * (at @ frame[2])
     level = heights.max() - deep
     flat = at @ frame[:2].T
@@ -451,7 +478,7 @@ def _cut_slab(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -
 
 
 def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Point]) -> Array:
-    """Return heights (k,) of a shape's surface over points of the plane.
+    """Return the heights (k,) of a shape's surface at `points` of the projection plane.
 
     `sign` is 1 for the upper side of the shape, -1 for its lower side.
     """
@@ -474,7 +501,10 @@ def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Poi
 def _sample_outline(
     outline: list[Point], scale: float, extra: Sequence[Point] = ()
 ) -> tuple[list[Point], list[float]]:
-    """Return sample points and areas of a polygon, of a line (Simpson's rule) or of a point."""
+    """Return sample points of a polygon, a segment or a point, and their areas.
+
+    For a segment they are those of Simpson's rule. Polygons also get the points `extra`.
+    """
     wide = NARROW * scale
     if len(outline) == 1:
         return outline, [wide * wide]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Convex collision shapes: the Minkowski sum of a polytope and a ball, as in physics engines.
 
-A sphere is a point plus a ball, and a capsule is a segment plus a ball. A hull with a collision
-margin is its polytope plus the margin. A triangle of a mesh is a flat, two-sided polygon. Lengths
-are in metres.
+The polytope is called the core. A sphere is a point plus a ball, a capsule a segment plus a ball. A
+hull with a collision margin is its polytope plus a ball of that radius. A triangle of a mesh is a
+flat, two-sided polygon. Lengths are in metres.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def perpendiculars(direction: Array) -> tuple[Array, Array]:
 def sides(
     points: Array, planes: list[tuple[float, Array, float]], size: float
 ) -> list[tuple[int, ...]]:
-    """Return the loops of a solid's sides.
+    """Return the faces of a convex solid as loops of vertex numbers.
 
-    Each of the `planes` has the area of a face, its normal and its offset. The search starts with
-    the largest face, whose plane is the most precise.
+    Each of the `planes` has the area of a face, its normal and its offset. Coplanar faces become
+    one. The search starts with the largest face, whose plane is the most precise.
     """
     members: list[Indices] = []
     normals: list[Array] = []
@@ -77,14 +77,17 @@ def newell(loop: Array) -> Array:
 
 
 def thinnest(points: Array) -> tuple[float, Array]:
-    """Return the thickness along the direction of least spread, and that direction."""
+    """Return the extent of the points in the direction of least spread, and that direction."""
     local = points - points.mean(0)
     direction: Array = np.linalg.svd(local, full_matrices=True)[2][2]
     return float(np.ptp(local @ direction)), direction
 
 
 def welded(points: Array, near: float) -> tuple[Array, Indices]:
-    """Return the distinct points, and for each given point (n, 3) its number (n,) among them."""
+    """Return the distinct points, and the index (n,) among them of each given point (n, 3).
+
+    Points within `near` of each other count as one.
+    """
     different: list[int] = []
     numbers = np.empty(len(points), np.intp)
     for i, point in enumerate(points):
@@ -99,14 +102,20 @@ def welded(points: Array, near: float) -> tuple[Array, Indices]:
 
 
 def around(points: Array, normal: Array) -> Indices:
-    """Return the order of a convex polygon's corners, counter-clockwise about `normal`."""
+    """Return the order of a convex polygon's corners, counter-clockwise about `normal`.
+
+    The order is an array of indices into `points`.
+    """
     first, second = perpendiculars(normal)
     local = points - points.mean(0)
     return np.argsort(np.arctan2(local @ second, local @ first), kind="stable")
 
 
 def outline(points: Array, normal: Array) -> list[int]:
-    """Return the corners of the points' convex hull, seen along `normal`, counter-clockwise."""
+    """Return the indices of the corners of the points' convex hull, seen along `normal`.
+
+    They are in counter-clockwise order.
+    """
     first, second = perpendiculars(normal)
     local = points - points.mean(0)
     x, y = (local @ first).tolist(), (local @ second).tolist()
@@ -131,7 +140,7 @@ def outline(points: Array, normal: Array) -> list[int]:
 
 
 def rims_of(faces: tuple[Indices, ...], vertices: int) -> Indices:
-    """Return the edges (m, 4) of a solid: from and to vertex, and the faces left and right."""
+    """Return the edges (m, 4) of a solid: first and last vertex, left and right face."""
     if not faces:
         return np.array([(0, 1, -1, -1)] if vertices == 2 else [], np.intp).reshape(-1, 4)
     left: dict[tuple[int, int], int] = {}
@@ -146,7 +155,10 @@ def rims_of(faces: tuple[Indices, ...], vertices: int) -> Indices:
 
 
 def unique_directions(spans: Array) -> Array:
-    """Return the distinct unit directions of the spans (n, 3); opposite directions are the same."""
+    """Return the distinct unit directions of vectors (n, 3).
+
+    Opposite directions count as the same.
+    """
     if len(spans) == 0:
         return np.zeros((0, 3))
     spans = spans / np.linalg.norm(spans, axis=1, keepdims=True)
@@ -156,7 +168,7 @@ def unique_directions(spans: Array) -> Array:
 
 
 def extent(points: Array) -> float:
-    """Return twice the largest distance of a point from the mean."""
+    """Return twice the largest distance of a point from the mean of the points."""
     middle = points.mean(0)
     return 2 * math.sqrt(float(((points - middle) ** 2).sum(1).max()))
 
@@ -171,7 +183,7 @@ WELD = 1e-7  # of the shape's size: points closer than this are welded
 class Shape:
     """The Minkowski sum of a convex core and a ball.
 
-    Loops run counter-clockwise seen from outside.
+    The corners of each face run counter-clockwise seen from outside.
     """
 
     vertices: Array  # (n, 3)
@@ -194,7 +206,7 @@ class Shape:
     def placed(self, matrix: npt.ArrayLike) -> Shape:
         """Return the shape in the world, placed by a 4×4 matrix.
 
-        Shear, scale and mirroring keep the radius.
+        The radius of the ball does not change, even if the matrix scales, shears or mirrors.
         """
         m = np.asarray(matrix, np.float64)
         linear, shift = m[:3, :3], m[:3, 3]
@@ -220,7 +232,10 @@ class Shape:
         )
 
     def turned(self, direction: Array) -> Shape:
-        """Return a round body turned about its axis until an edge faces the unit `direction`."""
+        """Return a round body turned about its axis, so that an edge of its core faces `direction`.
+
+        The direction is a unit vector (3,).
+        """
         if self.axis is None:
             return self
         origin, axis = self.axis
@@ -307,10 +322,10 @@ def polygon(vertices: npt.ArrayLike, radius: float = 0.0) -> Shape:
 
 
 def polytope(vertices: npt.ArrayLike, faces: Iterable[Sequence[int]], radius: float = 0.0) -> Shape:
-    """Return a convex solid of polygons or triangles, wound in either direction.
+    """Return a convex solid with the given faces.
 
-    Coplanar faces are merged. A solid without thickness becomes a flat polygon. Raise ValueError
-    for a solid without area.
+    The faces are triangles or polygons, and can run in either direction. Coplanar faces are merged.
+    A solid without thickness becomes a flat polygon. Raise ValueError for a solid without area.
     """
     points = _points(vertices)
     size = extent(points)
@@ -355,7 +370,10 @@ def _assembled(
 
 
 def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
-    """Return the shape placed by a matrix that is not a rotation."""
+    """Return the shape placed by a matrix that is not a rotation.
+
+    The matrix has the linear part `linear` (3, 3) and the translation `shift` (3,).
+    """
     volume = _determinant(linear)
     if not np.isfinite(linear).all() or abs(volume) <= 1e-12 * np.abs(linear).max() ** 3:
         raise ValueError("the matrix flattens the shape")
@@ -376,7 +394,10 @@ def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
 
 
 def _still_round(line: Array, linear: Array, shift: Array) -> Array | None:
-    """Return the axis after the transformation; None if the body's circles become ellipses."""
+    """Return the axis of a round body after a transformation.
+
+    Return None if the body's circles become ellipses.
+    """
     first, second = perpendiculars(line[1])
     x, y, axis = linear @ first, linear @ second, linear @ line[1]
     axis = axis / np.linalg.norm(axis)

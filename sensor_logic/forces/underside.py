@@ -36,8 +36,9 @@ class Samples:
 def centre_of_mass(triangles: Array, closed: bool) -> Array:
     """Return the centroid (3,) of triangles (n, 3, 3).
 
-    The centroid is that of the enclosed volume if the triangles are `closed`, else that of the
-    surface. The volume's centroid is a sum over tetrahedra to a common point (divergence theorem).
+    If the triangles are `closed`, it is the centroid of the enclosed volume, else that of the
+    surface. For the volume, tetrahedra between each triangle and a common point are added up
+    (divergence theorem).
     """
     places = _by_axis(triangles)
     origin: Array = places.mean(axis=(0, 2))
@@ -69,7 +70,10 @@ def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
 
 
 def _by_axis(triangles: Array) -> Array:
-    """Return triangles as (3 corners, 3 axes, n), because numpy is fastest along the long axis."""
+    """Return triangles in an array (3 corners, 3 axes, n).
+
+    numpy is fastest if the last axis is the long one.
+    """
     return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
@@ -91,10 +95,10 @@ def _dot(one: Array, two: Array) -> Array:
 
 
 def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -> Samples:
-    """Return samples of the faces that point down, within the box `lo` … `hi`.
+    """Return samples of the faces that point down and are within the box from `lo` to `hi`.
 
     Triangles (n, 3, 3) run counter-clockwise seen from outside. If the surface is not `closed`,
-    both sides of a triangle count.
+    each triangle counts whichever side points down.
     """
     places = _by_axis(triangles)
     normals = _cross(places[1] - places[0], places[2] - places[0]) / 2.0
@@ -134,7 +138,8 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
 def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
     """Return which (n,) of the triangles (n, 3, 3) of a closed surface do not point down.
 
-    Other bodies can lie only on these. The sign of the volume determines the outside.
+    Only on such triangles can other bodies lie. Normals point outwards if the enclosed volume is
+    positive, else inwards.
     """
     places = _by_axis(triangles)
     facing = up @ _cross(places[1] - places[0], places[2] - places[0])
@@ -143,7 +148,10 @@ def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
 
 
 def _volume(places: Array) -> float:
-    """Return six times the volume within triangles given by axis, (3, 3, n)."""
+    """Return six times the volume that triangles enclose.
+
+    The triangles are in the array (3, 3, n) that `_by_axis` returns.
+    """
     about = places - places.mean(axis=(0, 2))[:, None]
     return float(_dot(about[0], _cross(about[1], about[2])).sum())
 
@@ -151,7 +159,10 @@ def _volume(places: Array) -> float:
 # Keyed by the number of parts: without the cache, a call takes 10 µs (3 parts) to 90 µs (16) more.
 @lru_cache(maxsize=256)
 def _centroids(count: int) -> Array:
-    """Return the barycentric centroids (count², 3) of the equal parts of a triangle."""
+    """Return the barycentric coordinates (count², 3) of points that sample a triangle evenly.
+
+    They are the centroids of the count² equal parts of the triangle.
+    """
     upright = [(i, j) for i in range(count) for j in range(count - i)]
     inverted = [(i, j) for i in range(count - 1) for j in range(count - 1 - i)]
     found = [((i + 1 / 3) / count, (j + 1 / 3) / count) for i, j in upright]
@@ -161,20 +172,20 @@ def _centroids(count: int) -> Array:
 
 
 def clustered(points: Array, areas: Array) -> tuple[Array, Array]:
-    """Return the points merged into a grid of about CELLS cells per side."""
+    """Return points and areas, merged into a grid of about CELLS cells per side."""
     extent = float(np.ptp(points, axis=0).max())
     return gathered(points, areas, max(extent / CELLS, SPACING / 2.0))
 
 
 def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
-    """Merge points and their areas into one for each filled cell of a grid.
+    """Merge all points within the same cell of a grid into one, and add up their areas.
 
     Returns
     -------
     places
-        The centroids (k, 3) of the areas in the cells.
+        The centroids (k, 3) of the merged points, weighted by area.
     areas
-        The areas (k,).
+        The sums (k,) of the areas.
     """
     axes = np.ascontiguousarray(points.T)
     grid = np.floor((axes - axes.min(axis=1)[:, None]) / cell).astype(np.int64)
@@ -189,7 +200,7 @@ def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
 def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.intp], int]:
     """Return the rank (n,) of each cell among the distinct cells, and the number of distinct cells.
 
-    The cells (n,) are numbers from 0 to `count`.
+    `cells` (n,) has the number of each point's cell, below `count`.
     """
     if count > TABLE * len(cells):
         found, of = np.unique(cells, return_inverse=True)
@@ -204,7 +215,7 @@ def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.
 def firmness(gaps: npt.ArrayLike, tolerance: float) -> Array:
     """Return the relative stiffness (n,) of contact points with gaps (n,) in m.
 
-    The stiffness is 1 at a gap of 0 and falls linearly to 0 at the tolerance, as of an elastic
-    layer. A negative gap is a penetration.
+    As in an elastic layer, the stiffness is 1 at a gap of 0 and falls linearly to 0 at a gap of
+    `tolerance`. A negative gap is a penetration, with a stiffness above 1.
     """
     return np.maximum(0.0, 1.0 - np.asarray(gaps, np.float64) / tolerance)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Input and output of the calculation of forces on a pad.
 
-The input are the bodies of the scene, with their contacts and the forces that their motion
-requires. The output are the forces on the pad.
+The input is `World`: the bodies of a scene, their contacts, and the load that the motion of each
+body requires. The output is `PadForces`.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ Key = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Node:
-    """A body or pad that can touch other nodes.
+    """A body or pad that can touch other bodies and pads.
 
     Attributes
     ----------
     key
-        Identifies the node.
+        Identifies the node in its `World`.
     name
         The name of the node's object.
     weighs
         The node has a weight of its own: it is simulated, or animated with a mass.
     animated
-        Keys move the node, not physics. Its contacts are found below its own surface.
+        Animation moves the node, not physics. What it stands on is found below its own surface.
     friction
         The friction coefficient.
     margin
-        The physics engine can keep other bodies this far off, in m.
+        The collision margin in m: the distance at which the physics engine can keep other bodies.
     owner
-        The node that this node is a part of.
+        The node that this node is a part of, if any.
     objects
         The session uids of the node's objects.
     """
@@ -61,7 +61,7 @@ class RequiredLoad:
     load
         The wrench about the centre of mass in this frame.
     centres
-        The centre of mass (3, 3) in the previous, this and the next frame, in m.
+        The centre of mass in the previous, this and the next frame, as rows (3, 3) in m.
     mass
         The mass in kg.
     reach
@@ -79,10 +79,18 @@ class RequiredLoad:
 
 @dataclass(frozen=True)
 class BareSurface:
-    """A surface that belongs to no node and therefore transmits no weight to a pad.
+    """A surface that an animated body stands on and that belongs to no node.
 
-    `name` is its object's name, `number` its solid's number. `places` (k, 3) are the points in m
-    where a body stands on it.
+    The weight on it is therefore not transmitted to a pad.
+
+    Attributes
+    ----------
+    name
+        The name of the surface's object.
+    number
+        The number of its solid.
+    places
+        The points (k, 3) in m where the body stands on it.
     """
 
     name: str
@@ -92,16 +100,16 @@ class BareSurface:
 
 @dataclass(frozen=True)
 class Support:
-    """The points where one `node` supports an animated body from below.
+    """The points at which the node with the key `node` supports an animated body from below.
 
     Attributes
     ----------
     places
         The points (k, 3) in m.
     areas
-        The area (k,) in m² of each point, reduced the wider the gap is.
+        The area (k,) in m² of each point, multiplied by a factor that falls as the gap there grows.
     ground
-        The supporting surfaces without a node.
+        The surfaces without a node on which the body also stands.
     """
 
     node: Key
@@ -111,7 +119,15 @@ class Support:
 
 
 class World(Protocol):
-    """The scene at one frame, as the search for a pad's island needs it. Lengths are in m."""
+    """The scene at one frame, as the calculation reads it; lengths are in m.
+
+    Attributes
+    ----------
+    up
+        The unit vector (3,) upwards.
+    gravity
+        The acceleration of gravity in m/s².
+    """
 
     up: Array
     gravity: float
@@ -120,13 +136,25 @@ class World(Protocol):
         """Return the node with this key."""
 
     def near(self, key: Key) -> Iterable[Key]:
-        """Return the nodes whose bounds overlap a node's bounds, swept over the three frames."""
+        """Return the keys of the nodes near a node.
+
+        Their bounding boxes overlap that of the node. Each box covers the node's motion in the
+        previous, this and the next frame.
+        """
 
     def contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Return the contacts between two nodes' shapes that are at most `reach` apart.
+        """Return the contacts between the shapes of the nodes `one` and `two`.
 
-        `when` is −1, 0 or 1 for the previous, this or the next frame. In each contact, a = 0 is
-        `one` and b = 1 is `two`.
+        Parameters
+        ----------
+        reach
+            The largest gap of a contact in m.
+        when
+            The frame: −1, 0 or 1 for the previous, this or the next one.
+
+        Returns
+        -------
+        The contacts, in which body a = 0 is `one` and body b = 1 is `two`.
         """
 
     def supports_of(self, key: Key) -> list[Support]:
@@ -139,15 +167,26 @@ class World(Protocol):
         """Return the rigid-body constraints of a node."""
 
     def animated_near(self, pad: Key, beside: float, above: float) -> list[Key]:
-        """Return animated nodes at most `beside` next to the pad or `above` over it."""
+        """Return the keys of animated nodes near a pad.
+
+        They are at most `beside` m away from the pad's side, or at most `above` m over it.
+        """
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """A rigid-body constraint between two nodes, either of which can be None: the ground.
+    """A rigid-body constraint between the nodes with the keys `one` and `two`.
 
-    `place` (3,) is in m. `forces` (k, 3) are the axes along which the constraint can exert forces,
-    and `moments` (k, 3) the axes about which it can exert moments.
+    Either can be None: the ground.
+
+    Attributes
+    ----------
+    place
+        The point (3,) in m where the constraint acts.
+    forces
+        The axes (k, 3) along which it can exert forces.
+    moments
+        The axes (k, 3) about which it can exert moments.
     """
 
     name: str
@@ -162,8 +201,16 @@ class Constraint:
 class Partner:
     """A node that touches a pad.
 
-    `objects` are the session uids of its objects. `places` (n, 3) in m are its contact points, and
-    `forces` (n, 3) in N the forces on the pad.
+    Attributes
+    ----------
+    name
+        The name of the node's object.
+    objects
+        The session uids of its objects.
+    places
+        The contact points (n, 3) in m.
+    forces
+        The forces (n, 3) in N on the pad at these points.
     """
 
     name: str
@@ -178,12 +225,15 @@ class PadForces:
 
     Attributes
     ----------
+    partners
+        The nodes that touch the pad, each with its forces.
     residual
-        The greatest share of any body's required load that no contact explains.
+        Of each body in the island, a share of the required load is not explained by contacts. This
+        is the largest of these shares.
     problem
         Why the forces are uncertain, or empty.
     usable
-        Whether the forces are at least an estimate.
+        Whether the forces can at least serve as an estimate.
     bodies
         The number of bodies in the island.
     """

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kinds of sensor: every package and module in this folder has a `KIND`.
+"""The kinds of sensor: every package and module in this folder defines a `KIND`.
 
-The parameters of a kind are in `obj.angen_sensor.<name of the module>`.
+In Blender, `obj.angen_sensor` has a property group for each kind, under the name of the kind's
+module. It holds the parameters.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ NO_KIND = "NONE"
 def _found() -> list[Kind]:
     """Return the kinds in this folder, ordered by number.
 
-    Raise ValueError if two kinds have the same number or identifier, or if a kind's attribute is
-    not its module's name.
+    Raise ValueError if two kinds have the same number or identifier. Also raise it if the
+    `attribute` of a kind is not the name of the kind's module.
     """
     kinds: list[Kind] = []
     for module in pkgutil.iter_modules(__path__):

@@ -53,7 +53,7 @@ class ContactParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """Return a sentence if the contact opens nearer than it closes."""
+        """Return a sentence if the contact would open at a smaller distance than it closes."""
         if self.open_distance < self.close_distance:
             return [
                 f"open_distance ({lengths.typed(self.open_distance)}) must be at least "
@@ -63,7 +63,7 @@ class ContactParameters(Parameters):
 
 
 class DoorContact(Model):
-    """One contact; its state is whether it is closed, at first open."""
+    """The model of one contact. Its state is whether it is closed; it starts open."""
 
     def __init__(self) -> None:
         self._closed = False
@@ -92,7 +92,16 @@ REED_RELAYS = (
 def _reed(
     part: str, turns: str, magnet: str, operate: tuple[float, float], release: tuple[float, float]
 ) -> Preset:
-    """Return a preset of a reed sensor with a magnet of NdFeB; ranges in mm."""
+    """Return a preset of a reed sensor with a neodymium magnet.
+
+    Parameters
+    ----------
+    part, turns, magnet
+        The names of the sensor and of the magnet, and the sensor's sensitivity in ampere-turns.
+    operate, release
+        The least and the greatest distance in mm at which the contact closes, and at which it
+        opens.
+    """
     return Preset(
         f"{part}_{magnet}".replace("-", "_"),
         f"{part} with magnet {magnet}",

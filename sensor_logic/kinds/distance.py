@@ -180,14 +180,17 @@ JUST_SEEN = 1.0 - 1e-9
 
 
 class DistanceSensor(Model):
-    """One sensor; its state is whether a target was near, for the hysteresis."""
+    """The model of one sensor. Its state is whether a target was near at the last update.
+
+    The hysteresis depends on this state.
+    """
 
     def __init__(self) -> None:
         self._near = False
         self._rays = PerPose(zone_rays)
 
     def update(self, parameters: DistanceParameters, update: Update) -> Reading:
-        """Return the nearest distance, whether it is near, and the distance of each zone."""
+        """Return the nearest distance, whether a target is near, and the distance of each zone."""
         rays = self._rays(parameters, update.pose)
         ranges = update.ask(RAYS, 0, *rays)
         if parameters.target == "MATERIAL":
@@ -214,9 +217,9 @@ class DistanceSensor(Model):
 def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array, Array]:
     """Return origins (n, 3), unit directions (n, 3) and lengths (n,) of all rays.
 
-    The zones come row by row from the upper left zone in the sensor's view, and the rays of a zone
-    in the same order. The rays go through the centres of equal cells of a plane perpendicular to
-    the axis.
+    The rays are in the order of their zones, which are sorted by row from the upper left in the
+    sensor's view. Within a zone, the rays are sorted in the same way. A plane perpendicular to the
+    axis is divided into equal cells, and each ray goes through the centre of a cell.
     """
     k = parameters.rays
     x = _cell_middles(parameters.horizontal_fov, parameters.zones_across, k)
@@ -232,22 +235,25 @@ def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array,
 
 
 def _cell_middles(angle: float, zones: int, rays: int) -> Array:
-    """Return the coordinates (zones, rays) at which rays cross a plane at distance 1."""
+    """Return the coordinates (zones, rays) along one axis at which rays cross a plane.
+
+    The plane is perpendicular to the sensor's axis, at distance 1.
+    """
     cells = zones * rays
     middles = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0
     return (math.tan(angle / 2.0) * middles).reshape(zones, rays)
 
 
 def reach(parameters: DistanceParameters) -> float:
-    """Return the greatest distance in m at which any target, also of reflectance 1, is detected."""
+    """Return the greatest distance in m at which the sensor detects any target."""
     return max(parameters.range_max, float(range_of(parameters, np.ones(1))[0]))
 
 
 def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
-    """Return R(ρ) in m, the greatest distance of a target that fills a zone.
+    """Return R(ρ), the greatest distance in m at which a target of reflectance ρ is detected.
 
-    R is a power of the reflectance ρ through the data sheet's values for white and grey; an ideal
-    receiver in the dark has the exponent ½.
+    The target fills a zone. R is a power of ρ that fits the data sheet's values for white and grey
+    targets. For an ideal receiver in the dark, the exponent is ½.
     """
     power = math.log(parameters.range_max / parameters.range_grey) / math.log(WHITE / GREY)
     found: Array = parameters.range_max * (reflectance / WHITE) ** power
@@ -255,10 +261,10 @@ def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
 
 
 def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: Array) -> Array:
-    """Return the distance (z,) in m of each zone, without noise.
+    """Return the distance (z,) in m of each zone, without noise; inf if the zone detects no target.
 
-    The rays of a zone have ranges (z, k) in m and reflectances (z, k). The distance is inf if no
-    target is detected.
+    The k rays of each zone have `ranges` (z, k) in m. The surfaces that they hit have `reflectance`
+    (z, k).
     """
     near = np.maximum(ranges, max(parameters.range_min, 1e-6))
     visible = (range_of(parameters, reflectance) / near) ** 2 / ranges.shape[1]
@@ -284,9 +290,10 @@ def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: A
 
 
 def _weighted(near: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
-    """Return the means (z,) of the chosen ranges, weighted by visibility.
+    """Return the mean (z,) of the ranges of each zone, weighted by visibility.
 
-    The mean is inf if the sum of visibilities is too small.
+    Only rays in the mask `which` (z, k) count. The mean is inf if the sum of their visibilities is
+    too small.
     """
     weight = np.where(which, visible, 0.0)
     total = weight.sum(axis=1)
@@ -297,7 +304,7 @@ def _weighted(near: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
 def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
     """Return the standard deviation in m of readings at `distance` (m).
 
-    Two independent noise terms contribute.
+    It combines two independent noises: one constant, one in proportion to the distance.
     """
     found: Array = np.hypot(
         parameters.noise_sigma, parameters.noise_growth * np.asarray(distance, np.float64)
@@ -306,14 +313,20 @@ def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
 
 
 def _noise(parameters: DistanceParameters, update: Update, zones: int) -> Array:
-    """Return a random number of variance 1 for each zone, whether or not it detects a target."""
+    """Return a standard normal random number for each zone, zones without a target included.
+
+    Return zeros if the sensor has no noise.
+    """
     if parameters.noise_sigma == 0.0 and parameters.noise_growth == 0.0:
         return np.zeros(zones)
     return update.noise().normal(size=zones)
 
 
 def _with_noise(parameters: DistanceParameters, distance: Array, noise: Array) -> Array:
-    """Return readings in m: with noise, rounded to the resolution, within range_min … range_max."""
+    """Return the readings in m with noise added.
+
+    They are then rounded to the resolution and limited to range_min … range_max.
+    """
     found = distance + noise * sigma(parameters, distance)
     if parameters.resolution > 0.0:
         found = np.round(found / parameters.resolution) * parameters.resolution
@@ -329,7 +342,10 @@ SIDE_OF_27 = 2.0 * math.atan(math.tan(math.radians(27.0) / 2.0) / math.sqrt(2.0)
 
 
 def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    """Return a preset; all set the same parameters, so that each fully replaces another."""
+    """Return a preset of a part.
+
+    All presets set the same parameters, so that none keeps values of a preset chosen before.
+    """
     common = {
         "target": "MATERIAL",
         "zones_across": 1,

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light sensor: luminance of four walls, or illuminance, and the circuit behind it.
+"""Light sensor: luminance of four walls, or illuminance, and the circuit behind the sensing part.
 
 - Model: `LightSensor`, with its photoresistor, parameters and presets in this file.
 - Scene: angen_addon/scene/light/, beginning with probe.py; `LightChanges` in
-  angen_addon/scene/changes.py compared when light must be measured again.
+  angen_addon/scene/changes.py tells when light must be measured again.
 - Window: angen_addon/kinds/light.py.
 - Physics: docs/light.md; how light is measured: docs/light_how.md.
 - Tests: tests/pure/test_light.py, tests/blender/test_light_*.py.
@@ -37,7 +37,7 @@ def conductance(lux: float, resistance_10lux: float, gamma: float, dark_resistan
     resistance_10lux
         The resistance R10 at 10 lux in ohms.
     gamma
-        γ = log10(R at 10 lx / R at 100 lx) as in data sheets, away from the dark.
+        γ = log10(R at 10 lx / R at 100 lx), as in data sheets; it does not hold near darkness.
     dark_resistance
         The resistance R_dark in ohms.
     """
@@ -47,16 +47,17 @@ def conductance(lux: float, resistance_10lux: float, gamma: float, dark_resistan
 def equivalent_lux(
     siemens: float, resistance_10lux: float, gamma: float, dark_resistance: float
 ) -> float:
-    """Return the constant illuminance in lux with this conductance (inverse of `conductance`)."""
+    """Return the constant illuminance in lux at which `conductance` is `siemens`."""
     of_light = (siemens - 1.0 / dark_resistance) * resistance_10lux
     return REFERENCE_LUX * math.pow(max(of_light, 0.0), 1.0 / gamma)
 
 
 def follow(before: float, target: float, dt: float, rise: float, fall: float) -> float:
-    """Return the conductance `dt` seconds later.
+    """Return the conductance after `dt` seconds, starting at `before`.
 
-    It approaches the target exponentially, with a time constant (s) for rising and one for falling.
-    This is exact for constant light during `dt`, so the length of the steps does not matter.
+    It approaches `target` exponentially. The time constant in s is `rise` for growing conductance,
+    else `fall`. The result is exact if the light is constant during `dt`, so the length of the
+    steps does not matter.
     """
     constant = rise if target > before else fall
     return target + (before - target) * math.exp(-dt / constant) if constant > 0.0 else target
@@ -256,7 +257,7 @@ class LightParameters(Parameters):
         return self.must_be_smaller("clip_start", "clip_end", lengths) if four else []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Return advice if the output never switches on, or never off."""
+        """Return advice if the output never switches on, or if it never switches off."""
         half, unit, most = self.hysteresis / 2, "lx", math.inf
         if self.method == "FOUR_WALL":
             unit, most = "%", 100.0
@@ -283,7 +284,10 @@ class LightParameters(Parameters):
 
 
 class LightSensor(Model):
-    """One sensor; its state is that of its photoresistor or integrator, and of its comparator."""
+    """The model of one sensor.
+
+    Its state is that of its photoresistor or integrator, and of its comparator.
+    """
 
     def __init__(self) -> None:
         self._time: float | None = None
@@ -329,9 +333,10 @@ class LightSensor(Model):
     def _resistor(
         self, parameters: LightParameters, lux: float, dt: float, fields: dict[str, Any]
     ) -> float:
-        """Return the illuminance in lux that corresponds to the photoresistor's conductance.
+        """Return the illuminance in lux that the photoresistor shows.
 
-        The conductance starts at its steady state.
+        It is the constant illuminance at which the photoresistor would have its present
+        conductance. At the first update, the conductance is that of constant light.
         """
         curve = parameters.resistance_10lux, parameters.gamma, parameters.dark_resistance
         target = conductance(lux, *curve)
@@ -350,8 +355,9 @@ class LightSensor(Model):
     def _digital(self, parameters: LightParameters, lux: float, dt: float) -> float:
         """Return the illuminance in lux that the digital part reports.
 
-        It is the mean over the integration time, in whole counts. Each sample counts for the time
-        since the previous update; the first sample counts for all time before.
+        It is the mean over the integration time, in whole counts. Each sample is weighted with the
+        time since the previous update. The light before the first update counts as equal to the
+        first sample.
         """
         span = parameters.integration_time
         self._window.append((dt if self._time is not None else math.inf, lux))

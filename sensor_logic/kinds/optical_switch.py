@@ -30,16 +30,17 @@ NO_GAP = 1e-5
 
 
 def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays: int) -> Array:
-    """Return the light (n,) in successive intervals of constant light, as shares of the full light.
+    """Return the light (n,) in n successive intervals since the previous step.
 
-    A solid nearer than `threshold` (m) stops a ray.
+    In each interval, the light is constant: the fraction of rays that no solid blocks. A solid
+    nearer than `threshold` (m) blocks a ray.
 
     Parameters
     ----------
     crossings
         The crossings (p,) of the beam since the previous step.
     ranges
-        The distance (p, 2) in m of each crossing from the sensor, at its begin and its end.
+        The distance (p, 2) in m from the sensor, at the begin and the end of each crossing.
     threshold
         The range in m from which the switch is open.
     rays
@@ -63,7 +64,10 @@ def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays
 def _stopped(
     crossings: RayCrossings, ranges: Array, threshold: float
 ) -> tuple[Index, Array, Array]:
-    """Return ray, begin and end of the parts of crossings that are nearer than the threshold."""
+    """Return the parts of crossings in which a ray is blocked: ray, begin and end.
+
+    In these parts, the solid is nearer than `threshold` (m).
+    """
     one, two = ranges[:, 0], ranges[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.clip((threshold - one) / (two - one), 0.0, 1.0)
@@ -75,7 +79,10 @@ def _stopped(
 
 
 def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
-    """Return begins and ends (n,) after merging overlapping or adjoining intervals of each ray."""
+    """Return begins and ends (n,) of intervals, with overlapping or adjoining intervals merged.
+
+    Only intervals of the same ray are merged.
+    """
     # Each ray has its own section of a common time axis.
     starts, stops = begin + 2.0 * ray, end + 2.0 * ray
     order = np.argsort(starts, kind="stable")
@@ -164,7 +171,7 @@ class OpticalSwitchParameters(Parameters):
         return []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Return advice if the switch never closes."""
+        """Return advice if no object can close the switch."""
         if self.threshold > self.range_min:
             return []
         return [
@@ -177,10 +184,10 @@ class OpticalSwitchParameters(Parameters):
 
 
 def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:
-    """Return the positions (k,) in m of the rays across the aperture: centres of k equal strips.
+    """Return the positions (k,) in m of the rays across the aperture.
 
-    The share of rays that pass then differs from the open share of the aperture by at most 1/(2k)
-    for one straight edge.
+    They are the centres of k equal strips. An object with one straight edge leaves a part of the
+    aperture open. The fraction of rays that pass differs from this part by at most 1/(2k).
     """
     k = parameters.aperture_rays
     return ((np.arange(k) + 0.5) / k - 0.5) * parameters.aperture
@@ -204,10 +211,16 @@ class BeamStep:
 
 @dataclass(frozen=True)
 class LatchedBreak:
-    """A break of the beam between two updates, at its nearest point.
+    """A break of the beam between two updates, at the crossing nearest to the sensor.
 
-    `range` is in m, `steps` is the time before the update in steps of the clock, and `solid` is the
-    number of the solid, or 0 if it is unknown.
+    Attributes
+    ----------
+    range
+        The distance in m.
+    steps
+        The time from the break to the later update, in steps of the clock.
+    solid
+        The number of the solid, or 0 if it is unknown.
     """
 
     range: float
@@ -216,9 +229,11 @@ class LatchedBreak:
 
 
 class SlottedSwitch(Model):
-    """One switch; its state is the output of its comparator, and the steps since the last update.
+    """The model of one switch.
 
-    `latched_break` is the break that made the last reading closed, if nothing else did.
+    Its state is the output of its comparator, and the steps since the last update. `latched_break`
+    is the break between two updates that made the last reading closed. It is None if the switch
+    would have been closed without that break, or is open.
     """
 
     def __init__(self) -> None:
@@ -242,7 +257,7 @@ class SlottedSwitch(Model):
         return Readings.of(found)
 
     def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
-        """Return the readings without noise and without steps between the updates."""
+        """Return the readings if there is no noise and steps between updates do not count."""
         self.latched_break = None
         rays = self._rays(parameters, updates.pose)
         answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
@@ -285,7 +300,7 @@ class SlottedSwitch(Model):
         return Reading(is_open, nearest, {"open": is_open, "range_m": nearest})
 
     def _compare(self, parameters: OpticalSwitchParameters, light: float) -> bool:
-        """Return the comparator's output (open) for `light`, a share of the full light."""
+        """Return whether the comparator's output is open at `light` (1: full light)."""
         half = parameters.hysteresis / 2
         if self._open is None:
             return light >= SWITCHING_LEVEL
@@ -309,10 +324,10 @@ class SlottedSwitch(Model):
 def _with_noise(
     parameters: OpticalSwitchParameters, step: BeamStep, noise: Array
 ) -> tuple[Array, Array]:
-    """Return the ranges (k,) in m of a step, and the ranges (p, 2) of its crossings.
+    """Return the ranges (k,) in m of a step, and those of its crossings (p, 2), with noise.
 
-    A crossing has a range at its begin and at its end. Noise is added, and ranges are limited to
-    range_min … range_max.
+    A crossing has a range at its begin and one at its end. All ranges are limited to range_min …
+    range_max.
     """
     lo, hi = parameters.range_min, parameters.range_max
     ranges = np.clip(step.ranges + noise, lo, hi)
@@ -324,9 +339,9 @@ def _with_noise(
 
 
 def _nearest(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> LatchedBreak:
-    """Return the nearest break between two updates.
+    """Return the break nearest to the sensor among all steps between two updates.
 
-    `noisy` are the ranges of the steps, by `_with_noise`.
+    `noisy` has, for each step, the ranges that `_with_noise` returned.
     """
     found = []
     for back, (step, (ranges, of_crossings)) in enumerate(
@@ -346,10 +361,10 @@ def _nearest(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> Latched
 
 
 def _slotted(identifier: str, label: str, gap_mm: float, aperture_mm: float, source: str) -> Preset:
-    """Return a preset of a slotted switch that is open if its gap is empty.
+    """Return a preset of a slotted switch that is open while its gap is empty.
 
-    Its hysteresis is a ratio of light of about 0.75 (Sharp), as between the comparator's levels
-    0.45 and 0.60. Its response time of microseconds, far less than a frame, is neglected.
+    It opens at 0.60 and closes at 0.45 of the full light, a ratio of 0.75 as in Sharp's data
+    sheets. The part's response time of microseconds is neglected.
     """
     values = {
         "range_min": 0.0,

@@ -210,7 +210,7 @@ SAME_LOAD = 0.1
 
 @dataclass(frozen=True)
 class FsrReading:
-    """Resistance in ohms, output voltage of the divider in volts, code of the converter."""
+    """The resistance in ohms, the divider's output voltage in volts, and the converter's code."""
 
     resistance_ohm: float
     voltage_v: float
@@ -218,10 +218,10 @@ class FsrReading:
 
 
 def _log_fsr_402(log_force: float) -> float:
-    """Return ln of a typical FSR 402's resistance in ohms from ln of the force in newtons.
+    """Return the ln of a typical FSR 402's resistance in ohms, from the ln of the force in newtons.
 
-    The curve has straight lines between the points of the data sheet; the first and the last line
-    are extended.
+    The curve consists of straight lines between the points of the data sheet. The first and the
+    last line are extended beyond these points.
     """
     i = min(max(bisect(LOG_FORCES, log_force), 1), len(LOG_FORCES) - 1)
     slope = (LOG_RESISTANCES[i] - LOG_RESISTANCES[i - 1]) / (LOG_FORCES[i] - LOG_FORCES[i - 1])
@@ -229,9 +229,9 @@ def _log_fsr_402(log_force: float) -> float:
 
 
 def contact(parameters: PressureParameters, force: float) -> float:
-    """Return the share of the film in contact at `force` newtons.
+    """Return the fraction of the film that is in contact at `force` newtons.
 
-    The share is 0 without force, and 1 from force_min on.
+    It is 0 without force, grows in proportion to the force, and is 1 from force_min on.
     """
     if force <= 0.0:
         return 0.0
@@ -242,8 +242,9 @@ def typical_resistance(parameters: PressureParameters, force: float) -> float:
     """Return the resistance in ohms of an ideal part at `force` newtons, for a growing load.
 
     At force_max and above, the film is saturated. Below force_min, the logarithm of the resistance
-    rises linearly as the force falls, up to the unloaded resistance. This is as steep as the break
-    of a real part (0.16 N gives 0.1 MΩ, below which the guide has the break), but without a step.
+    rises linearly as the force falls, up to the unloaded resistance. In a real part, the resistance
+    jumps: by Interlink's guide, contact breaks below 0.16 N, where it has 0.1 MΩ. The line is about
+    as steep as this jump, but continuous.
     """
     touching = contact(parameters, force)
     if touching == 0.0:
@@ -258,20 +259,21 @@ def typical_resistance(parameters: PressureParameters, force: float) -> float:
 
 
 def spread_factor(spread: float, unit_noise: float) -> float:
-    """Return a factor of mean 1 and standard deviation `spread`, from a standard normal number.
+    """Return a factor of mean 1 and standard deviation `spread`.
 
-    The factor is log-normal, so that no draw makes a resistance negative. The data sheets give ± as
-    one standard deviation over the mean.
+    `unit_noise` is the standard normal number that it is made from. The factor is log-normal, so
+    that no draw makes a resistance negative. Data sheets give ± as the standard deviation divided
+    by the mean.
     """
     variance = math.log1p(spread * spread)
     return math.exp(math.sqrt(variance) * unit_noise - variance / 2.0)
 
 
 class ForceResistor:
-    """One part with its state.
+    """One force-sensing resistor with its state.
 
-    `part_noise`, a standard normal number, is the part's deviation from the typical part. `touched`
-    says whether the part is being pressed.
+    `part_noise`, a standard normal number, decides how the part differs from a typical part.
+    `touched` says whether the part was pressed at the last update.
     """
 
     def __init__(self, part_noise: float = 0.0) -> None:
@@ -286,10 +288,15 @@ class ForceResistor:
     def update(
         self, parameters: PressureParameters, force_n: float, time_s: float, unit_noise: float
     ) -> FsrReading:
-        """Return the reading at `force_n` newtons and `time_s` seconds, which must not decrease.
+        """Return the reading at a force of `force_n` newtons.
 
-        `unit_noise` is a standard normal number of this update. It matters only at an update at
-        which a press begins, because repeatability is the spread from press to press.
+        Parameters
+        ----------
+        time_s
+            The time in s. It must not be before the time of the previous call.
+        unit_noise
+            A standard normal number of this update. It is used only if a press begins at this
+            update, because repeatability is the spread from press to press.
         """
         touching = contact(parameters, force_n)
         load = min(force_n, parameters.force_max)
@@ -310,11 +317,12 @@ class ForceResistor:
     def _with_hysteresis(
         self, parameters: PressureParameters, force: float, touching: float
     ) -> float:
-        """Return the resistance in ohms: a play operator on the logarithm of the conductance.
+        """Return the resistance in ohms, with a play operator on the logarithm of the conductance.
 
-        The conductance follows the typical curve for a growing load, stays constant as the load
-        begins to fall, and then keeps 1/(1 − hysteresis) above that curve. It does not depend on
-        the rate; a small change of the load inside the play changes nothing.
+        While the load grows, the conductance follows the typical curve. When the load begins to
+        fall, the conductance first stays constant, and then keeps 1/(1 − hysteresis) above that
+        curve. The speed of the change does not matter. A small change of the load, within the play,
+        changes nothing.
         """
         typical = typical_resistance(parameters, force)
         if parameters.hysteresis == 0.0:
@@ -327,10 +335,11 @@ class ForceResistor:
         return math.exp(-self._log_conductance)
 
     def _drift_decades(self, touched: bool, load: float, time: float) -> float:
-        """Return the decades of time, log10(1 + t/DRIFT_START), with a constant load.
+        """Return the drift in decades: log10(1 + t/DRIFT_START) after a constant load of t seconds.
 
-        When a load grows, the drift of the old load stays and the drift of the added load starts at
-        0. Conductance is about proportional to force, so the decades shrink by the ratio of loads.
+        When the load grows, the drift of the old load stays, and the drift of the added load starts
+        at 0. Conductance is about proportional to force. So the decades shrink by the ratio of old
+        to new load.
         """
         if not touched:
             return 0.0
@@ -352,7 +361,7 @@ LEAST_BACKING = 0.1
 
 
 class PressurePad(Model):
-    """One pad; its state is the last valid reading, and the state of its resistor."""
+    """The model of one pad. Its state is the last valid forces, and the state of its resistor."""
 
     def __init__(self) -> None:
         self._resistor: ForceResistor | None = None
@@ -362,7 +371,7 @@ class PressurePad(Model):
         self._arguments: tuple[Any, ...] = (None, None, None)
 
     def update(self, parameters: PressureParameters, update: Update) -> Reading:
-        """Return the force along the pad's −Z in N, its partners, and the resistor's reading.
+        """Return the force along the pad's −Z in N, what presses it, and the resistor's reading.
 
         If the scene has no usable forces, the last valid forces are repeated, and `valid` is false.
         """
@@ -401,14 +410,14 @@ class PressurePad(Model):
 
 @dataclass(frozen=True)
 class PadReading:
-    """The forces on a pad, combined.
+    """The sum of the forces on a pad.
 
     Attributes
     ----------
     force
         The force in N.
     partners
-        The names of the partners, joined by `wording.joined`.
+        The names of the objects that press the pad, joined by `wording.joined`.
     centre
         The centre of pressure (x, y) in m along the pad's axes from its origin; NaN without
         pressure.
@@ -425,7 +434,7 @@ class PadReading:
 def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
     """Return the reading of a pad from its contacts.
 
-    The reading includes the pad's own weight unless that is subtracted.
+    It includes the pad's own weight unless the parameter `subtract_own_weight` is set.
     """
     inward = -pose.axes[:, 2]
     pressing = 0.0
@@ -484,9 +493,10 @@ FSR_402 = {**FSR_400_SERIES, "area": 1.267e-4}
 
 
 def _with_load(part: Mapping[str, Any], ohms: float) -> dict[str, Any]:
-    """Return a part in a divider with this load resistor at 5 V, as in Interlink's figures.
+    """Return the parameters of a part in a voltage divider at 5 V, as in Interlink's figures.
 
-    The threshold is the default one: it replaces that of a switch pad chosen before.
+    `ohms` is the load resistor. The threshold is the default, so that a preset replaces the
+    threshold of a switch pad that was chosen before.
     """
     return {"threshold": 1.0, **part, "load_resistor": ohms, "supply_voltage": 5.0}
 

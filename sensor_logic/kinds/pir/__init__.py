@@ -21,9 +21,10 @@ from .range_scan import PYRO, SCAN, PirParameters, RangeScan
 
 
 class MotionDetector(Model):
-    """One detector with the model that its parameters choose.
+    """The model of one detector.
 
-    The state starts anew when the model changes.
+    Its parameters choose between the range scan and the pyroelectric model. The state starts anew
+    if the choice changes.
     """
 
     def __init__(self) -> None:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lenses as tables of zones, built from lenslets and the elements behind them.
+"""Lenses as tables of zones, computed from their lenslets and the elements behind them.
 
-A lenslet in direction a, a focal length away from the elements, projects the point e of the element
-plane (in focal lengths, facing −Z) into direction a − e. Hardly any maker publishes a zone table:
-each lens here says what is published and what is assumed.
+The elements are in a plane at the focal length of the lenslets, and face −Z. A lenslet in direction
+a projects a point e of this plane (in focal lengths) into the direction a − e. Hardly any maker
+publishes a zone table. So each lens here says what is published and what is assumed.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True)
 class Zone:
-    """The field of view of one element behind one lenslet: a rectangle of angles, in radians.
+    """The field of view of one element through one lenslet: a rectangle of angles, in radians.
 
     Attributes
     ----------
@@ -42,10 +42,12 @@ class Zone:
         The azimuth of the centre, counter-clockwise seen from +Y; 0 along −Z.
     elevation
         The elevation of the centre above the sensor's horizon.
+    width, height
+        The angles between the left and right edge, and the lower and upper edge.
     polarity
         The polarity of the element, +1 or −1.
     gain
-        The area of the lenslet relative to other lenslets.
+        The area of the lenslet, relative to that of the other lenslets.
     """
 
     azimuth: float
@@ -57,7 +59,7 @@ class Zone:
 
     @property
     def axis(self) -> Array:
-        """The unit vector (3,) to the centre, in the sensor's frame (looks along −Z, +Y up)."""
+        """The unit vector (3,) to the centre in the sensor's frame (looks along −Z, +Y up)."""
         level = math.cos(self.elevation)
         return np.array(
             [
@@ -74,7 +76,7 @@ class Zone:
 
     @property
     def solid_angle(self) -> float:
-        """The solid angle in sr of a pyramid with these two angles at its apex."""
+        """The solid angle of the zone in sr, as of a pyramid with these two angles at its apex."""
         return 4.0 * math.asin(math.sin(self.width / 2) * math.sin(self.height / 2))
 
 
@@ -82,10 +84,16 @@ Zones = tuple[Zone, ...]
 
 
 class ZoneRays(NamedTuple):
-    """The rays of zones.
+    """The rays of all zones of a lens.
 
-    `directions` (n, 3) are unit vectors in the sensor's frame, `weights` (n,) are signed and in sr,
-    and `zone` (n,) is the number of each ray's zone.
+    Attributes
+    ----------
+    directions
+        Unit vectors (n, 3) in the sensor's frame.
+    weights
+        The solid angle (n,) in sr that each ray stands for, times polarity and gain.
+    zone
+        The number (n,) of each ray's zone.
     """
 
     directions: Array
@@ -118,10 +126,10 @@ def zone_rays(zones: Zones, count: int) -> ZoneRays:
 # Keyed by the text: without the cache, each update takes 0.6 ms more.
 @lru_cache(maxsize=64)
 def read_table(text: str) -> Zones:
-    """Return the zones of a table. Raise InputError.
+    """Return the zones in the text of a table. Raise InputError.
 
-    Each row has azimuth, elevation, width, height (degrees), polarity (+ or -) and, if it is not 1,
-    gain. Empty rows, a header and text after # are ignored.
+    Each row has azimuth, elevation, width and height in degrees, the polarity (+ or -) and
+    optionally a gain other than 1. Empty rows, a header and text after # are ignored.
     """
     zones: list[Zone] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -177,7 +185,7 @@ def _read_row(number: int, cells: list[str]) -> Zone:
 
 
 def write_table(zones: Zones) -> str:
-    """Return the table, in degrees, that `read_table` reads."""
+    """Return the zones as the text of a table, which `read_table` reads."""
     out = io.StringIO()
     out.write(",".join(COLUMNS) + "\n")
     for zone in zones:
@@ -189,9 +197,9 @@ def write_table(zones: Zones) -> str:
 
 @dataclass(frozen=True)
 class Element:
-    """An element behind a lens.
+    """A pyroelectric element behind a lens.
 
-    The centre, the width and the height are along X and Y, in focal lengths.
+    The position of its centre, its width and its height are along X and Y, in focal lengths.
     """
 
     x: float
@@ -205,8 +213,16 @@ class Element:
 class Lens:
     """A lens with its zones.
 
-    `detection_distance` is in m. `source` has the published facts, `assumed` the others. Files
-    store `number`, which is never reused.
+    Attributes
+    ----------
+    number
+        The number that files store; it is never reused.
+    detection_distance
+        The distance in m at which the detector detects its standard target.
+    source
+        The publication, and what it says.
+    assumed
+        What no publication says, and is assumed.
     """
 
     identifier: str
@@ -219,15 +235,18 @@ class Lens:
 
 
 def dual(focal: float) -> tuple[Element, ...]:
-    """Return two elements of 1 × 2 mm side by side, 2 mm apart; the focal length is in mm."""
+    """Return two elements of 1 × 2 mm side by side, with centres 2 mm apart.
+
+    `focal` is the focal length in mm.
+    """
     return tuple(Element(s * 1.0 / focal, 0.0, 1.0 / focal, 2.0 / focal, s) for s in (1, -1))
 
 
 def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
-    """Return four elements of 0.6 × 0.6 mm, 0.4 mm apart; the focal length is in mm.
+    """Return four elements of 0.6 × 0.6 mm, 0.4 mm apart.
 
-    Left and right elements differ in polarity. If `crossed`, each element differs from both its
-    neighbours.
+    `focal` is the focal length in mm. The left and the right elements differ in polarity. With
+    `crossed`, the upper and the lower elements of each side also do.
     """
     return tuple(
         Element(x * 0.5 / focal, y * 0.5 / focal, 0.6 / focal, 0.6 / focal, x * y if crossed else x)
@@ -239,7 +258,10 @@ def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
 def lenslet_zones(
     azimuth: float, elevation: float, elements: tuple[Element, ...], gain: float = 1.0
 ) -> Zones:
-    """Return the zones of one lenslet whose centre is at these angles (radians)."""
+    """Return the zones of one lenslet, one for each element.
+
+    `azimuth` and `elevation` of the lenslet's centre are in radians.
+    """
     lenslet = Zone(azimuth, elevation, 0.0, 0.0, 1)
     zones = []
     for element in elements:
@@ -265,7 +287,10 @@ def tier(
     elements: tuple[Element, ...],
     gain: float = 1.0,
 ) -> Zones:
-    """Return the zones of `count` lenslets in a row at `elevation`, `spacing` apart (degrees)."""
+    """Return the zones of `count` lenslets in a horizontal row.
+
+    The row is at `elevation`, and neighbours are `spacing` apart (both in degrees).
+    """
     azimuths = [(i - (count - 1) / 2) * spacing for i in range(count)]
     parts = [
         lenslet_zones(math.radians(azimuth), math.radians(elevation), elements, gain)
@@ -277,7 +302,8 @@ def tier(
 def ring(off_axis: float, count: int, elements: tuple[Element, ...], stretch: float = 1.0) -> Zones:
     """Return the zones of `count` lenslets in a ring around the sensor's axis.
 
-    The ring is `off_axis` degrees from the axis, and its width is `stretch` times its height.
+    The ring is `off_axis` degrees away from the axis. With a `stretch` other than 1, it is an
+    ellipse, `stretch` times as wide as high.
     """
     zones: Zones = ()
     for i in range(count):

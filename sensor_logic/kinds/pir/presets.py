@@ -21,12 +21,12 @@ def _range_scan(
     block: float = 0.0,
     warm_up: float = 0.0,
 ) -> Preset:
-    """Return a preset for the range scan with the reach, angles and times of a commercial detector.
+    """Return a preset of the range scan with the reach, angles and times of a part.
 
-    The arguments are in metres, degrees and seconds. The range scan is not how the part detects.
-    All these presets set the same parameters, so that each fully replaces another; values that the
-    source does not give keep their defaults. The fans cover the angle from level down to `below`,
-    half of the vertical detection angle.
+    The part itself does not scan ranges: it is pyroelectric. Arguments are in metres, degrees and
+    seconds. `horizontal` is the angle of the fans. They are tilted from level down to `below`, half
+    of the vertical detection angle. Values that the source does not give keep their defaults. All
+    these presets set the same parameters, so that none keeps values of a preset chosen before.
     """
     values = {
         "model": "RANGE_SCAN",
@@ -47,7 +47,7 @@ def _range_scan(
 
 
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
-    """Return a preset of a wireless detector with the times of a real home.
+    """Return a preset of a wireless detector whose times were fitted to recordings of a real home.
 
     docs/pir.md compares the preset with that home.
     """

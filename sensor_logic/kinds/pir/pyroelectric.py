@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A motion detector as it is built: lens, two elements, amplifier, comparator."""
+"""A motion detector modelled as it is built: lens, two elements, amplifier, comparator."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 def radiosity(seen: Emission) -> Array:
     """Return the radiosity (n,) of the surfaces in W/m².
 
-    It is their emission, plus the reflection of surroundings at the ambient temperature.
+    It is what they emit plus what they reflect of surroundings at the ambient temperature.
     """
     emitted = seen.emissivity * seen.temperature**4
     reflected = (1.0 - seen.emissivity) * seen.ambient**4
@@ -44,10 +44,10 @@ def radiosity(seen: Emission) -> Array:
 
 
 def net_power(weights: Array, seen: Emission) -> float:
-    """Return the power on the elements in W per m² of lenslet, signed by their polarity.
+    """Return the power on the elements in W per m² of lenslet: positive minus negative elements.
 
-    `weights` (n,) are the signed solid angles of the rays in sr. Surfaces are Lambertian: radiance
-    is radiosity / π.
+    `weights` (n,) are the solid angles of the rays in sr, with the sign of their element's
+    polarity. Surfaces are Lambertian: radiance is radiosity / π.
     """
     # The ambient part is subtracted first, to keep precision.
     excess = radiosity(seen) - STEFAN_BOLTZMANN * seen.ambient**4
@@ -55,9 +55,9 @@ def net_power(weights: Array, seen: Emission) -> float:
 
 
 def balance(weights: Array, ambient: float) -> float:
-    """Return the power of surroundings at one temperature (K), in W per m² of lenslet.
+    """Return the net power from surroundings that all have the temperature `ambient` (K).
 
-    It is 0 if the polarities cancel.
+    It is in W per m² of lenslet, and 0 if the positive and the negative weights cancel.
     """
     return float(np.sum(weights)) * STEFAN_BOLTZMANN * ambient**4 / math.pi
 
@@ -101,10 +101,16 @@ LARGEST_NORM = 5.371920351148152
 
 @dataclass(frozen=True)
 class Response:
-    """The filter chain of a detector.
+    """The filters between the power on the elements and the comparator.
 
-    The `electrical` and `thermal` time constants are in s, the amplifier's pass band from `low_cut`
-    to `high_cut` in Hz. All are above 0.
+    Attributes
+    ----------
+    electrical, thermal
+        The time constants of the elements in s.
+    low_cut, high_cut
+        The pass band of the amplifier in Hz.
+
+    All are above 0.
     """
 
     electrical: float
@@ -113,17 +119,17 @@ class Response:
     high_cut: float
 
     def at(self, hertz: float) -> complex:
-        """Return the transfer function V/P at a frequency."""
+        """Return the transfer function, signal over power, at a frequency."""
         s = 2j * math.pi * hertz
         low, high = 2 * math.pi * self.low_cut, 2 * math.pi * self.high_cut
         element = s * self.electrical / (1 + s * self.electrical) / (1 + s * self.thermal)
         return complex(element * s / (s + low) / (1 + s / high) ** 2)
 
     def matrices(self) -> tuple[Array, Array]:
-        """Return A (5, 5) and B (5,) of dx/dt = A x + B P.
+        """Return A (5, 5) and B (5,) of dx/dt = A x + B P, where P is the power.
 
-        The last state is the signal. The first state follows the power, so that at rest x = (P, 0,
-        0, 0, 0).
+        The last state is the signal. The first state follows the power, so that x = (P, 0, 0, 0, 0)
+        at rest.
         """
         e, t = 1.0 / self.electrical, 1.0 / self.thermal
         low, high = 2 * math.pi * self.low_cut, 2 * math.pi * self.high_cut
@@ -140,9 +146,10 @@ class Response:
 
 
 class StepMatrices(NamedTuple):
-    """The matrices of one time step: `carry` (5, 5), `level` (5,) and `change` (5,).
+    """The matrices `carry` (5, 5), `level` (5,) and `change` (5,) of one time step.
 
-    x after = carry · x before + level · P before + change · (P after − P before).
+    With P the power at the begin of the step, ΔP its change during the step, and x the state at the
+    begin, the state at the end is carry · x + level · P + change · ΔP.
     """
 
     carry: Array
@@ -188,7 +195,7 @@ def step(response: Response, dt: float) -> StepMatrices:
 def filtered(response: Response, power: Array, dt: float) -> Array:
     """Return the signals (k, …) for powers (k, …) at intervals of `dt` s.
 
-    The chain starts in the steady state of the first power.
+    The filters start in the steady state of the first power.
     """
     once, flat = step(response, dt), power.reshape(len(power), -1)
     state = np.zeros((STATES, flat.shape[1]))
@@ -204,7 +211,7 @@ def filtered(response: Response, power: Array, dt: float) -> Array:
 
 
 class Chain:
-    """One detector's element and amplifier, which start in the steady state of the first power."""
+    """The state of one detector's filters; they start in the steady state of the first power."""
 
     def __init__(self, response: Response) -> None:
         self.response = response
@@ -212,9 +219,10 @@ class Chain:
         self._state: Array | None = None
 
     def advance(self, power: Array, dt: Array) -> Array:
-        """Return the largest signal (n,), by size, in each of n intervals of `dt` (n,) s.
+        """Return the largest signal (n,), by size, in n successive intervals of `dt` (n,) s.
 
-        In an interval, the power changes linearly to `power` (n,).
+        In each interval, the power changes linearly from the previous value to the next one in
+        `power` (n,).
         """
         peaks = np.zeros(len(power))
         state = np.zeros(STATES + 2) if self._state is None else self._state
@@ -235,10 +243,10 @@ class Chain:
 # Keyed by response and interval: without the cache, each update takes 0.3 ms more.
 @lru_cache(maxsize=256)
 def _samples(response: Response, dt: float) -> Array:
-    """Return the matrix (5 + n, 7) of a step that also samples the signal at n times.
+    """Return the matrix (5 + n, 7) of a step of `dt` s, during which the signal is sampled n times.
 
-    It maps the state, the power before and the change of the power over `dt` s to the state after
-    and the n signals.
+    The matrix multiplies the vector of the state (5), the power before the step, and the change of
+    the power. The result has the state after the step (5) and the n signals.
     """
     parts = max(1, math.ceil(dt / SAMPLE_EVERY - 1e-9))
     # Rounded, because rounding errors of frame times would make every interval different.
@@ -272,10 +280,10 @@ REACH = 3.0
 # Keyed by the parameters: without the cache, each update takes 150 ms more.
 @lru_cache(maxsize=256)
 def threshold(zones: Zones, response: Response, distance: float, contrast: float) -> float:
-    """Return the signal of the standard target in W per m² of lenslet.
+    """Return the threshold: the largest signal of the standard target, in W per m² of lenslet.
 
-    The target is `contrast` K warmer than the room, `distance` m away, and at the height with the
-    largest signal.
+    The target is `contrast` K warmer than the room and crosses the axis `distance` m away. Of all
+    heights of zones, the one with the largest signal counts.
     """
     return crossing_peak(zones, response, distance, contrast)
 
@@ -306,9 +314,9 @@ def crossing_peak(
 def _crossing(
     zones: Zones, distance: float, contrast: float, speed: float, elevation: float
 ) -> Array:
-    """Return the power (k,) during the crossing of a target at `elevation` (rad).
+    """Return the power (k,) on the elements while the standard target crosses the axis.
 
-    The target is perpendicular to the line of sight.
+    The target is at `elevation` (rad) and perpendicular to the line of sight.
     """
     rays = zone_rays(zones, DENSE)
     ahead = Zone(0.0, elevation, 0.0, 0.0, 1)
@@ -357,7 +365,7 @@ def response_of(parameters: PirParameters) -> Response:
 
 
 def threshold_of(parameters: PirParameters) -> float:
-    """Return the threshold in W per m² of lenslet; a larger signal means movement."""
+    """Return the size of the signal that means movement, in W per m² of lenslet."""
     return threshold(
         zones_of(parameters),
         response_of(parameters),
@@ -367,7 +375,11 @@ def threshold_of(parameters: PirParameters) -> float:
 
 
 class _Optics(NamedTuple):
-    """The rays of all zones in the world with their weights in sr, and the detector's response."""
+    """What parameters and pose determine: the rays in the world and the detector's response.
+
+    `zones` are those of the lens. The n rays have `origins` (n, 3), `directions` (n, 3), lengths
+    `reach` (n,) in m and `weights` (n,) in sr.
+    """
 
     zones: Zones
     origins: Array
@@ -379,7 +391,7 @@ class _Optics(NamedTuple):
 
 
 class PyroelectricDetector(Model):
-    """One detector; its state is that of its elements, its amplifier and its output stage."""
+    """The model of one detector. Its state is that of its filters and its output stage."""
 
     def __init__(self) -> None:
         self._wired, self._radio = OutputTiming(), RadioTiming()
@@ -389,7 +401,7 @@ class PyroelectricDetector(Model):
         self._time = 0.0
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
-        """Return the readings; the updates must be consecutive."""
+        """Return the readings; `updates` must continue those of the previous call."""
         optics = self._optics(parameters, updates.pose)
         if optics.zones != self._zones:
             # A change of the power caused by another lens is not movement.
@@ -418,9 +430,11 @@ class PyroelectricDetector(Model):
         return Readings(moved, signal, fields, arrivals)
 
     def _filter(self, response: Response, power: Array, times: Array) -> Array:
-        """Return the largest signal (n,) since the previous update, in W per m² of lenslet.
+        """Return, for each update, the largest signal since the previous update.
 
-        `power` (n,) is the power at `times` (n,). A changed response starts from its steady state.
+        The signal is in W per m² of lenslet. `power` (n,) is the power at the updates, whose times
+        are `times` (n,) in s. If the response has changed, the filters start again in their steady
+        state.
         """
         if self._chain is None or self._chain.response != response:
             self._chain = Chain(response)
@@ -430,9 +444,9 @@ class PyroelectricDetector(Model):
 
 
 def _delay(parameters: PirParameters, updates: Updates, i: int) -> float:
-    """Return how long the message of update i takes (s).
+    """Return how long the message of update i takes to arrive (s).
 
-    The delay is exponential, like waiting times for a free channel.
+    The delay has an exponential distribution, as the wait for a free radio channel has.
     """
     # The first random number of an update is the noise of the signal.
     return float(updates.noise(int(updates.numbers[i])).exponential(size=2)[1]) * (

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Passive infrared motion detector (PIR): the parameters of both models, and the range scan.
 
-The range scan is the model of the thesis: a fan of rays, tilted one step further below the horizon
-at every update and then back to level (a saw-tooth). Each scan is compared with the previous scan
-at the same tilt. A range that changed by more than the threshold means movement.
+The range scan is the model of the thesis. It scans with a fan of rays. At every update the fan is
+tilted one step further below the horizon, and then starts at the horizon again (a saw-tooth). Each
+scan is compared with the previous scan at the same tilt. A range that changed by more than the
+threshold means movement.
 """
 
 from __future__ import annotations
@@ -249,7 +250,7 @@ class PirParameters(Parameters):
 
     @property
     def is_wireless(self) -> bool:
-        """Whether the output is sent in messages, each with its own time."""
+        """Whether the output is sent in radio messages, each of which can be delayed."""
         return self.blanking_time > 0.0 or self.message_delay > 0.0
 
     @property
@@ -258,7 +259,7 @@ class PirParameters(Parameters):
         return max(1, math.floor(self.vertical_fov / self.vertical_step + 1e-4))
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """Return the contradictions, for the chosen model."""
+        """Return the contradictions between parameters of the chosen model."""
         problems = self.must_be_smaller("range_min", "range_max", lengths)
         if problems:
             return problems
@@ -306,9 +307,9 @@ def _local_directions(rays: int, fov: float, step: float, tilts: int) -> Array:
 def fan_directions(parameters: PirParameters) -> Array:
     """Return the ray directions (tilts, rays, 3), unit vectors in the sensor's frame.
 
-    The sensor looks along −Z, with +Y up. Ray i of n has azimuth −h/2 + i·h/(n−1),
-    counter-clockwise seen from +Y. Tilt k turns the whole fan by k·vertical_step about X, from −Z
-    towards −Y. A single ray looks straight ahead.
+    The sensor looks along −Z, with +Y up. With h the horizontal field of view, ray i of n has the
+    azimuth −h/2 + i·h/(n−1), counter-clockwise seen from +Y. A single ray looks straight ahead.
+    Tilt k turns the whole fan by k·vertical_step about X, from −Z towards −Y.
     """
     return _local_directions(
         parameters.rays, parameters.horizontal_fov, parameters.vertical_step, parameters.tilt_count
@@ -324,7 +325,7 @@ class _FanRays(NamedTuple):
 
 
 class RangeScan(Model):
-    """One detector; its state is the last scan at each tilt, and its output stage."""
+    """The model of one detector. Its state is the last scan at each tilt, and its output stage."""
 
     def __init__(self) -> None:
         self._previous: dict[int, Array] = {}
@@ -335,7 +336,7 @@ class RangeScan(Model):
         self._parameters: PirParameters | None = None
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
-        """Return the readings; the updates must be consecutive."""
+        """Return the readings; `updates` must continue those of the previous call."""
         if parameters != self._parameters:
             self._parameters, self._last = parameters, {}
         fan = fan_directions(parameters)
@@ -366,10 +367,20 @@ class RangeScan(Model):
     def _changes(
         self, parameters: PirParameters, updates: Updates, bundle: int, tilts: range, which: Index
     ) -> Array:
-        """Return the largest change (k, tilts) in m of any range since the previous scan of a tilt.
+        """Return the largest change of a range since the last scan, for each update and tilt.
 
-        `which` (k,) has the indices of the updates to scan at. The change is 0 at a tilt's first
-        scan. Ranges are limited to range_min … range_max.
+        The result is (k, tilts) in m. A range is compared with that of the same ray in the previous
+        scan at the same tilt. Without a previous scan, the change is 0. Ranges are limited to
+        range_min … range_max.
+
+        Parameters
+        ----------
+        bundle
+            The number of this bundle of rays, for `Updates.ask`.
+        tilts
+            The tilts to scan at each of the updates.
+        which
+            The indices (k,) of the updates to scan at.
         """
         rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
             parameters, updates.pose

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Event logs in the formats of other tools. A new format is a module here and an entry below."""
+"""Event logs in the formats of other tools.
+
+A new format is a module in this folder and an entry in `FORMATS` below.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +38,13 @@ class Format:
 
     Attributes
     ----------
+    extension
+        The end of the name of its file.
+    tip
+        Its description in help texts.
     begins
-        A pattern that recognises the format, by the first bytes of its file or by the file names in
-        its folder.
+        A pattern that recognises the format. It is matched with the first bytes of a file, or with
+        the file names in a folder.
     is_folder
         The format is a folder of files.
     needs
@@ -57,7 +64,10 @@ class Format:
     seconds: tuple[int, int] | None = None
 
     def write(self, log: Log) -> FormatFiles:
-        """Return the files of a log. Raise InputError if the format cannot hold the log's dates."""
+        """Return the files of a log in this format.
+
+        Raise InputError if the format cannot hold the log's dates.
+        """
         first, last = log.span()
         self.check_dates(log.start, first / 1e6, last / 1e6)
         return self.writer(log)
@@ -65,7 +75,7 @@ class Format:
     def check_dates(self, start: datetime, first: float, last: float) -> None:
         """Raise InputError unless the format can hold the dates from `first` to `last`.
 
-        Both are in seconds since `start`.
+        `first` and `last` are in seconds since `start`.
         """
         why = "the log's dates are not all between the years 1 and 9999: give another start"
         with replaced(why, OverflowError):

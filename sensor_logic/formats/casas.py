@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""CASAS: a line for each change; activities are marked on the lines of their begin and end.
+"""CASAS: a line for each change; an activity is marked on the lines where it begins and ends.
 
 `casas` is the format of Aruba, Milan, Cairo and Kyoto: `2010-11-04 00:03:50.209589 M003 ON Sleeping
 begin`. `casas-csv` is the format of the release of 2025 (doi 10.5281/zenodo.15708568):
-`2012-07-20,10:38:54.512364,OutsideDoor,ON,Step_Out="begin"`. Neither has a header, rooms, units or
-initial states: a second file holds them.
+`2012-07-20,10:38:54.512364,OutsideDoor,ON,Step_Out="begin"`.
+
+Neither format has a header, rooms, units or initial states. A second file holds them.
 """
 
 from __future__ import annotations
@@ -43,16 +44,16 @@ ITEM = "I"
 
 @dataclass
 class _Mark:
-    """A mark for an activity's begin or end, on the line of a change."""
+    """What is added to the line of a change: an activity, and the word "begin" or "end"."""
 
     activity: str
     word: str
 
 
 def write_text(log: Log) -> FormatFiles:
-    """Write the changes with spaces between columns; sensors are numbered by kind (`M003`).
+    """Return the changes in the format `casas`, with spaces between columns.
 
-    Initial states are left out.
+    Sensors are numbered by kind, such as `M003`. Initial states are left out.
     """
     names = _numbered(log.channels)
     lines = []
@@ -67,9 +68,9 @@ def write_text(log: Log) -> FormatFiles:
 
 
 def write_csv(log: Log) -> FormatFiles:
-    """Write the changes with commas; sensors have their names as one word (`PIRHall`).
+    """Return the changes in the format `casas-csv`, with commas between columns.
 
-    Initial states are left out.
+    Sensors have their names as one word, such as `PIRHall`. Initial states are left out.
     """
     names = _named(log.channels)
     lines = []
@@ -103,7 +104,10 @@ def _written(
 
 
 def _numbered(channels: list[Channel]) -> dict[Channel, str]:
-    """Return CASAS names; a channel that already has one keeps it."""
+    """Return a CASAS name, such as `M003`, for each channel that CASAS has a sensor for.
+
+    A channel that already has a CASAS name keeps it.
+    """
     kept = {c: title for c, title in titles(channels).items() if _has_casas_name(c, title)}
     taken = set(kept.values())
     counts: dict[str, int] = {}
@@ -120,9 +124,9 @@ def _numbered(channels: list[Channel]) -> dict[Channel, str]:
 
 
 def _has_casas_name(channel: Channel, name: str) -> bool:
-    """Return whether a name is a CASAS name that fits the quantity of the channel.
+    """Return whether `name` is a CASAS name, and one that a channel of this quantity can have.
 
-    Letters that CASAS does not assign to a quantity fit any quantity.
+    The letters of a CASAS name stand for a quantity. Letters without a known quantity fit any.
     """
     letters = re.fullmatch(r"([A-Z]{1,2})\d+", name)
     quantity = letters and source.NUMBERED.get(letters[1], channel.quantity)
@@ -135,7 +139,7 @@ def _next(prefix: str, counts: dict[str, int]) -> str:
 
 
 def _named(channels: list[Channel]) -> dict[Channel, str]:
-    """Return one-word names; text fields are left out."""
+    """Return the name of each channel as one word; channels of text are left out."""
     named = {c: title for c, title in titles(channels).items() if c.type is not str}
     spelling = unique(named.values(), camel)
     return {channel: spelling[title] for channel, title in named.items()}
@@ -147,10 +151,11 @@ def _stamp(log: Log, change: Change, separator: str) -> str:
 
 
 def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[str]]:
-    """Return the marks by `id` of their change, and notes.
+    """Return the mark of each marked change, by the change's `id`, and notes.
 
-    The first and the last change during an activity bear its marks. A line holds one mark. An
-    activity without two free lines is left out, and a note says so.
+    An activity is marked on the first and on the last change while it lasts. A line holds only one
+    mark. If an activity does not have two lines that are still free, it is left out, and a note
+    says so.
     """
     changes = [change for change in log.updates() if change.channel in names]
     times = [change.time for change in changes]
@@ -177,13 +182,16 @@ def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[
 
 
 def _label(log: Log, activity: LoggedActivity) -> str:
-    """Return an activity's label, with the person's name if there are several: `R1_Sleeping`."""
+    """Return an activity's label.
+
+    If the log has several people, it begins with the person's name: `R1_Sleeping`.
+    """
     name = label(activity.activity)
     return f"{label(activity.person)}_{name}" if len(log.people) > 1 else name
 
 
 class _PresentActivity:
-    """The label of the activity at a time; the times must come in order."""
+    """Gives the label of the activity at a time; must be called with times in ascending order."""
 
     def __init__(self, log: Log) -> None:
         self.log = log
@@ -191,7 +199,7 @@ class _PresentActivity:
         self.present: list[LoggedActivity] = []
 
     def at(self, time: int) -> str:
-        """Return the label at `time`, or ""."""
+        """Return the label of the activity at `time`; "" if there is none."""
         while self.coming and self.coming[-1].start <= time:
             self.present.append(self.coming.pop())
         self.present = [activity for activity in self.present if time <= activity.end]
@@ -199,10 +207,10 @@ class _PresentActivity:
 
 
 def read(path: Path) -> ParsedLog:
-    """Read either format, written by this program or by a real home, without the activities.
+    """Read a file in either format, written by this program or recorded in a real home.
 
-    Without the second file, the sensors' kinds are guessed from their names, and numbers are left
-    out. Raise ValueError, which names the line.
+    The activities are not read. Without the second file, the sensors' kinds are guessed from their
+    names, and rows with numbers are left out. Raise ValueError, which names the line.
     """
     labels: set[str] = set()
     found = source.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))

@@ -11,7 +11,10 @@ BEGINS = rb"\"?(time_s\"?,\"?frame|time\"?,\"?sensor)\b"
 
 
 def write(log: Log) -> FormatFiles:
-    """Return a row for each change, initial states included; with dates, if the log has any."""
+    """Return a row for each change, including initial states.
+
+    The rows have dates if the log has any.
+    """
     # `is`, because a log with dates can also begin in 1970.
     start = None if log.start is DEFAULT_START else log.start
     return FormatFiles({"": rows_csv((change.event for change in log.changes), start)})

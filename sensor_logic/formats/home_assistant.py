@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""MQTT messages for Home Assistant, discovery and states, and a file of these messages.
+"""MQTT messages for Home Assistant, and a file of these messages.
 
-https://www.home-assistant.io/integrations/mqtt/#discovery-messages: each sensor is a device with
+Discovery messages describe the sensors, state messages have their values:
+https://www.home-assistant.io/integrations/mqtt/#discovery-messages. Each sensor is a device with
 its room as suggested area, and each field is an entity. A line of the file has `time_s`, `time`
-(ISO 8601), `topic`, `payload` and `retain`. Home Assistant stamps messages with their time of
-arrival, so the sender must send them in time, as `angen replay` does.
+(ISO 8601), `topic`, `payload` and `retain`. Home Assistant stamps a message with the time at which
+it arrives. So the messages must be sent at their times, as `angen replay` does.
 """
 
 from __future__ import annotations
@@ -44,14 +45,17 @@ NUMBER_CLASSES = {"illuminance": "illuminance", "distance": "distance"}
 
 
 class Message(NamedTuple):
-    """An MQTT message; the broker retains it for later subscribers."""
+    """An MQTT message, which the broker retains for later subscribers."""
 
     topic: str
     payload: str
 
 
 class HomeMessages:
-    """The MQTT messages of a home's sensors; all topics except discovery are below `topic`."""
+    """The MQTT messages of a home's sensors.
+
+    All topics begin with `topic`, except those of discovery messages.
+    """
 
     def __init__(
         self, channels: Iterable[Channel], topic: str = TOPIC, version: str = "unknown"
@@ -61,11 +65,14 @@ class HomeMessages:
         self._names = unique((channel.sensor.name for channel in self.channels), slug)
 
     def status(self, payload: str) -> Message:
-        """Return the availability of all sensors: ONLINE or OFFLINE ("unavailable")."""
+        """Return the message on the availability of all sensors.
+
+        `payload` is ONLINE, or OFFLINE for sensors that become "unavailable".
+        """
         return Message(f"{self.topic}/status", payload)
 
     def discovery(self) -> list[Message]:
-        """Return the discovery messages: one for each sensor, which becomes a device."""
+        """Return the discovery messages, one for each sensor."""
         channels: dict[str, list[Channel]] = {name: [] for name in self._names}
         for channel in self.channels:
             channels[channel.sensor.name].append(channel)
@@ -78,7 +85,7 @@ class HomeMessages:
         ]
 
     def state(self, channel: Channel, value: Value | None) -> Message:
-        """Return the state message of a channel; a value of None is unknown."""
+        """Return the message that a channel has this value; None means an unknown value."""
         return Message(
             f"{self.topic}/{self._names[channel.sensor.name]}/{channel.field}",
             UNKNOWN if value is None else payload(channel, value),
@@ -125,7 +132,7 @@ class HomeMessages:
 
 
 def payload(channel: Channel, value: Value) -> str:
-    """Return the payload for a value; never empty."""
+    """Return the payload of a state message for this value; it is never empty."""
     if channel.type is bool:
         return "ON" if value else "OFF"
     if isinstance(value, float) and not math.isfinite(value):
@@ -135,7 +142,7 @@ def payload(channel: Channel, value: Value) -> str:
 
 
 def is_config_of(topic: str, message: Message) -> bool:
-    """Return whether this program wrote a discovery message for a home with this topic."""
+    """Return whether this program wrote a discovery message for the home with this topic."""
     try:
         config = json.loads(message.payload)
         return bool(
@@ -146,7 +153,10 @@ def is_config_of(topic: str, message: Message) -> bool:
 
 
 def write(log: Log) -> FormatFiles:
-    """Return the messages: discovery and "online", every state change, "offline" at the end."""
+    """Return the messages of a log, one a line.
+
+    The discovery messages and "online" come first, then every change of a state, then "offline".
+    """
     home = HomeMessages(log.channels, version=log.about.get("versions.angen_sensors", "unknown"))
     messages = [(0, message) for message in (*home.discovery(), home.status(ONLINE))]
     for change in log.changes:
@@ -166,7 +176,7 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(path: Path) -> ParsedLog:
-    """Return the states of the sensors that have discovery messages."""
+    """Return the states in a file of messages, for sensors that have a discovery message in it."""
     found = ParsedLog([])
     known: dict[str, tuple[str, str, str]] = {}
     # Not `splitlines`: names can contain U+2028, which JSON does not escape.

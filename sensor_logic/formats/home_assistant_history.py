@@ -49,7 +49,10 @@ class Entity(NamedTuple):
 
 
 def read(path: Path) -> ParsedLog:
-    """Read a history, or the messages that `home_assistant` writes, sorted by time."""
+    """Read a history, or the file of messages that `home_assistant` writes.
+
+    The changes are sorted by time.
+    """
     with open(path, "rb") as file:
         if file.read(4).removeprefix(b"\xef\xbb\xbf").startswith(b"{"):
             return home_assistant.read(path)
@@ -79,7 +82,10 @@ def read(path: Path) -> ParsedLog:
 
 
 def entities_of(names: Iterable[str]) -> dict[str, Entity]:
-    """Return the sensor and field of each entity, except entities that no kind can publish."""
+    """Return the sensor and the field of each entity.
+
+    Entities that match no field of any kind are left out.
+    """
     found = {name: entity for name in names if (entity := _entity(name)) is not None}
     fields: dict[str, set[str]] = defaultdict(set)
     for entity in found.values():
@@ -113,7 +119,10 @@ def _fits(domain: str, of: type) -> bool:
 
 
 def _value(entity: Entity | None, state: str) -> Value | None:
-    """Return the value of a state; None if the state has no value."""
+    """Return the value that a state stands for.
+
+    Return None if there is none, as for "unavailable", or if the entity is unknown.
+    """
     if entity is None or state.lower() in {"unavailable", "unknown"}:
         return None
     if entity.type is bool:

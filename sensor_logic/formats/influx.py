@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""InfluxDB's line protocol: a line for each sensor and time, nanoseconds since 1970 in UTC.
+"""InfluxDB's line protocol: a line for each sensor and time, in nanoseconds since 1970 in UTC.
 
 https://docs.influxdata.com/influxdb/v2/reference/syntax/line-protocol/: the measurement is the
 sensor's kind, the tags are the sensor's name and room, and the fields are the published fields. An
@@ -24,7 +24,7 @@ SECONDS = -(2**63) // 10**9 + 1, 2**63 // 10**9 - 1
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, initial states included, then the activities."""
+    """Return a line for each change, including initial states, then the lines of the activities."""
     lines = []
     for (time, sensor), changes in groupby(log.changes, lambda c: (c.time, c.channel.sensor)):
         fields = ",".join(f"{_key(c.channel.field)}={_field(c)}" for c in changes)
@@ -47,9 +47,10 @@ def _tags(**tags: str) -> str:
 
 
 def _key(text: str) -> str:
-    """Return a measurement, tag or field name.
+    """Return the name of a measurement, tag or field, escaped.
 
-    The format cannot hold line breaks or a backslash at the end.
+    The format cannot hold line breaks, nor a backslash at the end. Line breaks become spaces, and
+    backslashes at the end are removed.
     """
     possible = re.sub(r"\s", " ", text).rstrip("\\")
     return re.sub(r"([,= ])", r"\\\1", possible)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An event log with typed values, rooms, dates and activities, for the writers of formats."""
+"""An event log with typed values, rooms, dates and activities.
+
+All formats are written from such a log.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ DEFAULT_START = datetime(1970, 1, 1)
 
 @dataclass(frozen=True, eq=False)
 class SensorFacts:
-    """The facts about a sensor besides its events; `parameters` are in SI units."""
+    """What is known of a sensor besides its events; `parameters` are in SI units."""
 
     name: str
     kind: str
@@ -29,7 +32,10 @@ class SensorFacts:
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """One published field of one sensor; `quantity` as in `kind.Field`, but never empty."""
+    """One published field of one sensor.
+
+    `quantity` is that of the `kind.Field`. If that is empty, it is a word for the field's type.
+    """
 
     sensor: SensorFacts
     field: str
@@ -46,12 +52,13 @@ class Change:
     ----------
     time
         Whole microseconds since the log's start.
-    faults
-        In a faulty log: the faults that changed this row.
     origin
-        In a faulty log: the index in the log without faults, or None if a fault added the row.
+        For a log with faults: the index of this row in the log without faults, or None if a fault
+        added the row.
+    faults
+        For a log with faults: the faults that changed this row.
     is_first
-        In a faulty log: the row is the initial state of its channel.
+        For a log with faults: whether the row is the initial state of its channel.
     """
 
     time: int
@@ -82,19 +89,21 @@ class LoggedActivity:
 
 @dataclass(frozen=True)
 class Log:
-    """Changes in time order, with facts about the home.
+    """Changes in time order, with what is known of the home.
 
     Attributes
     ----------
     start
-        Date and time of t = 0; without a time zone it is in local time of the home.
+        Date and time of t = 0. Without a time zone, it is in local time of the home.
+    activities
+        The activities of all people.
     about
-        The home, the seed and versions, as text.
+        Texts by name: the home, the seed and versions.
     samples
-        All updates, if the log has them.
+        The recording of all updates, if the log was made from one.
     has_states
-        The first change of each channel is its initial state. If false, as in CASAS, initial states
-        are unknown, and all changes are updates.
+        Whether the first change of each channel is its initial state. If not, as in CASAS, initial
+        states are unknown, and all changes are updates.
     """
 
     changes: tuple[Change, ...]
@@ -106,20 +115,20 @@ class Log:
 
     @property
     def channels(self) -> list[Channel]:
-        """The channels that have a value, by sensor and field."""
+        """The channels that occur in the log, sorted by sensor and field."""
         found = {change.channel for change in self.changes}
         return sorted(found, key=lambda channel: (channel.sensor.name, channel.field))
 
     @property
     def sensors(self) -> list[SensorFacts]:
-        """The sensors that have a value, by name."""
+        """The sensors that occur in the log, sorted by name."""
         found = {change.channel.sensor for change in self.changes}
         return sorted(found, key=lambda sensor: sensor.name)
 
     # Cached: without the cache, each line that names an activity takes a pass over all activities.
     @functools.cached_property
     def people(self) -> frozenset[str]:
-        """The names of the people of all activities."""
+        """The names of all people who have an activity."""
         return frozenset(activity.person for activity in self.activities)
 
     def initial(self) -> dict[Channel, Change]:
@@ -135,25 +144,29 @@ class Log:
         return [change for change in self.changes if id(change) not in first]
 
     def span(self) -> tuple[int, int]:
-        """Return the times of the first and the last change or activity; (0, 0) if empty."""
+        """Return the earliest and the latest time of any change or activity; (0, 0) if empty."""
         times = [change.time for change in (*self.changes[:1], *self.changes[-1:])]
         times += [time for activity in self.activities for time in (activity.start, activity.end)]
         return min(times, default=0), max(times, default=0)
 
     def local(self, time: int) -> datetime:
-        """Return the local time of the home, `time` microseconds after the start."""
+        """Return the local time in the home, `time` microseconds after the start."""
         return moment(self.start, timedelta(microseconds=time))
 
     def epoch_us(self, time: int) -> int:
-        """Return microseconds since 1970 in UTC; a start without a time zone counts as UTC."""
+        """Return the microseconds since 1970 in UTC, `time` microseconds after the start.
+
+        A start without a time zone counts as UTC.
+        """
         start = self.start if self.start.tzinfo else self.start.replace(tzinfo=UTC)
         since = start - datetime(1970, 1, 1, tzinfo=UTC)
         return since // timedelta(microseconds=1) + time
 
     def iso(self, time: int) -> str:
-        """Return a time in ISO 8601 with microseconds and offset.
+        """Return the time `time` microseconds after the start, in ISO 8601.
 
-        A start without a time zone counts as UTC.
+        The text has microseconds and the offset from UTC. A start without a time zone counts as
+        UTC.
         """
         local = self.local(time)
         zoned = local if local.tzinfo else local.replace(tzinfo=UTC)
@@ -163,8 +176,8 @@ class Log:
 def titles(channels: list[Channel]) -> dict[Channel, str]:
     """Return a unique title for each channel.
 
-    The first boolean field of a sensor has the sensor's name, any other field the names of sensor
-    and field.
+    The first boolean field of a sensor has the name of the sensor as title. Any other field has the
+    name of the sensor, followed by that of the field.
     """
     main: dict[SensorFacts, Channel] = {}
     for channel in channels:
@@ -187,9 +200,9 @@ def titles(channels: list[Channel]) -> dict[Channel, str]:
 
 
 def unique(names: Iterable[str], spell: Callable[[str], str]) -> dict[str, str]:
-    """Return the spelling of each name.
+    """Return the spelling of each name, with different names spelled differently.
 
-    Of two names with equal spellings, the later name gets a number.
+    `spell` makes a spelling from a name. If it is already taken, a number is added.
     """
     found: dict[str, str] = {}
     taken: set[str] = set()
@@ -235,15 +248,15 @@ MICROSECOND = timedelta(microseconds=1)
 
 
 def is_left_out(time: datetime, zone: tzinfo) -> bool:
-    """Return whether clocks skipped this local time when they went forward."""
+    """Return whether this local time does not exist because clocks went forward and skipped it."""
     return time.tzinfo is None and _utc(time, zone).astimezone(zone).replace(tzinfo=None) != time
 
 
 def localised(time: datetime, zone: tzinfo) -> datetime:
-    """Return a local time in its zone.
+    """Return a local time with its zone.
 
-    A time that clocks skipped becomes the time at which they went forward, so that times stay in
-    order.
+    Clocks that go forward skip some times. For such a time, return the time at which they went
+    forward, so that times stay in order.
     """
     if time.tzinfo is not None or not is_left_out(time, zone):
         return time if time.tzinfo else time.replace(tzinfo=zone)
@@ -262,8 +275,9 @@ def localised(time: datetime, zone: tzinfo) -> datetime:
 def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datetime]:
     """Return the given times in a zone.
 
-    Times without a zone are in UTC if `in_utc`, else in local time. In the hour that local clocks
-    repeat, a time that would go back belongs to the second pass.
+    Times that have no zone are in UTC if `in_utc`, else in local time. When clocks go back, they
+    repeat an hour. A local time in that hour belongs to the second pass if it would otherwise come
+    before the time before it.
     """
     found: list[datetime] = []
     for time in times:
@@ -278,15 +292,15 @@ def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datet
 
 
 def count_left_out(times: Sequence[datetime], zone: tzinfo | None) -> int:
-    """Return how many of the local times clocks skipped."""
+    """Return how many of the local times do not exist because clocks skipped them."""
     return 0 if zone is None else sum(is_left_out(time, zone) for time in times)
 
 
 def since(start: datetime, time: datetime) -> int:
     """Return the microseconds from `start` to `time`.
 
-    A time without a zone is a local time in the zone of `start`. Raise TypeError if only `time` has
-    a zone.
+    If only `start` has a zone, `time` is a local time in that zone. Raise TypeError if only `time`
+    has a zone.
     """
     zone = start.tzinfo
     if zone is not None:
@@ -304,10 +318,16 @@ def _utc(time: datetime, zone: tzinfo) -> datetime:
 
 @dataclass(frozen=True)
 class FormatFiles:
-    """The contents of a format's files, and notes about what was left out, one sentence each.
+    """The contents of a format's files, and notes about what was left out.
 
-    A format of a single file has it under the key "", and files beside it under the suffix of their
-    name (".sensors.csv"). A format that is a folder has the names of its files as keys.
+    Attributes
+    ----------
+    files
+        The contents by key. For a format that is a folder, the keys are the names of its files. For
+        others, the key "" stands for the main file, and a suffix such as ".sensors.csv" for a file
+        beside it.
+    notes
+        A sentence for each omission.
     """
 
     files: Mapping[str, str | bytes]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """MCAP files with ROS 2 messages, which `ros2 bag`, Foxglove and rosbags read.
 
-https://mcap.dev/spec: a record has a type byte, a length and content. Messages are in chunks with
-an index and CRCs, and a summary is at the end. Each field of a sensor is a topic, such as
+https://mcap.dev/spec: a record is a type byte, a length and the content. Messages are in chunks,
+which have an index and CRCs. A summary is at the end. Each field of a sensor is a topic, such as
 `/angen/pir_hall/moved`.
 """
 
@@ -38,7 +38,10 @@ _RANGE = (
 
 
 def _definition(text: str, *parts: tuple[str, str]) -> str:
-    """Return the definition of a message and of nested messages, in the encoding `ros2msg`."""
+    """Return the definition of a message type in the encoding `ros2msg`.
+
+    `parts` are the names and the definitions of the message types that it contains.
+    """
     return text + "".join(f"{'=' * 80}\nMSG: {name}\n{part}" for name, part in parts)
 
 
@@ -56,12 +59,15 @@ DEFINITIONS = {
 
 @dataclass
 class Cdr:
-    """A message, encoded field by field."""
+    """A message in CDR, the encoding of ROS 2, built field by field."""
 
     data: bytearray = field(default_factory=lambda: bytearray(b"\x00\x01\x00\x00"))
 
     def number(self, code: str, *values: float) -> Cdr:
-        """Append numbers of one `struct` code, each aligned to its size after the header."""
+        """Append numbers with the format character `code` of `struct`.
+
+        Each is aligned to a multiple of its size, counted from the end of the header.
+        """
         size = struct.calcsize(f"<{code}")
         for value in values:
             self.data += b"\x00" * (-(len(self.data) - 4) % size)
@@ -69,14 +75,14 @@ class Cdr:
         return self
 
     def text(self, text: str) -> Cdr:
-        """Append a text: its length, UTF-8 and a closing zero."""
+        """Append a text: its length, its bytes in UTF-8, and a zero byte."""
         encoded = text.encode() + b"\x00"
         self.number("I", len(encoded))
         self.data += encoded
         return self
 
     def header(self, epoch_us: int, frame_id: str) -> Cdr:
-        """Append a std_msgs/Header: time and frame."""
+        """Append a std_msgs/Header: the time, and the name of the coordinate frame."""
         seconds, rest = divmod(epoch_us, 1_000_000)
         return self.number("i", seconds).number("I", rest * 1000).text(frame_id)
 
@@ -89,8 +95,8 @@ def string_message(value: str) -> bytes:
 def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> bytes:
     """Return a sensor_msgs/Range of a beam: -inf if the beam is blocked, else +inf.
 
-    The comment in Range.msg prescribes these values, and equal `min_range` and `max_range`, for
-    fixed-distance rangers.
+    The comment in Range.msg prescribes these values for rangers of a fixed distance. It also
+    prescribes that `min_range` equals `max_range`.
     """
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
     return bytes(found.number("f", 0.0, reach, reach, float("inf" if is_open else "-inf")).data)
@@ -101,18 +107,21 @@ def range_message(
 ) -> bytes:
     """Return a sensor_msgs/Range of a measured distance.
 
-    The greatest distance means no target: +inf, as REP 117 prescribes.
+    If the distance is the greatest that the sensor can measure, there is no target. The message
+    then has +inf, as REP 117 prescribes.
 
     Parameters
     ----------
     epoch_us
         The time in microseconds since 1970.
+    frame_id
+        The name of the coordinate frame.
     distance
         The distance in m.
     view
         The field of view in rad.
     least, most
-        The limits of the range in m.
+        The least and the greatest distance in m that the sensor can measure.
     """
     # Blender stores the greatest distance in single precision.
     distance = distance if distance < most * (1.0 - 1e-6) else float("inf")
@@ -121,13 +130,19 @@ def range_message(
 
 
 def force_message(epoch_us: int, frame_id: str, newtons: float) -> bytes:
-    """Return a geometry_msgs/WrenchStamped of the force on the pad, along the pad's -Z."""
+    """Return a geometry_msgs/WrenchStamped of the force on the pad.
+
+    The force has the direction of the pad's -Z.
+    """
     found = Cdr().header(epoch_us, frame_id)
     return bytes(found.number("d", 0.0, 0.0, -newtons, 0.0, 0.0, 0.0).data)
 
 
 def value_of(schema: str, data: bytes) -> bool | float | str:
-    """Return the value in a sensor's message. Raise ValueError for any other schema."""
+    """Return the value in a sensor's message of type `schema`.
+
+    Raise ValueError for types that sensors do not use.
+    """
     if schema == "std_msgs/msg/Bool":
         return bool(data[4])
     if schema == "std_msgs/msg/Float32":
@@ -169,9 +184,9 @@ ACTIVITIES = "activities"
 
 @dataclass(frozen=True)
 class _Message:
-    """The bytes of a message on a topic, with its time in nanoseconds since 1970.
+    """A message on a topic, as bytes.
 
-    `about` is the metadata of the topic.
+    `time` is in nanoseconds since 1970. `about` is the metadata of the topic.
     """
 
     time: int
@@ -183,7 +198,21 @@ class _Message:
 
 @dataclass
 class _Chunk:
-    """The position and the content of a chunk, for the chunk index."""
+    """The position of a chunk in the file, and what the chunk index says about it.
+
+    Attributes
+    ----------
+    first, last
+        The times of its first and last message.
+    offset, length
+        The position and the length of its record in bytes.
+    index_offsets
+        The position of the message index of each channel.
+    index_length
+        The length of all its message indexes.
+    size
+        The length of its content.
+    """
 
     first: int
     last: int
@@ -196,7 +225,19 @@ class _Chunk:
 
 @dataclass
 class _File:
-    """The file while it is written: schemas and channels by name, chunks, message counts."""
+    """A file while it is written.
+
+    Attributes
+    ----------
+    schemas
+        The number of each schema by name.
+    channels
+        The number, the schema and the metadata of each channel by topic.
+    chunks
+        The chunks written so far.
+    counts
+        The number of messages by channel.
+    """
 
     data: bytearray = field(default_factory=lambda: bytearray(MAGIC))
     schemas: dict[str, int] = field(default_factory=dict)
@@ -206,7 +247,7 @@ class _File:
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, initial states included, and all activities as text."""
+    """Return all changes, including initial states, and all activities as text messages."""
     file = _File()
     file.data += _record(HEADER, _text("ros2") + _text("angen-sensors"))
     waiting: list[_Message] = []
@@ -286,17 +327,18 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
 
 
 def _parameter(channel: Channel, name: str) -> float:
-    """Return a parameter of the channel's sensor, or the kind's default if it is unknown."""
+    """Return a parameter of the channel's sensor; the kind's default if it is unknown."""
     default = defaults(KINDS[channel.sensor.kind].parameters).get(name, 0.0)
     value = channel.sensor.parameters.get(name, default)
     return float(value) if isinstance(value, (int, float)) else 0.0
 
 
 def _range_max(channel: Channel, greatest: float) -> float:
-    """Return the greatest distance of the channel's sensor, which is also its value without target.
+    """Return the greatest distance that the channel's sensor measures.
 
-    If the parameter is unknown, return the kind's default. If the `greatest` value in the log
-    exceeds the default, return the next larger one of the kind's presets.
+    Without a target, the sensor reads this value. If the parameter is unknown, return the kind's
+    default. If the `greatest` value in the log is above that default, return the next larger value
+    of the kind's presets.
     """
     found = _parameter(channel, "range_max")
     if "range_max" in channel.sensor.parameters or greatest <= found:
@@ -306,7 +348,10 @@ def _range_max(channel: Channel, greatest: float) -> float:
 
 
 def _add_chunk(file: _File, messages: list[_Message]) -> None:
-    """Append messages as a chunk, new schemas and channels first, and the chunk's indexes."""
+    """Append messages as a chunk, followed by the chunk's message indexes.
+
+    The chunk begins with the schemas and channels that the file does not have yet.
+    """
     records = bytearray()
     index: dict[int, list[tuple[int, int]]] = defaultdict(list)
     for message in messages:
@@ -340,7 +385,7 @@ def _new_channel(file: _File, message: _Message) -> bytes:
 
 
 def _about(channel: Channel) -> dict[str, str]:
-    """Return the metadata of a topic: the names in their original spelling, room and unit."""
+    """Return the metadata of a topic: original names of sensor and field, kind, room and unit."""
     sensor = channel.sensor
     return {
         "sensor": sensor.name,
@@ -364,7 +409,7 @@ def _channel_record(file: _File, topic: str) -> bytes:
 
 
 def _add_summary(file: _File, metadata: tuple[int, int]) -> None:
-    """Append the summary, which repeats schemas and channels and has statistics and indexes."""
+    """Append the summary: schemas and channels again, then statistics and indexes."""
     start = len(file.data)
     groups = (
         (SCHEMA, [_schema_record(file, name) for name in file.schemas]),
@@ -429,7 +474,7 @@ def _map(pairs: Mapping[str, str]) -> bytes:
 
 
 def read(path: Path) -> ParsedLog:
-    """Read the changes on the topics whose metadata name a sensor."""
+    """Read the changes, which are on the topics whose metadata name a sensor."""
     found = ParsedLog([], in_utc=True)
     schemas: dict[int, str] = {}
     topics: dict[int, tuple[str, dict[str, str]]] = {}
@@ -455,7 +500,10 @@ def read(path: Path) -> ParsedLog:
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield type and content of each record before the summary, records in chunks included."""
+    """Yield the type and the content of each record before the summary.
+
+    Chunks are not yielded themselves, but the records in them.
+    """
     at = 0
     while at < len(data):
         kind, length = struct.unpack_from("<BQ", data, at)
@@ -475,7 +523,7 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _read_text(data: bytes, at: int) -> tuple[str, int]:
-    """Return the text at a position, and the position after it."""
+    """Return the text at position `at`, and the position after it."""
     (length,) = struct.unpack_from("<I", data, at)
     return data[at + 4 : at + 4 + length].decode(), at + 4 + length
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OCEL 2.0 as JSON: object-centric event logs (https://www.ocel-standard.org/2.0/).
 
-Objects are sensors, rooms and people. An event is a change of a sensor's field, or the begin or end
-of an activity, and refers to the objects that took part.
+The objects are sensors, rooms and people. The events are changes of sensors' fields, and the begin
+and end of each activity. An event refers to the objects that it involves.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ACTIVITY_TYPES = ("activity begins", "activity ends")
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, initial states included, and all activities."""
+    """Return all changes, including initial states, and all activities."""
     timed = [(c.time, _change(log, number, c)) for number, c in enumerate(log.changes)]
     timed += _activities(log, len(timed))
     # Sorted by elapsed time, because local times are out of order when daylight saving ends.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The output paths of a format's files."""
+"""Checks of the paths to which a format is written, and the path of each of its files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ def check_installed(target: Format) -> None:
 
 
 def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
-    """Raise InputError if a format's files could not be written to `out`."""
+    """Raise InputError if files of the format `target` cannot be written to `out`.
+
+    `sources` are files that are read, and that `out` must not replace.
+    """
     check_installed(target)
     for source in sources:
         if out.resolve() == source.resolve():
@@ -35,9 +38,10 @@ def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
 
 
 def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
-    """Raise InputError if a file cannot be written, or is one of the `others`.
+    """Raise InputError if the file `path` cannot be written, or is one of `others`.
 
-    The `others` are also read or written by the same command.
+    `others` are the files that the same command also reads or writes. `flag` is the option of the
+    command line that names the file.
     """
     if path.is_dir():
         raise InputError(f"{flag}: {path} is a folder, not a file name")
@@ -47,7 +51,11 @@ def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
 
 
 def output_files(target: Format, out: Path, written: FormatFiles) -> dict[Path, str | bytes]:
-    """Return the content of each file: files in the folder `out`, or `out` and files beside it."""
+    """Return the content of each file by its path.
+
+    The files are in the folder `out` if the format is a folder. Else they are `out` itself and
+    files beside it.
+    """
     if target.is_folder:
         return {out / name: content for name, content in written.files.items()}
     return {

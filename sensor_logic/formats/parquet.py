@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parquet, through pyarrow: one table, for pandas and other data frames.
 
-A simulation gives a row for each update of each sensor, with the columns of the sample files; a
-column that a sensor's kind lacks is empty. An event log gives its own rows, with typed times.
+For a simulation, the table has a row for each update of each sensor, with the columns of the sample
+files. A column that a sensor's kind does not have is empty in the sensor's rows. For an event log,
+the table has the rows of the log, with typed times.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Columns = dict[str, tuple[type, list[Any]]]
 
 
 def event_columns(log: Log) -> Columns:
-    """Return the columns of the event log, with the value as text and as a number."""
+    """Return the columns of the event log; each value is given as text and as a number."""
     changes = log.changes
     numbers = [None if isinstance(c.value, str) else float(c.value) for c in changes]
     return {
@@ -39,7 +40,7 @@ def event_columns(log: Log) -> Columns:
 
 
 def sample_columns(log: Log) -> Columns:
-    """Return the columns of all updates, ordered by sensor name and time."""
+    """Return the columns of all updates, with rows sorted by sensor name, then by time."""
     assert log.samples is not None
     tracks = [log.samples.tracks[name] for name in sorted(log.samples.tracks)]
     used = {name for track in tracks for name in track.columns}
@@ -66,7 +67,7 @@ def sample_columns(log: Log) -> Columns:
 
 
 def _plain(of: type, column: Any, count: int) -> list[Any]:
-    """Return a column's values as Python objects; None where nothing was measured."""
+    """Return a column's values as Python objects; None for values that were not measured."""
     if column is None:
         return [None] * count
     if of is float:
@@ -78,7 +79,7 @@ TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
 
 
 def write(log: Log) -> FormatFiles:
-    """Return the table as a file. Raise AngenError if pyarrow is missing."""
+    """Return the table as the bytes of a file. Raise AngenError if pyarrow is missing."""
     pyarrow = _pyarrow()
     columns = sample_columns(log) if log.samples else event_columns(log)
     about = {f"angen.{key}": value for key, value in log.about.items()}
@@ -96,7 +97,10 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(path: Path) -> ParsedLog:
-    """Read the rows of an event log, or the changes in a table of updates. Raise AngenError."""
+    """Read an event log, or the changes of the values in a table of updates.
+
+    Raise AngenError if pyarrow is missing.
+    """
     table = _pyarrow().parquet.read_table(path).to_pylist()
     # Writers store times in UTC if the log has a time zone, else in local time.
     found = ParsedLog([], in_utc=any(row["time"].tzinfo for row in table[:1]))
@@ -113,7 +117,7 @@ def read(path: Path) -> ParsedLog:
 
 
 def _event_values(row: dict[str, Any]) -> dict[str, Value]:
-    """Return the values of an update in the fields of events."""
+    """Return the values of the fields whose changes are events, from the row of an update."""
     names = [field.name for field in KINDS[str(row["kind"])].events]
     return {name: as_logged(row[name]) for name in names if row.get(name) is not None}
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The folder that pyadlml reads with `load_act_assist`: devices, activities and their maps.
+"""The folder that pyadlml reads with `load_act_assist`.
 
-A device is a field of a sensor. Maps give devices and activities numbers and rooms. Columns and
-times are as in pyadlml's `activity_assistant.py`.
+It has files of devices and of activities, and files that map numbers to their names and rooms. A
+device is a field of a sensor. Columns and times are as in pyadlml's `activity_assistant.py`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NOBODY = "R1"
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, initial states included; text fields are left out."""
+    """Return all changes, including initial states; fields with text are left out."""
     named = {c: title for c, title in titles(log.channels).items() if c.type is not str}
     device = {channel: str(number) for number, channel in enumerate(named)}
     names = sorted({a.activity for a in log.activities})
@@ -71,9 +71,9 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(folder: Path) -> ParsedLog:
-    """Read the devices' changes, written by any program, without the activities.
+    """Read the devices' changes from a folder that any program wrote; activities are not read.
 
-    Without `sensors.csv`, the devices' kinds are guessed from their names.
+    Without the file `sensors.csv`, the devices' kinds are guessed from their names.
     """
     found = source.read_rows(folder / SENSORS, _rows(folder), has_initial=True)
     found.has_activities = any(
@@ -100,7 +100,8 @@ def _rows(folder: Path) -> Iterator[source.TextRow]:
 def _names(folder: Path) -> dict[str, str]:
     """Return the name of each device by its number.
 
-    The result is empty for a folder without a map, where devices are given by name.
+    The result is empty if the folder has no map of devices. The devices' rows then have names, not
+    numbers.
     """
     path = next((folder / name for name in MAPS if (folder / name).is_file()), None)
     if path is None:
@@ -130,7 +131,10 @@ def _time(line: int, text: str | None) -> datetime:
 
 
 def _areas(of: str, rows: Iterable[tuple[str, str]]) -> str:
-    """Return a map of rooms, with semicolons, as pyadlml reads it."""
+    """Return the file that maps devices or activities to rooms.
+
+    Its columns are separated by semicolons, as pyadlml reads them.
+    """
     return "".join(f"{first};{room}\r\n" for first, room in [(of, "area"), *rows])
 
 

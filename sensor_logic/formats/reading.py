@@ -22,23 +22,27 @@ HEAD = 4096
 
 @dataclass(frozen=True)
 class LoadedLog:
-    """A log from a file: events in seconds since `start`, and the facts about its sensors.
+    """A log from a file.
 
     Attributes
     ----------
+    events
+        The events, in seconds since `start`.
     start
         Date and time of t = 0; None if unknown.
+    sensors
+        What the file says about each sensor, by name.
     has_states
-        The first event of each field is its initial state.
+        Whether the first event of each field is its initial state.
     has_activities
-        The file has activities, which were not read.
+        Whether the file has activities; they were not read.
     left_out
-        The number of changes at a local time that the home's clocks skipped in spring. They count
-        as at the time of the clock change.
+        The number of changes at local times that do not exist, because clocks skipped them in
+        spring. Such a change has the time at which the clocks went forward.
     notes
         A sentence for each repair or omission.
     end
-        The second until which the sensors were observed; None if unknown.
+        The time in seconds until which the sensors were observed; None if unknown.
     """
 
     path: Path
@@ -58,7 +62,7 @@ class LoadedLog:
         activities: Iterable[LoggedActivity] = (),
         about: Mapping[str, str] | None = None,
     ) -> Log:
-        """Return the events as a log, with further facts.
+        """Return the events as a `Log`, with what the arguments add about sensors and home.
 
         Raise InputError, which names the file.
         """
@@ -76,12 +80,12 @@ def read_log(
     Parameters
     ----------
     start
-        The date and time of t = 0; None means the start in the log, or the time of the first
-        change.
+        The date and time of t = 0. With None, it is the start in the log; if the log has none, the
+        time of the first change.
     zone
         The time zone of the home, if known.
     sort
-        Sort the rows by time, and keep only one of equal rows.
+        Sort the rows by time, and keep only one of several equal rows.
 
     Raises
     ------
@@ -145,9 +149,9 @@ def _loaded(
 
 
 def _format_of(path: Path) -> Format | None:
-    """Return the format of a file or folder; None for unknown content.
+    """Return the format of a file or folder; None for a file of unknown content.
 
-    A folder that no format recognises has the format `events`.
+    A folder in no other format counts as a folder of days, which has the format `events`.
     """
     if path.is_dir():
         names = "\n".join(sorted(one.name for one in path.iterdir())).encode("utf-8", "replace")

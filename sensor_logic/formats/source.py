@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make a `Log` from events or from the result of a format's reader, with facts and activities.
+"""Make a `Log` from events, or from what a format's reader returned.
 
-The facts about the home come from `home.toml`, from the list of sensors as JSON, or from a table of
-sensors beside the log.
+What is known of the home and its sensors comes from one of three files: `home.toml`, the list of
+sensors as JSON, or a table of sensors beside the log. Activities come from `activities.csv`.
 """
 
 from __future__ import annotations
@@ -39,13 +39,14 @@ class ParsedLog:
     Attributes
     ----------
     has_states
-        The first change of each field is its initial state.
+        Whether the first change of each field is its initial state.
     has_activities
-        The file also has activities, which readers ignore.
+        Whether the file also has activities; readers ignore them.
     in_utc
-        Times without a zone are in UTC, not in the home's time zone.
+        Whether times without a zone are in UTC. If not, they are in the home's time zone.
     undated
-        The number of initial states at the begin that have the time of the first row.
+        The number of initial states at the begin of `changes`. The file does not date them, so they
+        have the time of the first row.
     notes
         A sentence for each repair or omission.
     end
@@ -62,7 +63,7 @@ class ParsedLog:
     end: datetime | None = None
 
     def sort(self) -> None:
-        """Sort the changes as `sort_rows` does."""
+        """Sort the changes as `sort_rows` does; undated initial states stay first."""
         states, changes = self.changes[: self.undated], self.changes[self.undated :]
         changes, note = sort_rows(changes)
         self.changes = [state.at(changes[0].time) for state in states] + changes
@@ -70,14 +71,17 @@ class ParsedLog:
 
 
 def since_epoch(microseconds: int) -> datetime:
-    """Return a time in UTC without a zone, as writers store the times of a log without a zone."""
+    """Return a time in UTC, without a zone, from microseconds since 1970.
+
+    For a log without a zone, writers store times as if they were UTC.
+    """
     return EPOCH + timedelta(microseconds=microseconds)
 
 
 def field_of(quantity: str) -> tuple[str, str]:
-    """Return the first kind of sensor with a boolean field of this quantity, and the field.
+    """Return a kind of sensor that has a boolean field of this quantity, and the field.
 
-    Kinds are tried in the order of their numbers. Raise ValueError if there is none.
+    It is the first such kind by number. Raise ValueError if there is none.
     """
     for kind in KINDS.values():
         for published in kind.events:
@@ -89,10 +93,12 @@ def field_of(quantity: str) -> tuple[str, str]:
 def events_of(
     read: ParsedLog, start: datetime | None, zone: tzinfo | None = None
 ) -> tuple[list[Event[float]], datetime | None]:
-    """Return the events in seconds since the start, and the start.
+    """Return the events of a parsed log, in seconds since its start, and the start.
 
     Parameters
     ----------
+    read
+        The parsed log.
     start
         The date and time of t = 0; None means the time of the first change.
     zone
@@ -101,7 +107,7 @@ def events_of(
     Raises
     ------
     ValueError
-        If times decrease.
+        If a time is before the one before it.
     """
     times = [change.time for change in read.changes]
     if not any(time.utcoffset() for time in times):
@@ -128,12 +134,12 @@ def events_of(
 
 
 def at_line(number: int) -> str:
-    """Return the beginning of a message about a line; empty if there are no lines."""
+    """Return the beginning of a message about a line; empty if `number` is 0."""
     return f"line {number}: " if number else ""
 
 
 def sort_rows(rows: Iterable[Event[Time]]) -> tuple[list[Event[Time]], str]:
-    """Return the rows sorted by time and without exact repeats, and a note about the changes.
+    """Return the rows sorted by time and without repeated rows, and a note about what was changed.
 
     Rows of the same time keep their order. Raise TypeError if only some times have a zone.
     """
@@ -165,9 +171,13 @@ def make_log(
     Parameters
     ----------
     sensors
-        The facts about sensors by name; a sensor without facts has no room.
+        What is known of each sensor, by name. A sensor that is not in it has no room.
+    about
+        Texts about the home, by name.
+    samples
+        The recording of all updates, if there is one.
     has_states
-        The first event of each field is its initial state.
+        Whether the first event of each field is its initial state.
 
     Raises
     ------
@@ -204,7 +214,7 @@ def make_log(
 
 
 def channel_of(sensor: SensorFacts, published: Field) -> Channel:
-    """Return the channel of a sensor's field."""
+    """Return the channel of a field that a sensor publishes."""
     quantity = published.quantity or ANY_QUANTITY[published.type]
     return Channel(sensor, published.name, published.type, quantity, published.unit)
 
@@ -221,7 +231,10 @@ def _field(where: str, event: Event[float]) -> Field:
 
 
 def _value(where: str, event: Event[float], of: type) -> Value:
-    """Return the typed value of an event, which can be text if it is from a file."""
+    """Return the value of an event with the type `of` of its field.
+
+    Values from files can be text. Errors begin with `where`.
+    """
     text = format_value(event.value)
     if of is str:
         return text
@@ -241,9 +254,9 @@ def read_log_events(
 ) -> tuple[list[Event[float]], datetime | None] | ParsedLog:
     """Read an event log and return its events and their start.
 
-    The `events.csv` of a folder of days has dates in place of seconds; its changes are returned as
-    a `ParsedLog`. With `start` None, the dates in the file determine the start. Raise InputError or
-    OSError.
+    In the `events.csv` of a folder of days, events have dates in place of seconds. From such a
+    file, return a `ParsedLog`. If `start` is None, the start follows from the dates in the file.
+    Raise InputError or OSError.
     """
     not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
     with not_text, open(path, newline="", encoding="utf-8-sig") as file:
@@ -260,15 +273,15 @@ def read_log_events(
 
 
 def _end_of_days(folder: Path) -> datetime | None:
-    """Return the midnight at which a folder of days ends; None if unknown."""
+    """Return the midnight at which the last day of a folder of days ends; None if unknown."""
     home = home_beside(folder)
     return home.start + timedelta(days=home.days) if home.start and home.days else None
 
 
 def _start_by_row(row: Sequence[str]) -> datetime | None:
-    """Return the date and time of t = 0, from an event's seconds and date.
+    """Return the date and time of t = 0, from the seconds and the date of an event.
 
-    Return None for an invalid row, which `read_events` reports.
+    Return None for an invalid row; `read_events` reports it.
     """
     try:
         return datetime.fromisoformat(row[-1]) - timedelta(seconds=float(row[0]))
@@ -288,10 +301,20 @@ def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[Event[date
 
 @dataclass(frozen=True)
 class HomeFile:
-    """The facts in a `home.toml`.
+    """What a `home.toml` says about a home.
 
-    `days` is the number of days in the folder, or 0 if unknown. `labels` has the names of
-    activities in other vocabularies, by vocabulary and activity.
+    Attributes
+    ----------
+    sensors
+        What is known of each sensor, by name.
+    start
+        The begin of the first day.
+    about
+        Texts about the home, by name.
+    days
+        The number of days in the folder, or 0 if unknown.
+    labels
+        The names of activities in other vocabularies: for each vocabulary, a label by activity.
     """
 
     sensors: dict[str, SensorFacts] = field(default_factory=dict)
@@ -302,15 +325,15 @@ class HomeFile:
 
 
 def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """Return the names of activities in the format `name`.
+    """Return the label of each activity in the vocabulary of the format `name`.
 
-    A format also has the vocabulary of its family: `casas-csv` uses the vocabulary `casas` too.
+    A format also has the vocabulary of its family: `casas-csv` also uses that of `casas`.
     """
     return {**labels.get(name.partition("-")[0], {}), **labels.get(name, {})}
 
 
 def read_home(path: Path) -> HomeFile:
-    """Read a `home.toml`, or the sensors that `angen list --json` printed.
+    """Read a `home.toml`, or the list of sensors that `angen list --json` printed.
 
     Raise InputError or OSError.
     """
@@ -336,16 +359,16 @@ def read_home(path: Path) -> HomeFile:
 
 
 def home_beside(events: Path) -> HomeFile:
-    """Return the facts in a folder of days; no facts for any other log.
+    """Return what the `home.toml` in a folder of days says.
 
-    Raise InputError or OSError.
+    Return an empty `HomeFile` if there is no such file. Raise InputError or OSError.
     """
     path = events / "home.toml"
     return read_home(path) if path.is_file() else HomeFile()
 
 
 def _labels(found: Any) -> dict[str, dict[str, str]]:
-    """Return the tables of labels; other entries are ignored."""
+    """Return the tables of labels in a `home.toml`; entries that are no tables are ignored."""
     tables = found.items() if isinstance(found, dict) else ()
     return {
         vocabulary: {activity: str(label) for activity, label in table.items()}
@@ -368,7 +391,7 @@ def _sensor_facts(path: Path, entry: Any) -> SensorFacts:
 
 
 def _about(home: Mapping[str, Any]) -> dict[str, str]:
-    """Return the facts about the home itself; a fact in a table has the key `table.name`."""
+    """Return the texts about the home by name; a text in a table has the name `table.name`."""
     found: dict[str, str] = {}
     for key, value in home.items():
         if key == "labels":
@@ -385,7 +408,7 @@ def read_activities(
 ) -> list[LoggedActivity]:
     """Read an `activities.csv`, with the columns start, end, person, activity, room.
 
-    `labels` replaces the names of activities. Raise InputError or OSError.
+    `labels` are names by which activities are replaced. Raise InputError or OSError.
     """
     not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
     with not_text, open(path, newline="", encoding="utf-8-sig") as file:
@@ -427,7 +450,7 @@ GLUED = re.compile(rf"({'|'.join(sorted(WORDS, reverse=True))})[A-Z]{{1,2}}\d+")
 
 
 class TextRow(NamedTuple):
-    """A row of a log, as text; `line` is its line in the file."""
+    """A row of a log, with its value as text; `line` is its line in the file."""
 
     line: int
     time: datetime
@@ -436,7 +459,7 @@ class TextRow(NamedTuple):
 
 
 class KeyRow(NamedTuple):
-    """A row of the table: the sensor and the field of an identifier in the log."""
+    """A row of the table of sensors: the sensor and the field that a name in the log stands for."""
 
     sensor: str
     field: str
@@ -446,7 +469,7 @@ class KeyRow(NamedTuple):
 
 
 def word(channel: Channel, value: Value) -> str:
-    """Return a value in CASAS: ON, OFF, OPEN, CLOSE, or a number."""
+    """Return a value as CASAS writes it: ON, OFF, OPEN, CLOSE, or a number."""
     if channel.type is not bool:
         return format_value(value)
     words = ("CLOSE", "OPEN") if channel.quantity == "opening" else ("OFF", "ON")
@@ -454,9 +477,9 @@ def word(channel: Channel, value: Value) -> str:
 
 
 def to_text(log: Log, names: Mapping[Channel, str]) -> str:
-    """Return the table for the fields that a log lists under `names`.
+    """Return the table of sensors as CSV, for channels that a log lists under `names`.
 
-    Initial states are left out if the log has none.
+    The column of initial states is empty if the log has none.
     """
     initial = log.initial()
     rows = [
@@ -477,8 +500,13 @@ def to_text(log: Log, names: Mapping[Channel, str]) -> str:
 def read_rows(table: Path, rows: Iterable[TextRow], has_initial: bool = False) -> ParsedLog:
     """Return the changes in the rows.
 
-    The table gives the sensors and fields; without a table, they are guessed from their names. With
-    `has_initial`, the rows include the initial states.
+    Parameters
+    ----------
+    table
+        The file with the table of sensors. Without it, sensors and fields are guessed from the
+        names in the rows.
+    has_initial
+        Whether the rows include the initial states. If not, they are taken from the table.
     """
     entries = _read_table(table)
     states = [entry for entry in entries.values() if entry.initial]
@@ -528,9 +556,9 @@ def is_number(text: str) -> bool:
 
 
 def mended_word(text: str) -> str | None:
-    """Return the word of `WORDS` that a damaged text was, such as OFFc, OFcF, OF or ONM026.
+    """Return the word of `WORDS` of which a text is a damaged copy.
 
-    Return None if the word is not obvious.
+    Examples are OFFc, OFcF, OF and ONM026. Return None if it is not clear which word it was.
     """
     upper = text.upper()
     if upper in WORDS:
@@ -547,7 +575,10 @@ def mended_word(text: str) -> str | None:
 
 @dataclass
 class RowTally:
-    """A count of changed or omitted rows of a file, with the first one."""
+    """A count of rows of a file that were changed or left out, and the first of them.
+
+    `noun` and `done` are words of the sentence, such as "row" and "left out".
+    """
 
     noun: str
     done: str
@@ -555,13 +586,13 @@ class RowTally:
     first: str = ""
 
     def add(self, line: int, what: str) -> None:
-        """Count a row."""
+        """Count a row, and remember the first one: its line and what was in it."""
         self.first = self.first or f"{at_line(line)}{what}"
         self.count += 1
 
     @property
     def text(self) -> str:
-        """The sentence about the rows."""
+        """A sentence with the number of rows and the first of them."""
         noun = self.noun if self.count == 1 else f"{self.noun}s"
         return f"{self.count} {noun} {self.done}, first {self.first}"
 

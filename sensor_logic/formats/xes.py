@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """XES 1.0 (IEEE 1849): event logs for process mining.
 
-A case is one day of all sensors, with their changes, or one day of a person, whose activities have
-a `start` and a `complete` event. The attribute `angen:case` of a trace is `sensors` or `person`.
+A trace has the events of one day. There is a trace for the changes of all sensors, and one for the
+activities of each person. Each activity has a `start` and a `complete` event. The attribute
+`angen:case` of a trace is `sensors` or `person`.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, initial states included, and all activities."""
+    """Return all changes, including initial states, and all activities."""
     parts = [HEAD]
     parts += [_attribute(1, "string", f"angen:{key}", value) for key, value in log.about.items()]
     days: dict[str, list[Change]] = defaultdict(list)
@@ -104,7 +105,10 @@ def _event(*attributes: str) -> str:
 
 
 def _attribute(depth: int, kind: str, key: str, value: str) -> str:
-    """Return the line of an attribute, without control characters; "" for an empty text."""
+    """Return an attribute as a line, indented by `depth`; "" for an empty value.
+
+    Control characters, which XML cannot hold, are replaced.
+    """
     if not value:
         return ""
     legal = re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", value)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The body of one person through a day, as clips and gestures of a timeline.
+"""Build the timeline of one person's day from clips and gestures.
 
-Each method appends the next movement: walking, sitting, lying, and work of the hands. A person who
-uses a walking frame leaves it behind where it does not fit.
+Each method of `Actor` appends the next movement: walking, sitting, lying, or work of the hands. A
+person who uses a walking frame leaves the frame behind where it does not fit.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def hand_on_handle(
     here : array, shape (2,)
         Where the person stands, m.
     moves : tuple of 2 floats
-        The opening before and after, rad or m.
+        The opening before and after the movement, rad or m.
     start, seconds : float
         Start and duration of the movement, s.
     """
@@ -120,9 +120,10 @@ def hand_on_handle(
 
 
 def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
-    """Draw the spots of working hands, m to the left and towards the body.
+    """Draw random spots for the hands of a working person.
 
-    Return the times (n,) at which the hands leave a spot, s, and all spots (n + 1, 2). The first
+    A spot is an offset from the point of work: m to the left, and m towards the body. Return two
+    arrays: the times (n,) at which the hands leave a spot, s, and the spots (n + 1, 2). The first
     time is 0.
     """
     begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
@@ -138,7 +139,7 @@ def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
 def find_seat(place: Place) -> tuple[Array, float]:
     """Return the point (3,) under the hips of a person who sits at a place, and the yaw.
 
-    At a bed this point is on its edge.
+    On a bed, the person sits at the edge.
     """
     if place.use != LIE:
         return place.target, place.yaw
@@ -171,7 +172,11 @@ Standpoint = tuple[Array, float]  # position (2,) and yaw (rad) of a standing pe
 
 @dataclass(frozen=True, eq=False)
 class ParkedWalkingFrame:
-    """The pose (4,) of a walking frame that was left, and where its user stands to hold it."""
+    """A walking frame that its user has left behind.
+
+    `frame` (4,) is its pose: x, y, z and yaw. `at` (2,) and `yaw` tell where the user stands to
+    take hold of it again.
+    """
 
     frame: Array
     at: Array
@@ -185,7 +190,7 @@ def walking_frame_pose(at: Array, yaw: float, floor: float, build: Build) -> Arr
 
 
 def walking_frame_fits(floor: Floor, at: Array, yaw: float, build: Build) -> bool:
-    """Return whether there is free floor for the walking frame of a person at a point (2,)."""
+    """Return whether the walking frame of a person at a point (2,) stands on free floor only."""
     x, y, _, _ = walking_frame_pose(at, yaw, 0.0, build)
     ahead, across = (np.arange(-s, s + 1e-9, SPACING_M) * build.scale for s in SIDES_M)
     u, v = (a.ravel() for a in np.meshgrid(ahead, across))
@@ -216,7 +221,7 @@ def parking_on_path(
     -------
     tuple of int and float, or None
         Index of the point, and the yaw to turn to before leaving the frame. None if the frame fits
-        at the destination, or fits nowhere.
+        at the destination, or if it fits nowhere on the last metres of the path.
     """
     if all(walking_frame_fits(floor, at, yaw, build) for at, yaw in ends):
         return None
@@ -239,7 +244,10 @@ def parking_on_path(
 
 
 def parking_near(floor: Floor, at: Array, build: Build) -> Standpoint | None:
-    """Return the nearest position and yaw to a point (2,) at which the walking frame fits."""
+    """Return where a person stands next to a point (2,) so that the walking frame fits.
+
+    This is the nearest such position, and its yaw. Return None if there is none within 1.2 m.
+    """
     for point in _points_around(at):
         if floor.clearance[floor.cell(point)] < 0.2:
             continue
@@ -270,10 +278,10 @@ UNWIND_AFTER = 0.5
 
 
 class Actor:
-    """A person's body, posture and position, and the timeline that they add up to.
+    """A person's body, posture and position during a day, and the timeline made of them so far.
 
-    Times are in seconds since midnight. `place` is the name of the place where the person is, empty
-    on the way.
+    Times are in seconds since midnight. `place` is the name of the place where the person is. It is
+    empty while the person walks from one place to another.
     """
 
     def __init__(self, name: str, build: Build, home: HomeInUse, now: float) -> None:
@@ -299,7 +307,7 @@ class Actor:
     # Position and posture.
 
     def place_at(self, at: Array, yaw: float, storey: int) -> None:
-        """Put the standing person at a point (2,) without a way to it."""
+        """Put the standing person at a point (2,) at once, without walking there."""
         self.storey = storey
         self.stand = Stance.at(float(at[0]), float(at[1]), yaw, self.build)
         self.pose = self._standing()
@@ -312,7 +320,7 @@ class Actor:
 
     @property
     def _walks_as(self) -> Build:
-        """The build, without the walking frame if it was left behind."""
+        """The build of the body that walks: without the walking frame if that was left behind."""
         return self.build if self.parked is None else replace(self.build, frame=False)
 
     @property
@@ -327,13 +335,16 @@ class Actor:
         return np.array(self.stand.centre)
 
     def positions_at(self, times: Array) -> Array:
-        """Return the body's positions (n, 2) at times (n,), the last known one after that."""
+        """Return the body's positions (n, 2) at times (n,).
+
+        For times after the last known position, that position is returned.
+        """
         first = bisect_right(self._track, (float(times.min()), math.inf)) - 1
         track = np.array(self._track[max(first, 0) :])
         return np.column_stack([np.interp(times, track[:, 0], track[:, k]) for k in (1, 2)])
 
     def set_posture(self, posture: str, place: str = "") -> None:
-        """Set posture and place, and end the stay if either has changed."""
+        """Set posture and place; if either of them changes, end the stay and begin another."""
         if (posture, place) != (self.posture, self.place):
             self.end_stay()
             self.posture, self.place = posture, place
@@ -369,7 +380,10 @@ class Actor:
         self._keep_still(until)
 
     def _unwind_heading(self) -> None:
-        """Remove whole turns from the heading, while the body is still and nobody sees it."""
+        """Remove whole turns from the heading.
+
+        The body must be still: the numbers change by multiples of 2π, and the pose looks the same.
+        """
         turn = -2 * math.pi * round(self.stand.yaw / (2 * math.pi))
         left, right = (replace(f, yaw=f.yaw + turn) for f in (self.stand.left, self.stand.right))
         self.stand = Stance(left, right)
@@ -381,7 +395,7 @@ class Actor:
         )
 
     def _keep_still(self, until: float) -> None:
-        """Extend the last still clip, or append one."""
+        """Stay still until a time: extend the last clip if it is still, else append one."""
         pose, gone, clips = self.pose, self.posture == AWAY, self.timeline.clips
         if clips and clips[-1].still and clips[-1].away == gone:
             clips[-1] = replace(clips[-1], end=until)
@@ -393,7 +407,19 @@ class Actor:
         self, seconds: float, rise: float, fall: float,
         apply: Callable[[BodyPose, Array, Array], BodyPose], begins: float = 0.0,
     ) -> None:  # fmt: skip
-        """Add a gesture that starts `begins` seconds from now."""
+        """Add a gesture that starts `begins` seconds after the present time.
+
+        Parameters
+        ----------
+        seconds : float
+            The duration.
+        rise, fall : float
+            The time in which the gesture's weight rises from 0 to 1, and falls to 0 at the end, s.
+        apply : callable
+            Takes poses, times (n,) and weights (n,), and returns the changed poses.
+        begins : float, optional
+            The time from now to the start, s.
+        """
         start = self.now + begins
         self.timeline.gestures.append(Gesture(start, start + seconds, rise, fall, apply))
 
@@ -450,7 +476,7 @@ class Actor:
         self.add_clip(HANDS, lambda t: before.interpolated(after, ease(t / HANDS)))
 
     def seat_approach(self, place: Place) -> tuple[Array, float, Array]:
-        """Return where to stand before sitting down (2,), the yaw there, and the seat (3,).
+        """Return the point (2,) to stand on before sitting down, the yaw there, and the seat (3,).
 
         A cat stands at the place itself and leaps from there.
         """
@@ -461,7 +487,7 @@ class Actor:
         return seat[:2] + seat_distance(self.build) * ahead, yaw, seat
 
     def _step_to(self, point: Array, yaw: float) -> None:
-        """Walk straight to a point next to the end of the path, as between chair and table."""
+        """Walk straight to a point close to the end of the path, as between chair and table."""
         path = np.array([self.position, point])
         far = math.hypot(*(path[1] - path[0])) > 0.04
         self.walk(resample(path) if far else path[:1], yaw)
@@ -475,7 +501,7 @@ class Actor:
         self.set_posture(LYING, place.name)
 
     def rest_at(self, place: Place, posture: str) -> None:
-        """Start in a posture at a place, without a way to it."""
+        """Start the day in a posture at a place, without walking there."""
         if self.build.frame:
             floor = self.home.ground.floor(place.storey, {})
             beside = parking_near(floor, place.at[:2], self.build)
@@ -539,7 +565,10 @@ class Actor:
         self.stay_until(self.now + seconds)
 
     def free_hand_for(self, point: Array) -> int:
-        """Return the hand that is nearer to a point, or the other one if that hand is full."""
+        """Return the side (0 left, 1 right) of a hand that can reach for a point.
+
+        This is the hand nearer to the point or, if that hand holds something, the other one.
+        """
         x, y = self.pose.pelvis[0, :2]
         yaw = float(self.pose.heading[0])
         side = 0 if -(point[0] - x) * math.sin(yaw) + (point[1] - y) * math.cos(yaw) > 0.02 else 1
@@ -550,7 +579,23 @@ class Actor:
         self, side: int, point: Callable[[Array], Array], seconds: float,
         rise: float = REACH, fall: float = 0.55, most: float = 1.0, begins: float = 0.0,
     ) -> None:  # fmt: skip
-        """Add a gesture that moves a hand to `point(times)`, an array (n, 3)."""
+        """Add a gesture that moves a hand.
+
+        Parameters
+        ----------
+        side : int
+            0 for the left hand, 1 for the right one.
+        point : callable
+            Takes times (n,) and returns the positions of the hand, shape (n, 3), m.
+        seconds : float
+            The duration.
+        rise, fall : float, optional
+            The time in which the hand reaches the positions, and leaves them at the end, s.
+        most : float, optional
+            Limit to how far the trunk leans towards the point, 0 … 1. A lying person never leans.
+        begins : float, optional
+            The time from now to the start, s.
+        """
         sits, lies = self.posture == SITTING, self.posture == LYING
         slide, most = (0.12 if sits else -0.03), (0.0 if lies else most)
         self.add_gesture(
@@ -559,7 +604,7 @@ class Actor:
         )  # fmt: skip
 
     def touch(self, point: Array) -> float:
-        """Touch a point with a hand, and return the time of contact."""
+        """Touch a point with a free hand, and return the time of contact."""
         self.move_hand(self.free_hand_for(point), lambda _t: point, 1.8, 0.9, 0.8)
         at = self.now + 0.95
         self.stay_until(self.now + 1.85)
@@ -600,7 +645,11 @@ class Actor:
         self.stay_until(self.now + DRINK + 0.1)
 
     def _let_go(self, thing: str, at: float) -> None:
-        """Add the gesture of having carried a thing until now."""
+        """Take a thing out of a hand at a time.
+
+        The gesture that poses this hand as carrying is added, from when it took the thing until
+        now.
+        """
         side, since = self.hands.pop(thing)
         carried = Gesture(since - 0.4, at + 0.5, 0.8, 0.7,
                           lambda pose, _t, w: carrying(pose, side, w), steady=True)  # fmt: skip
@@ -628,7 +677,7 @@ class Actor:
             self.stay_until(end + 0.55)
 
     def finish(self) -> None:
-        """End the day: empty the hands and record the last stay."""
+        """End the day: empty the hands, record the last stay, and sort the gestures by start."""
         for thing in list(self.hands):
             self._let_go(thing, self.now + 1.0)
         self.end_stay()
@@ -637,10 +686,13 @@ class Actor:
 
 
 def sip_gesture(began: float) -> Gesture:
-    """Return when the cup of a person who begins to drink at a time is tilted."""
+    """Return a gesture whose weight tells how far a cup is tilted.
+
+    The person begins to drink at the time `began`. The gesture does not move the body.
+    """
     return Gesture(began + 0.5, began + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
 
 
 def _with_parked_walking_frame(parked: ParkedWalkingFrame | None, pose: BodyPose) -> BodyPose:
-    """Return the pose with the walking frame where it is parked, if it is."""
+    """Return the pose, with the walking frame where it is parked if it was left behind."""
     return pose if parked is None else replace(pose, walker=parked.frame[None])

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Act out one day: turn the segments of a routine into motion of bodies, doors and things.
 
-A day can be acted without the days before it. It begins with the activity under way at midnight,
-acted from that activity's start. Lamps, doors and things begin as the steps before midnight have
-left them.
+A day can be acted without acting the days before it. It begins with the activity that is under way
+at midnight, acted from that activity's start. Steps before that only set lamps, doors and things.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ def act(
     day: int,
     ground: Ground | None = None,
 ) -> Acted:
-    """Return the acted day, counted from 0; see `acting`."""
+    """Act out the day of this number, counted from 0; see `acting` for the parameters."""
     return finished(acting(segments, routine, places, residents, draws, day, ground))
 
 
@@ -53,12 +52,12 @@ def acting(
     day: int,
     ground: Ground | None = None,
 ) -> Shares[Acted]:
-    """Act a day in steps.
+    """Act out a day in steps.
 
     Parameters
     ----------
     segments : sequence of Segment
-        All known segments, in s since midnight of day 0.
+        The segments of all persons and days, in s since midnight of day 0.
     routine : Routine
         The activities and persons.
     places : Places
@@ -68,14 +67,14 @@ def acting(
     draws : Draws
         The random numbers, with the date of day 0.
     day : int
-        The day to act.
+        The number of the day to act.
     ground : Ground, optional
-        The ground of another day, whose cached paths are used again.
+        The ground from an earlier call. Its cached paths are used again.
 
     Yields
     ------
     float
-        The share that is done.
+        The share of the work that is done.
 
     Returns
     -------
@@ -112,7 +111,7 @@ def _check_known(
     residents: Mapping[str, Build],
     places: Places,
 ) -> None:
-    """Raise `InputError` for an unknown activity, person or step that cannot be performed."""
+    """Raise `InputError` for an unknown activity or person, or for a step that is impossible."""
     for segment in {(s.person, s.activity): s for s in segments}.values():
         name, prefix = segment.activity, f"{segment.where}: " if segment.where else ""
         if name not in activities and name != OTHER:
@@ -137,7 +136,10 @@ def _check_known(
 def _plan(
     segments: Sequence[Segment], person: str, day: int, draws: Draws
 ) -> list[tuple[Segment, Stream]]:
-    """Return the segments of a person's day with their random numbers, in s of that day."""
+    """Return the segments of a person's day, in s since that day's midnight.
+
+    Each comes with its random numbers.
+    """
     mine = [s for s in segments if s.person == person]
     inside = [s for s in mine if s.end > day * DAY and s.start < (day + 1) * DAY]
     found = []
@@ -164,7 +166,7 @@ def _restore_home(
     plans: Mapping[str, list[tuple[Segment, Stream]]],
     day: int,
 ) -> None:
-    """Set lamps, doors and things as the steps of earlier segments left them."""
+    """Set lamps, doors and things as the steps before this day have left them."""
     earlier = [s for person in plans for s in _before(segments, person, day)]
     for segment in sorted(earlier, key=lambda s: (s.start, s.person)):
         activity_steps = activities.get(segment.activity)
@@ -179,11 +181,11 @@ def _restore_home(
 
 
 def _begin(performer: Performer, segments: Sequence[Segment], day: int) -> None:
-    """Put a person where the last segments before the day end.
+    """Put a person where the last segment before the day ends.
 
-    If no earlier segment ends at a place, the end of the first later segment that has one counts.
-    The last resort is to stand at the first free place that the steps name, because others may be
-    out of reach.
+    Segments without a place are passed over. If no earlier segment ends at a place, the end of the
+    first later segment with a place is used. If there is none either, the person stands at the
+    first free place that any step names.
     """
     mine = [s for s in segments if s.person == performer.name]
     count = len(_before(segments, performer.name, day))
@@ -213,7 +215,10 @@ def _begin(performer: Performer, segments: Sequence[Segment], day: int) -> None:
 
 
 def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Shares[None]:
-    """Advance whoever is earliest; at equal times, the first in the list."""
+    """Advance the person whose time is earliest, until all are done.
+
+    Of persons with the same time, the first in the list is advanced.
+    """
     lives = [performer.live(plan) for performer, plan in people]
     queue = [(performer.now, number) for number, (performer, _) in enumerate(people)]
     heapq.heapify(queue)
@@ -232,7 +237,7 @@ def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Sh
 
 
 def _acted(home: HomeInUse, people: list[Performer]) -> Acted:
-    """Collect what was acted."""
+    """Collect the motion of all persons and the changes of the home."""
     stays = [stay for performer in people for stay in performer.stays]
     done = [
         _placed(one, stays, performer.activities.get(one.activity))
@@ -263,9 +268,9 @@ def _of_day(found: list[T]) -> list[T]:
 def _placed(
     done: ActedActivity, stays: list[Stay], activity_steps: ActivitySteps | None
 ) -> ActedActivity:
-    """Return the activity with the place where most of it was done.
+    """Return the activity with the place where the person spent most of it.
 
-    The places that its steps name are preferred.
+    Places that the activity's steps name are preferred.
     """
     lasting: dict[str, float] = {}
     for stay in stays:

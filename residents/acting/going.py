@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a person walks through the home: through doors, around others, to free places.
 
-Methods that take time are generators. The person whose time is earliest is advanced. Each `yield`
-lets the others catch up, so that their positions are known.
+Methods that take time are generators. Of all persons, the one whose time `now` is earliest is
+advanced to the next `yield`. So the positions of the others are known when a person looks at them.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ROOM_TO_PASS = 0.5
 
 
 class ActivityAbandoned(Exception):
-    """The activity ended before others made way."""
+    """The activity's time was over before others made way."""
 
 
 class Navigator(Actor):
@@ -50,7 +50,7 @@ class Navigator(Actor):
         self._standpoints: list[Standpoint] = []
 
     def wait_briefly(self) -> Process:
-        """Wait a little for others, aside if this person bars their way.
+        """Wait a little for others, or step aside for somebody who needs to pass.
 
         Raises `ActivityAbandoned` if the activity is over.
         """
@@ -62,11 +62,14 @@ class Navigator(Actor):
             yield
 
     def key(self, place: Place) -> str:
-        """Return the key by which a place is reserved; cats only give way to cats."""
+        """Return the string under which this person reserves a place.
+
+        Cats have strings of their own, so that only cats keep cats from a place.
+        """
         return f"cat {place.name}" if self.build.is_cat else self.home.reservation_key(place)
 
     def go_to_place(self, step: ActivityStep, place: Place) -> Process:
-        """Walk to a place, once it is free, and stand there."""
+        """Wait until a place is free, walk to it and stand there."""
         key = self.key(place)
         if not self.home.is_free(key, self):
             yield from self._walk_to_place(step, place, self._key, short_of=True)
@@ -82,7 +85,7 @@ class Navigator(Actor):
         self.set_posture(STANDING, place.name)
 
     def abandon(self) -> None:
-        """Abandon the activity, and release all but the place where the person is."""
+        """Abandon the activity, and end all reservations except that of the present place."""
         self.wanted_path, self.is_cornered = None, False
         place = self.home.places.places.get(self.place)
         self._key = "" if place is None else self.key(place)
@@ -93,7 +96,8 @@ class Navigator(Actor):
     ) -> Process:
         """Walk to where one stands at a place, or, if `short_of`, to where one waits for it.
 
-        The key `leaves` is released on the way.
+        `leaves` is the string under which the earlier place is reserved. The reservation ends on
+        the way.
         """
         if self.build.is_cat:
             doors = self._doors_to(step, place.at[:2], place.storey)
@@ -106,7 +110,22 @@ class Navigator(Actor):
     def walk_to_point(
         self, step: ActivityStep, goal: Array, yaw: float | None, storey: int, leaves: str = ""
     ) -> Process:
-        """Walk to a point (2,) through doors, releasing the key `leaves` after the first door."""
+        """Walk to a point (2,) through doors.
+
+        Parameters
+        ----------
+        step : ActivityStep
+            The step for which the person walks, named in errors.
+        goal : array, shape (2,)
+            The point, m.
+        yaw : float or None
+            The direction in which to look there, rad; None for any.
+        storey : int
+            The storey's index; 0 is the lowest.
+        leaves : str, optional
+            The string under which the earlier place is reserved. The reservation ends after the
+            first door that the person has opened, or at the point.
+        """
         self.rise()
         for door, side in self._doors_to(step, goal, storey):
             if self.home.stands_open(door, self):
@@ -120,14 +139,14 @@ class Navigator(Actor):
         self._release(leaves)
 
     def _release(self, key: str) -> None:
-        """Release a reserved place."""
+        """End the reservation of `key`, unless `key` is ""."""
         if key:
             self.home.release(key, self)
             if self._key == key:
                 self._key = ""
 
     def _doors_to(self, step: ActivityStep, goal: Array, storey: int) -> list[tuple[Door, float]]:
-        """Return the doors on the way to a point, each with the side to come from.
+        """Return the doors on the way to a point, each with the side from which the person arrives.
 
         Raises `InputError` if there is no way.
         """
@@ -145,9 +164,10 @@ class Navigator(Actor):
         return found
 
     def _waiting_point(self, step: ActivityStep, place: Place) -> tuple[Array, float | None]:
-        """Return the point and yaw where to wait for a place, out of the swing of all leaves.
+        """Return the point and yaw where the person waits for a place, clear of all moving leaves.
 
-        It is before the last door on the way or before the place, or here, if that is nearer.
+        This is before the last door on the way or, without doors, before the place. The person
+        stays here if no such point is found.
         """
         ground, home = self.home.ground, self.home
         doors = self._doors_to(step, place.at[:2], place.storey)
@@ -209,7 +229,10 @@ class Navigator(Actor):
         self._walk(path, yaw, opened)
 
     def _leave_walking_frame_on_path(self, path: Array, opened: dict[str, float]) -> Array:
-        """Leave the walking frame where it does not fit later; return the remaining path (n, 2)."""
+        """Leave the walking frame on the path if it does not fit at the destination.
+
+        Return the remaining points (n, 2) of the path.
+        """
         floor = self.home.ground.floor(self.storey, opened)
         points = round_corners(floor, path) if length(path) > 0.05 else path
         found = parking_on_path(floor, points, self._standpoints, self.build)
@@ -222,7 +245,7 @@ class Navigator(Actor):
         return rest
 
     def _fetch_walking_frame(self) -> Process:
-        """Walk back to the walking frame and take hold of it."""
+        """Walk back to the walking frame, if it was left behind, and take hold of it."""
         if self.parked is None:
             return
         opened = self.home.open_doors(self.storey)
@@ -238,9 +261,10 @@ class Navigator(Actor):
     # People in each other's way.
 
     def _wait(self, path: Array) -> Generator[None, None, bool]:
-        """Wait a moment for others to leave a path (n, 2); return True after stepping aside.
+        """Wait a moment for others to leave a path (n, 2).
 
-        If two people wait for each other, the one who has waited less steps aside.
+        If two people wait for each other, the one who has waited less steps aside. Return True if
+        this person has stepped aside.
         """
         if self.wanted_path is None:
             self.waiting_since = self.now
@@ -253,7 +277,7 @@ class Navigator(Actor):
         return False
 
     def _who_needs_room(self) -> Occupant | None:
-        """Return the person for whom this one must step aside now, or None."""
+        """Return the person for whom this one should step aside now, or None."""
         other = self.home.longest_waiting(self)
         if other is None or self.now < other.waiting_since + AGREED:
             return None
@@ -266,7 +290,7 @@ class Navigator(Actor):
         return other
 
     def _check_room(self, other: Occupant, path: Array) -> None:
-        """Raise `InputError` if neither person can step aside for the other."""
+        """Raise `InputError` if neither this person nor `other` can step aside."""
         if other.is_cornered and self.step is not None and self._spot_aside(other, path) is None:
             raise self.step.error(
                 f"{self.name!r} and {other.name!r} meet where they cannot pass each other, and "
@@ -274,7 +298,10 @@ class Navigator(Actor):
             )
 
     def _step_aside(self, other: Occupant) -> Generator[None, None, bool]:
-        """Step aside until the other has passed or patience ends; return False without room."""
+        """Step aside until the other person has passed, or `PATIENCE` is over.
+
+        Return False if there is no room to step aside.
+        """
         spot = None if other.wanted_path is None else self._spot_aside(other, other.wanted_path)
         self.is_cornered = spot is None
         if spot is None or self.step is None:
@@ -290,7 +317,10 @@ class Navigator(Actor):
         return True
 
     def _spot_aside(self, other: Occupant, wanted_path: Array) -> Array | None:
-        """Return the nearest reachable point off the other's path (n, 2), also behind a door."""
+        """Return the nearest reachable point off the path (n, 2) of `other`, or None.
+
+        The point can be in the next region, behind a door.
+        """
         ground, wanted_path = self.home.ground, resample(wanted_path, 0.1)
         floor = ground.floor(self.storey, self.home.open_doors(self.storey))
         every = max(round(SPACED / floor.size), 1)
@@ -309,7 +339,10 @@ class Navigator(Actor):
         return next((free[k] for k in order if self._can_reach(free[k], other)), None)
 
     def _can_reach(self, point: Array, other: Occupant) -> bool:
-        """Return whether the way to a point, up to its first shut door, leads past nobody."""
+        """Return whether this person can walk to a point, or to the first shut door before it.
+
+        Nobody may be in the way.
+        """
         if self.step is None:
             return False
         there = other.positions_at(np.array([self.now]))[0]
@@ -333,7 +366,7 @@ class Navigator(Actor):
         return self.home.find_clash(self, path, self.build.speed) is None
 
     def _walk(self, path: Array, yaw: float | None, opened: dict[str, float]) -> None:
-        """Walk along corner points (n, 2), with rounded corners."""
+        """Walk along corner points (n, 2), with the corners rounded."""
         if float(np.hypot(*np.diff(path, axis=0).T).sum()) < 0.05:
             self.walk(path[:1], yaw)
             return
@@ -342,7 +375,11 @@ class Navigator(Actor):
         self.set_posture(STANDING)
 
     def _path_through_leaves(self, step: ActivityStep, goal: Array) -> Array:
-        """Return the path as if all doors were shut: leaves in the way are pushed aside."""
+        """Return the path to a point as if all doors were shut.
+
+        It is for a person between open leaves. Leaves on the path are taken as pushed aside. Raises
+        `InputError` if there is no path either.
+        """
         try:
             return self.home.ground.find_path(self.storey, self.position, goal, self.radius, {})
         except NoPath as error:
@@ -353,7 +390,7 @@ class Navigator(Actor):
             ) from None
 
     def _path_around(self, goal: Array, other: Array) -> Array | None:
-        """Return a path around a person who stands at a point, or None."""
+        """Return a path (n, 2) around a person who stands at the point `other`, or None."""
         opened = self.home.open_doors(self.storey)
         try:
             path = self.home.ground.find_path(
@@ -364,14 +401,17 @@ class Navigator(Actor):
         return path if self.home.find_clash(self, path, self.build.speed) is None else None
 
     def wait_for_door(self, door: Door) -> Process:
-        """Wait until nobody else is at a door or in its swing, then occupy it."""
+        """Wait until nobody else is at a door or in its swing, then mark it as used."""
         until = self.now + PATIENCE
         while not self.home.can_move(door, self, self.now < until):
             yield from self.wait_briefly()
         self.home.occupy(door, self, math.inf)
 
     def pass_door(self, door: Door, side: float) -> Process:
-        """Walk through a door from `side`, and shut it again if it was shut."""
+        """Walk through a door from `side`.
+
+        Afterwards, shut it if it was shut before, or if it is an entrance.
+        """
         ground, home = self.home.ground, self.home
         yield from self.wait_for_door(door)
         near = ground.spot_or_estimate(door, side, self.radius)

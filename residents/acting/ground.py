@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Paths through a home, and the doors to open on the way.
 
-With all doors shut the floor of a storey falls into regions. A path leads from region to region
-through doors.
+Shut doors divide the floor of a storey into regions. A path leads from region to region through
+doors.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Open = Mapping[str, float]
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """Position (2,) and yaw of a person who moves a door."""
+    """Where a person stands to open or shut a door: position (2,) and yaw."""
 
     at: Array
     yaw: float
@@ -44,7 +44,10 @@ class Spot:
 
 @dataclass(frozen=True, eq=False)
 class FloorWithPerson(Floor):
-    """A floor on which a person stands at a point (2,) with a radius in m."""
+    """A floor with a person as an obstacle: a circle around a point (2,), with a radius in m.
+
+    `whole` is the floor without the person.
+    """
 
     whole: Floor
     point: Array
@@ -52,7 +55,7 @@ class FloorWithPerson(Floor):
 
     @cached_property
     def clearance(self) -> Array:
-        """The clearance (nx, ny) of the whole floor, reduced near the person, m."""
+        """The distance (nx, ny) from each cell to the nearest obstacle or to the person, m."""
         middles = [
             self.low[axis] + (np.arange(self.free.shape[axis]) + 0.5) * self.size - self.point[axis]
             for axis in (0, 1)
@@ -65,9 +68,9 @@ class FloorWithPerson(Floor):
 class Ground:
     """The floors of a home with its doors, and the paths on them.
 
-    All results are cached, also for other days. A day of the sample home takes 2.6 s of CPU to act:
-    13 s without cached spots, 9 s without floors, 6 s without paths, minutes without regions. The
-    Atelier home takes 4 % longer without swings.
+    All results are cached, also for other days. A day of the sample home takes 2.6 s of CPU to act.
+    Without cached spots it would take 13 s, without floors 9 s, without paths 6 s, and without
+    regions minutes. The Atelier home takes 4 % longer without cached swings.
     """
 
     def __init__(self, places: Places) -> None:
@@ -81,7 +84,10 @@ class Ground:
     # Floors.
 
     def floor(self, storey: int, opened: Open) -> Floor:
-        """Return the floor of a storey with its leaves; doors that are not in `opened` are shut."""
+        """Return the floor of a storey on which the leaves of doors are obstacles.
+
+        `opened` has the openings of the doors that are open. All other doors are shut.
+        """
         key = storey, tuple(sorted(opened.items()))
         if key not in self._floors:
             floor = self.places.storeys[storey].floor
@@ -93,14 +99,20 @@ class Ground:
         return self._floors[key]
 
     def regions(self, storey: int, radius: float) -> NDArray[np.int64]:
-        """Return the region (nx, ny) of each cell with all doors shut; 0 is no room."""
+        """Return the numbers (nx, ny) of the regions to which the cells belong with all doors shut.
+
+        Cells where a body with this radius (m) does not fit have the number 0.
+        """
         key = storey, radius
         if key not in self._regions:
             self._regions[key] = regions(self.floor(storey, {}), radius)
         return self._regions[key]
 
     def region_at(self, storey: int, point: Array, radius: float) -> int:
-        """Return the region of the cell nearest to a point; 0 if there is none within a metre."""
+        """Return the number of the region at a point, or of the nearest region within a metre.
+
+        Return 0 if there is none.
+        """
         regions, floor = self.regions(storey, radius), self.floor(storey, {})
         x, y = floor.cell(point)
         if regions[x, y]:
@@ -120,8 +132,8 @@ class Ground:
     def spot(self, door: Door, side: float, radius: float) -> Spot | None:
         """Return the spot on one side of a door from which a person moves it.
 
-        It is clear of the leaf's swing and in reach of the handle. None without room for a person,
-        as inside a cupboard.
+        The spot is outside the area that the leaf sweeps, and the handle is in reach from it.
+        Return None if there is no room for a person on that side, as inside a cupboard.
         """
         key = door.name, side, radius
         if key not in self._spots:
@@ -156,7 +168,7 @@ class Ground:
         return Spot(point, yaw_to(point, first + 0.72 * door.width * along))
 
     def spot_or_estimate(self, door: Door, side: float, radius: float) -> Spot:
-        """Return the spot before a door, estimated from the door's size if the floor is unknown."""
+        """Return the spot on one side of a door; without one, estimate it from the door's size."""
         found = self.spot(door, side, radius)
         if found is not None:
             return found
@@ -167,7 +179,7 @@ class Ground:
         return Spot(point, yaw_to(point, first + 0.72 * door.width * along))
 
     def inner_side(self, door: Door, radius: float) -> float:
-        """Return the side of an entrance on which most places are."""
+        """Return the side of an entrance from which most places can be reached."""
         counts = {}
         for side in (1.0, -1.0):
             spot = self.spot(door, side, radius)
@@ -180,7 +192,10 @@ class Ground:
         return max(counts, key=lambda side: counts[side])
 
     def _reached(self, storey: int, start: Array, radius: float, outside: bool = False) -> set[int]:
-        """Return the regions that can be reached through doors, through entrances if `outside`."""
+        """Return the numbers of the regions that can be reached from a point through doors.
+
+        With `outside`, entrances count as doors too.
+        """
         reached: set[int] = set()
         new = [self.region_at(storey, start, radius)]
         while new:
@@ -195,7 +210,7 @@ class Ground:
         return reached
 
     def crossing(self, door: Door, side: float, radius: float, opened: Open) -> Array:
-        """Return the corner points (n, 2) of the path through an open door, from `side`."""
+        """Return the corner points (n, 2) of the path through an open door, starting on `side`."""
         ends = [self.spot_or_estimate(door, one, radius).at for one in (side, -side)]
         try:
             return self.find_path(
@@ -207,7 +222,7 @@ class Ground:
             return np.array([ends[0], middle + 0.3 * ahead, middle - 0.3 * ahead, ends[1]])
 
     def in_swing(self, door: Door, point: Array, margin: float) -> bool:
-        """Return whether the swing of a leaf comes nearer to a point (2,) than `margin` m."""
+        """Return whether a leaf that opens comes nearer to a point (2,) than `margin` m."""
         if door.name not in self._swings:
             stands = [door.line(w) for w in np.linspace(door.closed, door.open, 9)]
             self._swings[door.name] = np.concatenate(stands)
@@ -224,7 +239,7 @@ class Ground:
         Parameters
         ----------
         storey : int
-            The storey, from the lowest.
+            The storey's index; 0 is the lowest.
         start, goal : array, shape (2,)
             The ends, m.
         radius : float
@@ -232,7 +247,7 @@ class Ground:
         opened : mapping of str to float
             The openings of the doors that are open.
         other : array, shape (2,), optional
-            A person to walk around.
+            The position of a person to walk around.
 
         Raises
         ------
@@ -259,22 +274,24 @@ class Ground:
     ) -> list[tuple[Door, float]] | None:
         """Return the doors on the cheapest way between two points.
 
+        The cost of a way is its length, and `DOOR_COST_M` for each door that is shut.
+
         Parameters
         ----------
         storey : int
-            The storey, from the lowest.
+            The storey's index; 0 is the lowest.
         start, goal : array, shape (2,)
             The points, m.
         radius : float
             Half of the walker's width, m.
         opened : mapping of str to float
-            The openings of the doors that are open; passing these has no extra cost.
+            The openings of the doors that are open.
 
         Returns
         -------
         list of tuple, or None
-            The doors in order, also open ones, each with the side to come from. None if there is no
-            way.
+            The doors in the order of passing, open ones included. Each comes with the side from
+            which the walker arrives. None if there is no way.
         """
         wanted = self.region_at(storey, goal, radius)
         begun = self.region_at(storey, start, radius)
@@ -304,7 +321,11 @@ class Ground:
         return None
 
     def doors_from(self, storey: int, region: int, radius: float) -> list[tuple[Door, float, int]]:
-        """Return the doors out of a region: door, side of this region, and the region beyond."""
+        """Return the doors that lead out of a region.
+
+        Each comes with the side on which this region is, and with the number of the region on the
+        other side.
+        """
         floor, regions = self.floor(storey, {}), self.regions(storey, radius)
         found = []
         for door in self.places.doors.values():
@@ -320,7 +341,7 @@ class Ground:
         return found
 
     def nearest_reachable(self, storey: int, start: Array, goal: Array, radius: float) -> Array:
-        """Return the reachable point (2,) nearest to a goal, with all doors opened."""
+        """Return the point (2,) nearest to `goal` that can be reached if all doors are opened."""
         regions, floor = self.regions(storey, radius), self.floor(storey, {})
         reached = self._reached(storey, start, radius, outside=True)
         cells = np.argwhere(np.isin(regions, sorted(reached)))
@@ -332,9 +353,10 @@ class Ground:
 
 
 def door_axes(door: Door, side: float) -> tuple[Array, Array, Array]:
-    """Return the axes of a shut door on the floor, each (2,).
+    """Return the axes of a shut door on the floor, three arrays (2,).
 
-    They are the hinge, the direction along the leaf, and the direction away from it to `side`.
+    They are the hinge's position, the unit vector along the leaf, and the unit vector from the leaf
+    towards `side`.
     """
     first, last = door.line(door.closed, 2)
     along = (last - first) / max(math.hypot(*(last - first)), 1e-9)
@@ -362,9 +384,9 @@ def resample(points: Array, spacing: float = 0.03) -> Array:
 
 
 def round_corners(floor: Floor, points: Array) -> Array:
-    """Return corner points (n, 2) as closely spaced points (m, 2) with rounded corners.
+    """Return closely spaced points (m, 2) along corner points (n, 2), with the corners rounded.
 
-    The arcs are quadratic Béziers, as wide as the clearance permits.
+    The arcs are quadratic Béziers. They are made smaller where obstacles are near.
     """
     arcs, t = [points[:1]], np.linspace(0, 1, 9)[:, None]
     for before, corner, after in zip(points, points[1:], points[2:], strict=False):
@@ -385,13 +407,13 @@ def round_corners(floor: Floor, points: Array) -> Array:
 
 
 def _room(floor: Floor, points: Array) -> float:
-    """Return the least clearance at points."""
+    """Return the least distance from any of the points (n, 2) to an obstacle, m."""
     cells = np.array([floor.cell(point) for point in points])
     return float(floor.clearance[cells[:, 0], cells[:, 1]].min())
 
 
 def _leaf(door: Door, opening: float) -> Array:
-    """Return points (n, 2) along a leaf on the floor."""
+    """Return closely spaced points (n, 2) along a leaf on the floor."""
     first, last = door.line(opening, 2)
     if opening == door.closed:
         out = (last - first) / max(math.hypot(*(last - first)), 1e-9) * JAMB

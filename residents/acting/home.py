@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The state of a home during a day: open doors, lamps, things and people.
 
-No two people reserve the same place, or walk through each other.
+People reserve places, so that no two of them use the same one. They also check their paths for
+others, so that they do not walk through each other.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ APART, FROM_LEAF, AT_PLACE, SAME_PLACE = 0.42, 0.27, 0.6, 0.3
 
 
 class Occupant(Protocol):
-    """A person or cat as the others see them."""
+    """What people know of another person or cat in the home."""
 
     name: str
     now: float
@@ -42,7 +43,10 @@ class Occupant(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Clash:
-    """A person in the way, who stands there from `since` until at least `until`."""
+    """A person `who` is in the way of another, at the point `at` (2,).
+
+    The person is there from the time `since` until the time `until` at least, s.
+    """
 
     at: Array
     since: float
@@ -50,13 +54,31 @@ class Clash:
     who: Occupant
 
     def is_standing_at(self, time: float) -> bool:
-        """Return whether the person stands still at a time."""
+        """Return whether the person in the way has stopped walking by a time."""
         return self.since <= time
 
 
 @dataclass(eq=False)
 class HomeInUse:
-    """The doors, lamps, things and people of a home during a day, and the record of changes."""
+    """The present state of a home, and the record of its changes during the day.
+
+    Attributes
+    ----------
+    places : Places
+        The marked places, doors and lamps.
+    ground : Ground
+        The floors and the paths on them.
+    openings : dict of str to float
+        The present opening of each leaf that was moved, rad or m.
+    lamps : dict of str to bool
+        Whether each lamp that was switched is on.
+    things : dict of str to str
+        The place of each thing that was carried.
+    swings, switches, holds, sips
+        The record of changes, as in `Acted`.
+    people : list of Occupant
+        The persons and cats.
+    """
 
     places: Places
     ground: Ground
@@ -75,7 +97,7 @@ class HomeInUse:
     # Doors, lamps and things.
 
     def opening(self, door: Door) -> float:
-        """Return the present opening of a leaf; the file's state is 0."""
+        """Return the present opening of a leaf; it is 0 as long as nobody has moved the leaf."""
         return self.openings.get(door.name, 0.0)
 
     def is_open(self, door: Door) -> bool:
@@ -83,11 +105,11 @@ class HomeInUse:
         return abs(self.opening(door) - door.closed) > 0.02
 
     def stands_open(self, door: Door, occupant: Occupant) -> bool:
-        """Return whether a person can walk through a door that nobody is about to shut."""
+        """Return whether a door is open, and no other person is using it and about to shut it."""
         return self.is_open(door) and not self._is_busy(door, occupant)
 
     def open_doors(self, storey: int) -> dict[str, float]:
-        """Return the openings of the open doors of a storey, by name."""
+        """Return the openings of those doors of a storey that are open, by name."""
         return {
             door.name: self.opening(door)
             for door in self.places.doors.values()
@@ -95,7 +117,7 @@ class HomeInUse:
         }
 
     def record_swing(self, door: Door, start: float, end: float, after: float, person: str) -> None:
-        """Record that a person moves a leaf to the opening `after`."""
+        """Record that a person moves a leaf from its present opening to the opening `after`."""
         swing = LeafSwing(start, end, self.opening(door), after, person)
         self.swings.setdefault(door.name, []).append(swing)
         self.openings[door.name] = after
@@ -112,7 +134,10 @@ class HomeInUse:
     def record_initial_state(
         self, left: tuple[dict[str, bool], dict[str, float], dict[str, str]], first: float
     ) -> None:
-        """Record a `state` before the time `first`, as changes without a person."""
+        """Record the state that earlier days have left: lamps, openings and things as from `state`.
+
+        They are recorded as changes without a person, just before the time `first` (s).
+        """
         lamps, openings, things = left
         self.switches += [Switch(first - 1.0, lamp, on, "") for lamp, on in lamps.items()]
         for name, opening in openings.items():
@@ -124,42 +149,53 @@ class HomeInUse:
 
     @staticmethod
     def put_position(thing: str, place: Place) -> Array | None:
-        """Return the position (3,) of a thing at a place, or None at the thing's home place."""
+        """Return the position (3,) of a thing that is put down at a place.
+
+        Return None if the thing is put back at its own place, where the blend file has it.
+        """
         return None if place.name == thing else np.array(place.target)
 
     # Reservations.
 
     def reservation_key(self, place: Place) -> str:
-        """Return the key to reserve for a place: its name, or its room if that is private."""
+        """Return the string under which a place is reserved.
+
+        It is the place's name. In a bath or toilet it is "room" with the room's name, so that one
+        person reserves the whole room.
+        """
         room = place.room.lower()
         return f"room {place.room}" if any(word in room for word in _PRIVATE) else place.name
 
     def is_free(self, key: str, occupant: Occupant) -> bool:
-        """Return whether a person can reserve a key now."""
+        """Return whether a person can now reserve `key`, a string from `reservation_key`."""
         holder = self._reserved.get(key)
         return holder is occupant or (
             holder is None and self._free_from.get(key, -np.inf) <= occupant.now
         )
 
     def reserve(self, key: str, occupant: Occupant) -> None:
-        """Reserve a key for a person."""
+        """Reserve `key`, a string from `reservation_key`, for a person."""
         self._reserved[key] = occupant
 
     def release(self, key: str, occupant: Occupant) -> None:
-        """Release a key that the person has reserved, at the person's time."""
+        """End a person's reservation of `key`, if there is one.
+
+        Others can reserve it from the releasing person's present time on.
+        """
         if self._reserved.get(key) is occupant:
             del self._reserved[key]
             self._free_from[key] = occupant.now
 
     def release_all_but(self, key: str, occupant: Occupant) -> None:
-        """Release all keys of a person but one."""
+        """End all reservations of a person except that of `key`."""
         for other in [k for k, holder in self._reserved.items() if holder is occupant and k != key]:
             self.release(other, occupant)
 
     def can_move(self, door: Door, occupant: Occupant, patient: bool) -> bool:
-        """Return whether nobody else uses a door, or stands in its swing.
+        """Return whether a person can move a door now.
 
-        Without `patient`, people on their way do not count.
+        Nobody else may be using it, or standing in its swing. People in the swing who are still
+        walking count only if `patient`.
         """
         if self._is_busy(door, occupant):
             return False
@@ -171,7 +207,7 @@ class HomeInUse:
         )
 
     def occupy(self, door: Door, occupant: Occupant, until: float) -> None:
-        """Keep others from using a door until a time."""
+        """Mark a door as used by a person until a time, so that others wait for it."""
         self._busy[door.name] = occupant, until
 
     def _is_busy(self, door: Door, occupant: Occupant) -> bool:
@@ -179,7 +215,7 @@ class HomeInUse:
         return holder is not occupant and until > occupant.now
 
     def longest_waiting(self, occupant: Occupant) -> Occupant | None:
-        """Return the person who has waited longest for this one to make way, or None."""
+        """Return the person who has waited longest for `occupant` to make way, or None."""
         here = occupant.positions_at(np.array([occupant.now]))[0]
         found = [
             other
@@ -190,19 +226,31 @@ class HomeInUse:
         return min(found, key=lambda other: other.waiting_since, default=None)
 
     def will_come_near(self, other: Occupant, occupant: Occupant) -> bool:
-        """Return whether another person's known path comes near to this one soon."""
+        """Return whether the known path of another person soon comes near to `occupant`."""
         times = occupant.now + np.linspace(0.0, 3.5, 8)
         off = other.positions_at(times) - occupant.positions_at(np.array([occupant.now]))
         return other.now > occupant.now and float(np.hypot(*off.T).min()) < 2 * APART
 
     def _others(self, occupant: Occupant) -> list[Occupant]:
-        """Return all others who can be in the way."""
+        """Return all people who can be in the way of `occupant`."""
         return [other for other in self.people if other is not occupant and not other.is_ignored]
 
     def find_clash(self, occupant: Occupant, path: Array, speed: float) -> Clash | None:
-        """Return the first person in the way of someone who starts now along corner points (n, 2).
+        """Return the first person in the way of `occupant`, who starts to walk now.
 
-        `speed` is in m/s. Return None if nobody is in the way.
+        Parameters
+        ----------
+        occupant : Occupant
+            The person who walks.
+        path : array, shape (n, 2)
+            The corner points of the path, m.
+        speed : float
+            The walking speed, m/s.
+
+        Returns
+        -------
+        Clash or None
+            None if nobody is in the way.
         """
         others = self._others(occupant)
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])

@@ -34,7 +34,7 @@ BEFORE = 60.0
 
 
 class Performer(Navigator):
-    """A person who performs activities; `activities` has their steps by name."""
+    """A person who performs activities; `activities` has the steps of each activity by name."""
 
     def __init__(
         self,
@@ -68,7 +68,10 @@ class Performer(Navigator):
     # The day.
 
     def live(self, segments: list[tuple[Segment, Stream]]) -> Process:
-        """Perform segments, in s since the day's midnight, each with its random numbers."""
+        """Perform the segments of the day, in order.
+
+        A segment comes with its random numbers. Its times are in s since midnight of this day.
+        """
         for number, (segment, stream) in enumerate(segments):
             if number and segment.end <= self.now + LATE:
                 continue
@@ -93,7 +96,7 @@ class Performer(Navigator):
         self.finish()
 
     def _begin_activity(self, activity: str) -> None:
-        """Begin an activity, unless it goes on."""
+        """Begin an activity, unless it is the one that the person already does."""
         if self._current is None or self._current[0] != activity:
             self._end_activity()
             self._current = activity, self.now
@@ -105,7 +108,7 @@ class Performer(Navigator):
             self.done.append(ActedActivity(start, self.now, self.name, activity, ""))
 
     def _perform(self, activity_steps: ActivitySteps, segment: Segment, stream: Stream) -> Process:
-        """Perform the steps of an activity, coming home before if need be."""
+        """Perform the steps of an activity; a person who is away comes home before."""
         self.step = activity_steps.steps[0]
         if self.posture == AWAY:
             if activity_steps.posture == AWAY and len(activity_steps.steps) == 1:
@@ -120,7 +123,7 @@ class Performer(Navigator):
     def _repeat_movements(
         self, activity_steps: ActivitySteps, segment: Segment, stream: Stream
     ) -> Process:
-        """Repeat bursts of movement and rests until the activity ends."""
+        """Repeat the activity's small movements, with rests between them, until it ends."""
         times = []
         for number, one in enumerate(activity_steps.meanwhile):
             rest = one.every * one.burst
@@ -143,7 +146,7 @@ class Performer(Navigator):
                 yield from self._perform_step(settled, True, stream)
 
     def _burst(self, one: RepeatedSteps, stream: Stream) -> Process:
-        """Perform a random number of movements in a row."""
+        """Perform a random number of movements in a row, each drawn from the steps of `one`."""
         for number in range(stream.geometric(one.burst)):
             if number:
                 self.stay_until(self.now + stream.log_normal(*PAUSE))
@@ -156,7 +159,7 @@ class Performer(Navigator):
     # Steps.
 
     def _perform_step(self, step: ActivityStep, last: bool, stream: Stream) -> Process:
-        """Perform one step; `last` tells that it is the last one of its activity."""
+        """Perform one step of an activity; `last` tells whether it is the activity's last step."""
         self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
             place = self.home.places.places[step.name]
@@ -183,7 +186,7 @@ class Performer(Navigator):
             self._move_a_little(step, stream)
 
     def _move_a_little(self, step: ActivityStep, stream: Stream) -> None:
-        """Perform a step that needs no walking."""
+        """Perform a step that needs no walking: a small movement, a touch or a wait."""
         if step.word == "wait":
             self.stay_until(self.now + min(step.lasts or 0.0, max(self.until - self.now, LATE)))
         elif step.word == "turn over":
@@ -207,7 +210,7 @@ class Performer(Navigator):
         self.touch(point)
 
     def _take_posture(self, step: ActivityStep, place: Place) -> Process:
-        """Take up the posture of the step's word at a place."""
+        """Go to a place and take the posture that belongs to the step's word, such as "sit"."""
         posture = POSTURES[step.word]
         if (self.place, self.posture) == (place.name, posture):
             return
@@ -250,7 +253,7 @@ class Performer(Navigator):
             yield from self._carry(replace(step, word="put", at=where))
 
     def _distance_to(self, point: Array) -> float:
-        """Return the distance of a point from the hips on the floor, m."""
+        """Return the horizontal distance from the person's hips to a point, m."""
         return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2])))
 
     def _switch(self, step: ActivityStep) -> Process:
@@ -280,7 +283,7 @@ class Performer(Navigator):
         self.home.occupy(door, self, self.now)
 
     def _spot_at(self, door: Door, step: ActivityStep) -> Spot | None:
-        """Return the spot from which to move a leaf without being in its way."""
+        """Return the spot from which to move a leaf, outside the area that the leaf sweeps."""
         place = self.home.places.places.get(door.name)
         if place is not None:
             return Spot(place.at[:2], place.yaw)
@@ -325,7 +328,7 @@ class Performer(Navigator):
         yield from self.pass_door(door, -side)
 
     def _entrance(self, step: ActivityStep) -> tuple[Door, float]:
-        """Return the nearest entrance, and its inner side."""
+        """Return the nearest entrance, and the side of it that is in the home."""
         ground, opened = self.home.ground, self.home.open_doors(self.storey)
         found = []
         for door in self.home.places.entrances:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The places, doors, lamps and floors of a home that residents use, read from its marks.
 
-Lengths are in metres in the world, z up. A yaw of 0 looks along +x and grows counter-clockwise,
-seen from above.
+Lengths are in metres, positions in world coordinates with z up. A yaw is an angle about z: 0 is +x,
+and it grows counter-clockwise seen from above.
 """
 
 from __future__ import annotations
@@ -29,11 +29,29 @@ BODY_M = 0.25
 class Place:
     """A place where residents do something.
 
-    Residents stand at `at` (3,) on the floor, looking along `yaw`, before and after. Sitting
-    residents look along `yaw` too; lying residents have their head in that direction. `target` (3,)
-    is the point for the hand or under the hips, `height` m above the floor. `edge` (3,) is where
-    one sits on a bed before lying down. `storey` counts from the lowest. `room_guessed` tells that
-    only nearby sensors name the room. `size` is the largest side, m.
+    Attributes
+    ----------
+    name, use : str
+        The name of the marked object, and what residents do there: STAND, SIT, LIE, USE or another.
+    at : array, shape (3,)
+        Where residents stand on the floor before and after.
+    yaw : float
+        The direction in which they look while standing or sitting, rad. Lying, their head points
+        in this direction.
+    target : array, shape (3,)
+        The point that the hand touches, or on which the hips rest.
+    height : float
+        The height of `target` above the floor, m.
+    room : str
+        The name of the room, "" if it is unknown.
+    edge : array, shape (3,), or None
+        Where a person sits on a bed before lying down.
+    storey : int
+        The storey's index; 0 is the lowest.
+    room_guessed : bool
+        Whether the room's name was guessed from the rooms of nearby sensors.
+    size : float
+        The largest side of the object, m.
     """
 
     name: str
@@ -51,14 +69,34 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Door:
-    """A leaf that a hand moves: it turns about an axis through a hinge, or slides along it.
+    """A leaf that a hand moves: it turns about a hinge, or slides.
 
-    An opening is the rotation (rad) or shift (m) against the leaf in the file: `closed` when shut,
-    `open` when fully open. `hinge` and `axis` (3,) are in the world.
+    An opening is the rotation (rad) or shift (m) of the leaf, compared with the leaf as it is in
+    the blend file. The leaf's own coordinates have their origin at the hinge or, if the leaf
+    slides, at its leading edge.
 
-    The leaf's frame has its origin at the hinge, or, if the leaf slides, at its leading edge. The
-    columns of `frame` (3, 3) are its axes: x to the other edge, z up. `low` and `high` (3,) are the
-    corners of the leaf's box, and `handle` (3,) is its handle, in that frame.
+    Attributes
+    ----------
+    name, use : str
+        The name of the marked object, and DOOR, DRAWER or CURTAIN.
+    hinge, axis : array, shape (3,)
+        The hinge's position, and the axis about which the leaf turns or along which it slides.
+    closed, open : float
+        The opening of the shut leaf, and of the fully open one.
+    frame : array, shape (3, 3)
+        The axes of the leaf's own coordinates as columns: x to the other edge, z up.
+    low, high : array, shape (3,)
+        The corners of the leaf's box, in its own coordinates, m.
+    handle : array, shape (3,)
+        The handle, in the leaf's own coordinates, m.
+    slides : bool
+        Whether the leaf slides.
+    entrance : bool
+        Whether the door leads out of the home.
+    room : str
+        The name of the room, "" if it is unknown.
+    storey : int
+        The storey's index; 0 is the lowest.
     """
 
     name: str
@@ -82,7 +120,7 @@ class Door:
         return float(self.high[0] - self.low[0])
 
     def moved(self, opening: float) -> Array:
-        """Return the matrix (4, 4) that moves the leaf from the file's state to `opening`."""
+        """Return the matrix (4, 4) that moves the leaf to `opening` from where the file has it."""
         matrix = np.eye(4)
         if self.slides:
             matrix[:3, 3] = self.axis * opening
@@ -94,7 +132,7 @@ class Door:
         return matrix
 
     def at(self, point: Array, opening: float) -> Array:
-        """Transform points (…, 3) from the leaf's frame to the world, at an opening."""
+        """Transform points (…, 3) from the leaf's own coordinates to the world, at an opening."""
         matrix = self.moved(opening)
         world = np.asarray(point, float) @ self.frame.T + self.hinge
         placed: Array = world @ matrix[:3, :3].T + matrix[:3, 3]
@@ -135,10 +173,16 @@ class Door:
 
 @dataclass(frozen=True, eq=False)
 class LampPlace:
-    """A lamp, whose place has the same name.
+    """A lamp that residents switch.
 
-    `object` is the name of the lamp's object. `at` (3,) is the switch, or the lamp itself if it has
-    no switch.
+    Attributes
+    ----------
+    name : str
+        The name of the marked object, and of the lamp's `Place` if there is one.
+    object : str
+        The name of the lamp's object.
+    at : array, shape (3,)
+        The position of the switch, or of the lamp if there is no switch.
     """
 
     name: str
@@ -148,11 +192,20 @@ class LampPlace:
 
 @dataclass(frozen=True, eq=False)
 class Storey:
-    """A storey with the floor at `height` m.
+    """A storey of a home.
 
-    The floor is free under marked doors, because residents open them. `number` (nx, ny) has the
-    index into `rooms` for each cell; `rooms` begins with "" for no room. `guessed` (nx, ny) tells
-    where only sensors name the room.
+    Attributes
+    ----------
+    height : float
+        The height of the floor, m.
+    floor : Floor
+        Its free cells. Cells under marked doors are free too, because residents open these doors.
+    number : array, shape (nx, ny)
+        The index into `rooms` for each cell.
+    rooms : tuple of str
+        The rooms' names. The first is "", for cells of no known room.
+    guessed : array, shape (nx, ny), or None
+        Whether the room of each cell was guessed from the rooms of nearby sensors.
     """
 
     height: float
@@ -166,13 +219,16 @@ class Storey:
         return self.rooms[int(self.number[self.floor.cell(point)])]
 
     def is_guessed_at(self, point: Array) -> bool:
-        """Return whether only sensors name the room at a point (2,) or (3,)."""
+        """Return whether the room at a point, (2,) or (3,), was guessed from nearby sensors."""
         return self.guessed is not None and bool(self.guessed[self.floor.cell(point)])
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """All marks of a home, by name: places, doors and lamps; and the problems of the marks."""
+    """All marked places, doors and lamps of a home by name, and its storeys.
+
+    `problems` are sentences on marks that could not be read.
+    """
 
     places: Mapping[str, Place]
     doors: Mapping[str, Door]
@@ -192,10 +248,10 @@ class Places:
 
     @property
     def guessed(self) -> tuple[str, ...]:
-        """The names of the places whose room only sensors name."""
+        """The names of the places whose room was guessed from nearby sensors."""
         return tuple(place.name for place in self.places.values() if place.room_guessed)
 
     def storey_at(self, height: float) -> int:
-        """Return the storey of a person whose feet are at a height."""
+        """Return the index of the storey on which a person is whose feet are at a height (m)."""
         below = [k for k, storey in enumerate(self.storeys) if storey.height <= height + 0.3]
         return below[-1] if below else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the places that residents cannot reach, and how far they get."""
+"""Find the places that residents cannot reach, and where the way to them ends."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ NARROW, THROUGH = 4.0, 30.0
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """A place out of reach from `start`, the name of a door or place.
+    """A place that cannot be reached from `start`, which is the name of a door or place.
 
-    `way` (n, 2) is the path to the nearest reachable point, m, and `short` the distance from there
-    to the place, m. The path is empty if the place is on another storey.
+    `way` (n, 2) is the path from there to the reachable point nearest to the place, m. `short` is
+    the distance from that point to the place, m. The path is empty if the place is on another
+    storey.
     """
 
     place: Place
@@ -49,7 +50,10 @@ def unreached(places: Places) -> list[Unreached]:
 
 
 def unreached_in_steps(places: Places) -> Shares[list[Unreached]]:
-    """Yield the share that is done, then return the places that an adult cannot reach."""
+    """Find the places that an adult cannot reach, and return them sorted by name.
+
+    Yield the share of the work that is done.
+    """
     found, looked = [], 0
     home = places.entrances[0].storey if places.entrances else None
     for number, storey in enumerate(places.storeys):
@@ -79,7 +83,10 @@ def unreached_in_steps(places: Places) -> Shares[list[Unreached]]:
 def _start(
     places: Places, number: int, here: list[Place], floor: Floor
 ) -> tuple[str, Array] | None:
-    """Return the entrance, or the first place of the region that has most places."""
+    """Return the name and point (2,) from which a storey's places should be reachable.
+
+    This is an entrance. Without one, it is the first place in the region with most places.
+    """
     for door in places.entrances:
         if door.storey == number:
             return door.name, door.middle
@@ -96,7 +103,7 @@ def _start(
 
 
 def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
-    """Return whether a path leads near enough to a place."""
+    """Return whether a path leads to a place, or to a cell at most `SQUEEZE_M` from it."""
     try:
         last = floor.middle(entry(floor, BODY_M, place.at))
         find_path(floor, start, place.at[:2], BODY_M)
@@ -106,9 +113,10 @@ def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
 
 
 def _ends(floor: Floor, start: Array, lost: list[Place]) -> list[Array]:
-    """Return the paths (n, 2) towards places, up to where something blocks them.
+    """Return, for each place in `lost`, the path (n, 2) towards it up to an obstacle.
 
-    Each follows the cheapest path through obstacles, to the last cell that can be reached.
+    First the cheapest path through obstacles to the place is found. The returned path ends at the
+    last cell of it that can be reached.
     """
     try:
         first = entry(floor, BODY_M, start)
@@ -128,7 +136,7 @@ def _ends(floor: Floor, start: Array, lost: list[Place]) -> list[Array]:
 def _through(
     floor: Floor, wide: NDArray[np.bool_], first: tuple[int, int]
 ) -> dict[tuple[int, int], tuple[int, int]]:
-    """Return the predecessor of each cell on the cheapest path from `first` (Dijkstra)."""
+    """Return, for each cell, the cell before it on the cheapest path from `first` (Dijkstra)."""
     price = np.where(wide, 1.0, np.where(floor.free, NARROW, THROUGH)).tolist()
     nx, ny = floor.free.shape
     cost, came = {first: 0.0}, {first: first}

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motion of bodies and things on one day as functions of time, and the activities acted.
+"""The motion of bodies and things on one day as functions of time, and what was acted.
 
-Times are seconds from the start of the day, or of a story, in arrays (n,).
+Times are seconds from the start of the day, or from the start of a home's own story. They come as
+arrays (n,).
 """
 
 from __future__ import annotations
@@ -21,8 +22,16 @@ from ..body.turns import ease
 class Clip:
     """A piece of a body's motion from `start` to `end`, s.
 
-    `pose` takes the seconds (n,) since the start. A clip that is `still` has one pose throughout.
-    In a clip that is `away` the body is out of the home.
+    Attributes
+    ----------
+    start, end : float
+        The times of the piece, s.
+    pose : callable
+        Takes the seconds (n,) since the start, and returns the poses.
+    still : bool
+        Whether the pose is the same from start to end.
+    away : bool
+        Whether the body is out of the home.
     """
 
     start: float
@@ -39,10 +48,19 @@ class Clip:
 
 @dataclass(frozen=True)
 class Gesture:
-    """A movement on top of the clips.
+    """A movement that is added to the poses of clips.
 
-    `apply` takes poses, times (n,) and weights (n,) of 0 … 1. The weight rises and falls in `rise`
-    and `fall` seconds. A gesture that is `steady` does not move the body in between.
+    Attributes
+    ----------
+    start, end : float
+        The times of the movement, s.
+    rise, fall : float
+        The time in which the weight rises from 0 to 1 after the start, and falls to 0 before the
+        end, s.
+    apply : callable
+        Takes poses, times (n,) and weights (n,) of 0 … 1, and returns the changed poses.
+    steady : bool
+        Whether the body is still between rise and fall.
     """
 
     start: float
@@ -58,7 +76,7 @@ class Gesture:
         return np.where((times > self.start) & (times < self.end), weight, 0.0)
 
     def spans(self) -> list[tuple[float, float]]:
-        """Return the spans in which the gesture moves the body."""
+        """Return the spans (start, end) in which the gesture moves the body, s."""
         risen, falls = self.start + self.rise, self.end - self.fall
         if self.steady and risen < falls:
             return [(self.start, risen), (falls, self.end)]
@@ -76,12 +94,12 @@ class Swing:
 
 
 def openings_at(swings: Sequence[Swing], times: Array, resting: float) -> Array:
-    """Return the opening of a leaf at times (n,).
+    """Return the openings (n,) of a leaf at times (n,), rad or m.
 
     Parameters
     ----------
     swings : sequence of Swing
-        Its movements, sorted by start.
+        The leaf's movements, sorted by start.
     times : array, shape (n,)
         Seconds.
     resting : float
@@ -97,10 +115,10 @@ def openings_at(swings: Sequence[Swing], times: Array, resting: float) -> Array:
 
 @dataclass(frozen=True)
 class Hold:
-    """Where a thing is from `start` on.
+    """Where a thing is from the time `start` on.
 
-    It is in a hand of a person (0 left, 1 right) or at a point (3,). If both are None it is where
-    the file has it.
+    It is in a hand of a person (0 left, 1 right), or lies at a point `at` (3,). If `hand` and `at`
+    are both None, the thing is where the blend file has it.
     """
 
     start: float
@@ -111,7 +129,7 @@ class Hold:
 
 @dataclass
 class Timeline:
-    """The motion of one body: clips without gaps, and gestures in the order they apply."""
+    """The motion of one body: clips without gaps, and gestures in the order in which they apply."""
 
     clips: list[Clip] = field(default_factory=list)
     gestures: list[Gesture] = field(default_factory=list)
@@ -122,7 +140,10 @@ class Timeline:
         return self.clips[-1].end
 
     def base(self, times: Array) -> BodyPose:
-        """Return the poses without gestures; the body is still before and after the clips."""
+        """Return the poses at times (n,) without gestures.
+
+        Before the first clip and after the last one the body is still.
+        """
         times = np.asarray(times, float)
         ends = np.array([clip.end for clip in self.clips])
         which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
@@ -191,9 +212,10 @@ class LeafSwing(Swing):
 
 @dataclass(frozen=True)
 class Switch:
-    """A person switches the lamp `object`.
+    """The lamp `object` is switched on or off at a time by a person.
 
-    A switch at time 0 or before, by no person, is the state at the start of the day.
+    A switch at time 0 or before with an empty `person` gives the lamp's state at the start of the
+    day.
     """
 
     time: float
@@ -204,9 +226,9 @@ class Switch:
 
 @dataclass(frozen=True)
 class ActedActivity:
-    """An activity as it was acted, from the start of the way to its first step.
+    """An activity as it was acted, beginning when the person sets out for its first step.
 
-    `place` is the name of the place where most of it was done.
+    `place` is the name of the place where the person spent most of it.
     """
 
     start: float
@@ -218,7 +240,10 @@ class ActedActivity:
 
 @dataclass(frozen=True)
 class Stay:
-    """The time that a person spent at one place in one posture; the place is "" on the way."""
+    """A span of time that a person spent at one place in one posture.
+
+    `place` is "" while the person walks from one place to another.
+    """
 
     start: float
     end: float
@@ -229,11 +254,26 @@ class Stay:
 
 @dataclass(frozen=True)
 class Acted:
-    """The acted day of all persons, who are named as in the routine.
+    """All that was acted on a day, by the names that persons have in the routine.
 
-    Doors and things that are not included stay as in the file. The first swing of a leaf begins
-    with its opening at the start of the day. `sips` are the gestures that tilt a cup. Lists are
-    sorted by time.
+    Lists are sorted by time. A door or thing without an entry stays as in the blend file.
+
+    Attributes
+    ----------
+    bodies : mapping of str to Timeline
+        The motion of each person.
+    swings : mapping of str to list of LeafSwing
+        The movements of each leaf; the first one begins with the opening at the start of the day.
+    switches : list of Switch
+        The switching of lamps.
+    holds : mapping of str to list of Hold
+        Where each carried thing is.
+    activities : list of ActedActivity
+        What the persons did.
+    where : list of Stay
+        Where the persons were.
+    sips : mapping of str to list of Gesture
+        When each cup is tilted.
     """
 
     bodies: Mapping[str, Timeline]
@@ -245,9 +285,10 @@ class Acted:
     sips: Mapping[str, list[Gesture]] = field(default_factory=dict)
 
     def spans(self, start: float, end: float) -> Array:
-        """Return the spans (k, 2) in which anything moves between two times, without overlaps.
+        """Return the spans (k, 2) in which anything moves between `start` and `end`.
 
-        An instant change has a span of length 0.
+        They are sorted, do not overlap, and are cut at `start` and `end`. A change without
+        duration, such as a lamp's, has a span of length 0.
         """
         spans = [body.moving() for body in self.bodies.values()]
         spans += [np.array([(s.start, s.end) for s in swings]) for swings in self.swings.values()]
@@ -261,7 +302,7 @@ class Acted:
         return merge_spans(np.clip(inside, start, end).tolist())
 
     def person_on(self, low: Array, high: Array, time: float) -> str:
-        """Return the person whose hips or feet are on or just above an object.
+        """Return the person whose hips or feet are on an object, or at most `OVER` m above it.
 
         Parameters
         ----------
@@ -273,7 +314,8 @@ class Acted:
         Returns
         -------
         str
-            The lowest of several persons; "" if there is none.
+            The person's name. Of several persons it is the one whose hips or feet are lowest. "" if
+            there is none.
         """
         found = []
         for person, body in self.bodies.items():
@@ -284,7 +326,10 @@ class Acted:
         return min(found, default=(0.0, ""))[1]
 
     def last_mover(self, object: str, time: float) -> str:
-        """Return the person who last moved a door, lamp or thing by a time, or ""."""
+        """Return the person who last moved a door, lamp or thing before or at a time.
+
+        Return "" if nobody has.
+        """
         moves = [(swing.start, swing.person) for swing in self.swings.get(object, ())]
         moves += [(switch.time, switch.person) for switch in self.switches
                   if switch.object == object]  # fmt: skip

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find paths over a floor for a body of some width, at a distance from obstacles.
 
-The floor is a grid of free cells. A path is the cheapest one over neighbouring cells (A*), where
-cells near obstacles cost more, without the corners that a walker cuts.
+The floor is a grid of free cells. A path is the cheapest one over neighbouring cells (A*), and
+cells near obstacles cost more. Corners that a walker would cut are then removed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ _NEIGHBOURS = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1,
 
 
 class NoPath(ValueError):
-    """No path for a body of this width; `nearest` (2,) is the nearest reachable point, m."""
+    """There is no path for a body of this width.
+
+    `nearest` (2,) is the reachable point that is nearest to the goal, m.
+    """
 
     def __init__(self, text: str, nearest: Array) -> None:
         super().__init__(text)
@@ -34,10 +37,16 @@ class NoPath(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Floor:
-    """A grid of square cells with edges of `size` m.
+    """A grid of square cells.
 
-    `low` (2,) is the outer corner of the first cell, m, and `free` (nx, ny) tells which cells are
-    free.
+    Attributes
+    ----------
+    low : array, shape (2,)
+        The outer corner of the first cell, m.
+    size : float
+        The length of a cell's edge, m.
+    free : array of bool, shape (nx, ny)
+        Whether each cell is free of obstacles.
     """
 
     low: Array
@@ -45,7 +54,7 @@ class Floor:
     free: NDArray[np.bool_]
 
     def cell(self, point: Array) -> tuple[int, int]:
-        """Return the cell of a point (2,), or the nearest cell to a point outside the grid."""
+        """Return the indices of the cell at a point (2,); outside the grid, of the nearest cell."""
         index = np.floor((np.asarray(point)[:2] - self.low) / self.size).astype(int)
         x, y = np.clip(index, 0, np.array(self.free.shape) - 1).tolist()
         return x, y
@@ -60,7 +69,7 @@ class Floor:
     def clearance(self) -> Array:
         """The distance (nx, ny) from each cell's middle to the nearest cell that is not free, m.
 
-        Cells outside the grid are not free.
+        Cells outside the grid count as not free.
         """
         padded = np.pad(self.free, 1)
         return (_distance(padded)[1:-1, 1:-1] - 0.5) * self.size
@@ -93,8 +102,8 @@ def _distance(free: NDArray[np.bool_]) -> Array:
 def find_path(floor: Floor, start: Array, goal: Array, radius: float) -> Array:
     """Return the corner points (n, 2) of a path.
 
-    Both ends can be nearer to obstacles than the radius, as at a basin. The path then begins or
-    ends with the straight line to the nearest cell with room.
+    An end can be nearer to obstacles than the radius, as in front of a basin. There, the path has a
+    straight line between the end and the nearest cell where the body fits.
 
     Parameters
     ----------
@@ -119,9 +128,9 @@ def find_path(floor: Floor, start: Array, goal: Array, radius: float) -> Array:
 
 
 def regions(floor: Floor, radius: float) -> NDArray[np.int64]:
-    """Return the connected regions of the floor for a body of a radius in m.
+    """Return the number (nx, ny) of the connected region to which each cell belongs, from 1.
 
-    Cells (nx, ny) have the number of their region, from 1, or 0 where the body does not fit.
+    The number is 0 where a body with this radius (m) does not fit.
     """
     wide = floor.clearance >= radius - 1e-9
     nx, ny = wide.shape
@@ -142,15 +151,18 @@ def regions(floor: Floor, radius: float) -> NDArray[np.int64]:
 
 
 def entry(floor: Floor, radius: float, point: Array) -> tuple[int, int]:
-    """Return the cell nearest to a point (2,) with room for a body of a radius in m.
+    """Return the indices of the cell nearest to a point (2,) where a body fits.
 
-    Raises `NoPath` if there is none.
+    The body's radius is in m. Raises `NoPath` if it fits nowhere.
     """
     return _entry(floor, floor.clearance >= radius - 1e-9, np.asarray(point, float)[:2])
 
 
 def _entry(floor: Floor, wide: NDArray[np.bool_], point: Array) -> tuple[int, int]:
-    """Return the wide cell nearest to a point; raise `NoPath` if there is none."""
+    """Return the indices of the cell nearest to a point in the mask `wide`.
+
+    Raises `NoPath` if the mask is empty.
+    """
     cells = np.argwhere(wide)
     if not len(cells):
         raise NoPath("there is no room for anybody", point)
@@ -205,7 +217,10 @@ def _cheapest(
 
 
 def _straighten(floor: Floor, points: Array, radius: float) -> Array:
-    """Remove corners, as long as the path keeps its distance from obstacles."""
+    """Remove corners as long as the path comes no nearer to obstacles than before.
+
+    Beyond `radius` and `EASY_M` it can come nearer.
+    """
     kept, here = [0], 0
     while here < len(points) - 1:
         ahead = len(points) - 1
@@ -228,7 +243,7 @@ def _clearances(floor: Floor, points: Array) -> Array:
 
 
 def _clearance_between(floor: Floor, a: Array, b: Array) -> float:
-    """Return the least clearance on a straight line."""
+    """Return the least distance to obstacles on the straight line from `a` to `b`, m."""
     steps = max(2, int(np.linalg.norm(b - a) / floor.size * 2) + 1)
     return float(_clearances(floor, a + (b - a) * np.linspace(0, 1, steps)[:, None]).min())
 

@@ -49,10 +49,20 @@ BURST = 3.0
 
 @dataclass(frozen=True)
 class ActivityStep:
-    """A step: a word and the name that it applies to.
+    """A step of an activity: a word, and the name of what the word applies to.
 
-    `lasts` is its duration in s, or None by default. `at` is the place where a thing is put, and
-    `on` the new state of a lamp. `where` is the step's position in the routine's file.
+    Attributes
+    ----------
+    word, name : str
+        Such as "sit" and the name of a chair.
+    lasts : float or None
+        The duration, s; None for the default.
+    at : str
+        The place where a thing is put.
+    on : bool
+        Whether a lamp is switched on, or off.
+    where : str
+        The step's position in the routine's file.
     """
 
     word: str
@@ -117,7 +127,7 @@ def _check_thing(step: ActivityStep, thing: Place) -> None:
 
 
 def _known(kind: str, places: Places) -> Collection[str]:
-    """Return the names of a kind that are marked in the home."""
+    """Return the names that are marked in the home for a kind of thing, such as lamps."""
     if kind == _LEAF:
         return places.doors.keys()
     return places.lamps.keys() if kind == _LAMP else places.places.keys()
@@ -136,10 +146,18 @@ def check_can_do(step: ActivityStep, places: Places, is_cat: bool) -> None:
 
 @dataclass(frozen=True)
 class RepeatedSteps:
-    """Movements during an activity, of which one is chosen each time.
+    """Small movements that are repeated during an activity; each time one of them is drawn.
 
-    `every` is their mean interval in s, and `burst` their mean number in a row. The rests between
-    have the log-normal spread `varies`.
+    Attributes
+    ----------
+    steps : tuple of ActivityStep
+        The movements to draw from.
+    every : float
+        The mean time from one movement to the next, s.
+    burst : float
+        The mean number of movements in a row.
+    varies : float
+        The log-normal spread of the rests between the rows.
     """
 
     steps: tuple[ActivityStep, ...]
@@ -150,7 +168,10 @@ class RepeatedSteps:
 
 @dataclass(frozen=True)
 class ActivitySteps:
-    """The steps of an activity, and the place and posture in which it ends, if any."""
+    """The steps of an activity, and the place and posture in which it ends.
+
+    The place or posture is None if no step gives one.
+    """
 
     steps: tuple[ActivityStep, ...]
     meanwhile: tuple[RepeatedSteps, ...]

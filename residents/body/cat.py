@@ -42,9 +42,24 @@ def _posture(
 ) -> BodyPose:  # fmt: skip
     """Return the poses of a cat over points `middle` (n, 3).
 
-    The paws are at `balls` (n, 4, 3) and rotated by `soles` (n, 4, 4). `bend` has the angles of
-    spine, head and tail. A positive `pitch` lifts the chest. `sink` moves the hips forward and down
-    against standing, m.
+    Parameters
+    ----------
+    build : Build
+        The cat's build.
+    middle : array, shape (n, 3)
+        The point under the middle of the body, m.
+    yaw : array, shape (n,)
+        The direction of the body, rad.
+    balls : array, shape (n, 4, 3)
+        The balls of the paws, m.
+    soles : array, shape (n, 4, 4)
+        The rotations of the paws.
+    bend : tuple of 3 arrays, shape (n, 3)
+        The angles of spine, head and tail, rad.
+    pitch : float
+        The angle by which the chest is lifted, rad.
+    sink : tuple of 2 floats
+        How far the hips are in front of and below where they are while standing, m.
     """
     scale = build.scale
     ahead = rotation_z(yaw)
@@ -65,7 +80,7 @@ def _at(x: float, y: float, z: float, yaw: float) -> tuple[Array, Array]:
 
 
 def _under(middle: Array, yaw: Array, offsets: Array, scale: float) -> Array:
-    """Return the points (n, 4, 3) at offsets (4, 3) from the middle of the body."""
+    """Return the points (n, 4, 3) that are at `offsets` (4, 3) from the middle of the body."""
     return middle[:, None] + rotated(rotation_z(yaw)[:, None], offsets * scale)
 
 
@@ -82,7 +97,7 @@ def standing(stand: Stance, floor: float, build: Build) -> BodyPose:
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
-    """Return the single pose on the haunches at a point (3,), with the heading of `stand`."""
+    """Return the single pose sitting at a point (3,), with the heading of `stand`."""
     build, yaw = stand.build, stand.heading[:1]
     middle = np.asarray(seat, float)[None]
     offsets = _BALLS + np.array([[0.02, 0.0, 0.0]] * 2 + [[0.0, 0.0, 0.0]] * 2)
@@ -96,7 +111,10 @@ def sitting(stand: BodyPose, seat: Array) -> BodyPose:
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """Return the single pose on the belly, straight, or curled to the left (1) or right (−1)."""
+    """Return the single pose lying on the belly.
+
+    The body is straight (side 0), or curled to the left (1) or right (−1).
+    """
     build = seated.build
     x, y, z = map(float, bed)
     middle, heading = _at(x, y, z, near_turn(yaw, float(seated.heading[0])))
@@ -115,9 +133,9 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
 
 
 def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from one posture (t = 0) to another (t = 1).
+    """Return the poses between two postures, from `before` (t = 0) to `after` (t = 1).
 
-    If the two are at different heights, the cat leaps.
+    If they are at different heights, the cat leaps.
     """
     s = ease(t)
     pose = before.interpolated(after, s)
@@ -131,13 +149,16 @@ def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
 
 
 def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
-    """Return the poses with the head raised and turned."""
+    """Return the poses with the head raised and turned; `weight` (n,) is 0 … 1."""
     w = weight[:, None]
     return replace(pose, look=pose.look + w * (0.0, -0.35, 0.6), tail=pose.tail + w * (0, 0, 0.35))
 
 
 def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """Return points of the cat's path with its heading, turns on the spot included."""
+    """Return points of the cat's path, each with the heading there.
+
+    Turns on the spot at both ends are included.
+    """
     found = [Footstep(0, *start.centre, start.yaw)]
 
     def turn(to: float) -> None:
@@ -161,7 +182,10 @@ def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -
 
 
 class CatWalk:
-    """A walk along the points of `footsteps`, at `speed` m/s, on a floor at height `floor` m."""
+    """A walk along the points from `footsteps`.
+
+    `speed` is in m/s, and `floor` is the height of the floor in m.
+    """
 
     def __init__(self, steps: list[Footstep], speed: float, floor: float, build: Build) -> None:
         self.build, self.floor, self.speed = build, floor, speed
@@ -183,11 +207,11 @@ class CatWalk:
         return Stance.at(x, y, yaw, self.build)
 
     def track(self) -> tuple[Array, Array]:
-        """Return the times (k,) since the start, s, and the body's positions (k, 2) then, m."""
+        """Return times (k,) since the start, s, and the body's positions (k, 2) at them, m."""
         return (self._along + self.stride / 2) / self.speed, self._way[:, :2]
 
     def _body(self, w: Array) -> Array:
-        """Return the distance (…,) of the body along the path once the paws have gone `w` m."""
+        """Return the body's distance along the path (…,) when the paws have gone `w` m."""
 
         def ramp(x: Array) -> Array:
             soft = max(self.soft, 1e-9)
@@ -196,7 +220,10 @@ class CatWalk:
         return self.length - ramp(self.length - ramp(w - self.stride / 2))
 
     def _place(self, along: Array) -> Array:
-        """Return x, y and yaw (…, 3) at distances along the path; the yaw is a local mean."""
+        """Return x, y and yaw (…, 3) at distances along the path.
+
+        The yaw is averaged over a short piece of the path.
+        """
         xy = [np.interp(along, self._along, self._way[:, k]) for k in (0, 1)]
         offsets = np.linspace(-0.08, 0.08, 9) * self.build.scale
         room = np.minimum(along, self.length - along)[..., None]
@@ -228,7 +255,7 @@ class CatWalk:
         return replace(pose, pelvis=pose.pelvis + bob[:, None] * np.array([0.0, 0.0, 1.0]))
 
     def _paws(self, w: Array) -> tuple[Array, Array]:
-        """Return the positions (n, 4, 3) and yaws (n, 4) of the paws."""
+        """Return positions (n, 4, 3) and yaws (n, 4) of the paws after `w` m, shape (n,)."""
         phase = w[:, None] / self.stride - _LANDS
         number = np.floor(phase)
         lands = (number + _LANDS) * self.stride
@@ -302,7 +329,7 @@ def fur() -> Shape:
 
 
 def cat_parts() -> list[Part]:
-    """Return the closed surfaces of a cat: fur and eyes."""
+    """Return the closed surfaces of a cat, which are its fur and its eyes."""
     low, high = (-0.42, -0.085, -0.005), (0.26, 0.085, 0.34)
     parts = [Part("fur", "fur", fur(), low, high, 0.008, 2200, "cat")]
     for sign, side in ((1.0, "L"), (-1.0, "R")):
@@ -313,7 +340,10 @@ def cat_parts() -> list[Part]:
 
 
 def cat_weights(points: Array, _region: str) -> dict[str, Array]:
-    """Return the weights (n,) of each bone at points (n, 3), by distance; they sum to 1."""
+    """Return the weights (n,) of each bone at points (n, 3).
+
+    Near bones have larger weights. The weights of all bones at a point sum to 1.
+    """
     near = {}
     # The pelvis also moves the rump behind it.
     ends = {bone.name: (np.array(bone.head), np.array(bone.tail)) for bone in CAT.bones[1:]}

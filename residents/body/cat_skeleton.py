@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bones of a cat at rest, in metres: it stands on four paws and looks along +x."""
+"""The bones of a cat at rest, in metres: the cat stands on four paws and looks along +x."""
 
 from __future__ import annotations
 

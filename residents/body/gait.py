@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The walk of a person, with or without a walking frame.
 
-The phase counts steps. Foot i carries the body alone at phase i, lands at i − 0.55 and leaves the
-floor at i + 0.6: both feet carry for 0.15 of each step. A foot on the floor stays where it landed,
-apart from the roll from heel to ball. All lengths are for an unscaled skeleton, and are multiplied
-by the scale of the build.
+The phase of a walk counts steps. At phase i, foot i alone carries the body. This foot lands at
+phase i − 0.55 and leaves the floor at i + 0.6, so both feet carry for 0.15 of each step. A foot on
+the floor stays where it landed, apart from the roll from heel to ball.
+
+All lengths are for an unscaled skeleton, and are multiplied by the scale of the build.
 """
 
 from __future__ import annotations
@@ -54,7 +55,10 @@ def walking_frame_poses(x: Array, y: Array, yaw: Array, floor: float, build: Bui
 
 
 def pushing(pose: BodyPose) -> BodyPose:
-    """Return the poses with both hands on the handles, if the person uses a walking frame."""
+    """Return the poses with both hands on the handles of the walking frame.
+
+    Without a walking frame in the build, return the poses as they are.
+    """
     if not pose.build.frame:
         return pose
     at = [(HANDLE_BACK - _WRIST, sign * HANDLE_SIDE, HANDLE_HEIGHT + 0.03) for sign in SIGN]
@@ -89,7 +93,10 @@ _PITCH = np.array(
 
 @dataclass(frozen=True)
 class Footstep:
-    """A foot on the floor: the point under its ankle, and the body's yaw at that step."""
+    """A foot on the floor: its side (0 left, 1 right), position and yaw.
+
+    `x` and `y` are those of the point under the ankle, m. `yaw` is that of the body, rad.
+    """
 
     side: int
     x: float
@@ -99,14 +106,14 @@ class Footstep:
 
 @dataclass(frozen=True)
 class Stance:
-    """Both feet on the floor."""
+    """The footsteps of both feet of a standing person."""
 
     left: Footstep
     right: Footstep
 
     @staticmethod
     def at(x: float, y: float, yaw: float, build: Build = ADULT) -> Stance:
-        """Return the stance with its centre at x, y (m) that faces along `yaw`."""
+        """Return the stance whose centre is at x, y (m), and which faces along `yaw`."""
         half = STAND_HALF_WIDTH * build.scale
         return Stance(_beside(x, y, yaw, 0, half), _beside(x, y, yaw, 1, half))
 
@@ -122,13 +129,13 @@ class Stance:
 
 
 def _beside(x: float, y: float, yaw: float, side: int, width: float) -> Footstep:
-    """Return the footstep of a side, `width` m beside the point x, y."""
+    """Return the footstep of a side, `width` m to the left or right of the point x, y."""
     w = float(SIGN[side]) * width
     return Footstep(side, x - w * sin(yaw), y + w * cos(yaw), yaw)
 
 
 def near_turn(angle: float, near: float) -> float:
-    """Return the angle, plus whole turns, that is nearest to `near`."""
+    """Return the angle that differs from `angle` by whole turns and is nearest to `near`, rad."""
     return near + (angle - near + pi) % (2 * pi) - pi
 
 
@@ -139,10 +146,10 @@ _Landing = tuple[float, float, float, float]
 def footsteps(
     start: Stance, path: Array, end_yaw: float | None, build: Build = ADULT
 ) -> list[Footstep]:  # fmt: skip
-    """Return the footsteps from a stance along the points of a path (n, 2).
+    """Return the footsteps of a walk along the points (n, 2) of a path.
 
-    Turns on the spot at both ends are included. The list begins with the two standing feet, and
-    ends with the two feet of the last stance.
+    Before and after the path the person turns on the spot. The first two footsteps are those of
+    `start`, and the last two those of the stance at the end.
     """
     scale, yaw = build.scale, start.yaw
     landings: list[_Landing] = []
@@ -169,13 +176,13 @@ def footsteps(
 def _on_the_spot(
     x: float, y: float, yaw: float, turn: float, count: int, scale: float
 ) -> list[_Landing]:
-    """Return `count` landings that turn on the spot."""
+    """Return the `count` landings by which a person turns by `turn` (rad) on the spot."""
     half = STAND_HALF_WIDTH * scale
     return [(x, y, yaw + turn * k / count, half) for k in range(1, count + 1)]
 
 
 def _along(path: Array, yaw: float, build: Build) -> list[_Landing]:
-    """Return the landings of the turn into a path and of the steps along it."""
+    """Return the landings of a turn on the spot towards a path, and of the steps along it."""
     gaps = np.diff(path, axis=0)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*gaps.T))])
     walked = float(along[-1])
@@ -226,7 +233,7 @@ def spline(points: Array, at: Array) -> Array:
 
 
 class Walk:
-    """A walk over given footsteps, from standing (phase −1.5) to standing.
+    """A walk over given footsteps; it begins at phase −1.5, and begins and ends standing.
 
     `speed` is in m/s, and `floor` is the height of the floor in m.
     """
@@ -261,11 +268,14 @@ class Walk:
         return Stance(a, b) if a.side == 0 else Stance(b, a)
 
     def track(self) -> tuple[Array, Array]:
-        """Return the times (k,) since the start, s, and the body's positions (k, 2) then, m."""
+        """Return times (k,) since the start, s, and the body's positions (k, 2) at them, m."""
         return self.clock[1 : len(self.steps)], self.middles[:, :2]
 
     def _effort_at(self, phase: Array) -> Array:
-        """Return the share of a full stride at phases (n,); foot k swings about phase k − 1."""
+        """Return the swing of the feet at phases (n,), as shares of a full stride.
+
+        Foot k swings about phase k − 1.
+        """
         at: Array = np.array([-1.5, *range(self.last), self.last + 0.3])
         full: Array = np.array([0.0, *self.effort[2:], 0.0])
         return self.stride * smooth_table(at, full, phase)
@@ -307,7 +317,7 @@ class Walk:
         return Feet(*(np.stack(pair, 1) for pair in zip(left, right, strict=True)))
 
     def _foot(self, side: int, phase: Array) -> tuple[Array, Array, Array, Array]:
-        """Return ankle, sole, toes and knee direction of one foot at phases (n,)."""
+        """Return one foot at phases (n,), as `rolled_foot` does."""
         mine: Index = np.array([k for k, step in enumerate(self.steps) if step.side == side])
         numbers = mine - 1
         i = np.maximum(np.searchsorted(numbers - LAND, phase, side="right") - 1, 0)
@@ -328,7 +338,15 @@ class Walk:
 
 
 def _swinging(effort: Array, forth: Array) -> Arms:
-    """Return arms that swing against the legs."""
+    """Return arms that swing opposite to the legs.
+
+    Parameters
+    ----------
+    effort : array, shape (n,)
+        The swing as a share of a full one.
+    forth : array, shape (n,)
+        +1 with the left arm fully forward, −1 with the right one.
+    """
     swing = radians(23) * effort[:, None]
     both = SIGN * forth[:, None]
     whole = np.broadcast_to(effort[:, None], both.shape)
@@ -340,7 +358,7 @@ def _swinging(effort: Array, forth: Array) -> Arms:
 
 
 def _within_reach(pelvis: Array, turn: Array, feet: Feet, scale: float) -> Array:
-    """Return the pelvis height (n,), smoothly lowered where a leg would be too short."""
+    """Return the pelvis height (n,), smoothly lowered where a leg is too short for its ankle."""
     height = pelvis[:, 2]
     for k, hip in enumerate(_HIPS):
         joint = rotated(turn, hip * scale)
@@ -365,18 +383,22 @@ def rolled_foot(
     floor : float
         Height of the floor, m.
     pitch : array, shape (n,)
-        Pitch of the sole, toes up positive, rad.
+        Pitch of the foot's sole, rad; positive with the toes up.
     air : array, shape (n,)
-        0 on the floor; 0 … 1 through the swing.
+        0 while the foot is on the floor; from 0 to 1 while it swings.
     clearance : array, shape (n,)
-        Height of the sole in mid-swing, m.
+        Height of the foot's sole in mid-swing, m.
     scale : float
         Scale of the build.
 
     Returns
     -------
-    ankle, sole, toes, knee
-        Position (n, 3), rotations (n, 4) of sole and toes, and the knee's direction (n, 3).
+    ankle : array, shape (n, 3)
+        Position of the ankle, m.
+    sole, toes : array, shape (n, 4)
+        Rotations of the foot and of its toes.
+    knee : array, shape (n, 3)
+        The direction in which the knee points.
     """
     flat, tilt = rotation_z(yaw), rotation_y(-pitch)
     nothing = np.zeros_like(pitch)

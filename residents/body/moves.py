@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Poses and movements of any body: each function takes a person's or a cat's."""
+"""Poses and movements of any body: each function calls that for persons or that for cats."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .skeleton import Build
 
 
 def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """Return the footsteps from a stance along the points of a path (n, 2).
+    """Return the footsteps of a walk along the points (n, 2) of a path.
 
     Turns on the spot at both ends are included. If no walk is needed, the list has only two
     footsteps.
@@ -24,23 +24,23 @@ def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -
 def Walk(
     steps: list[Footstep], speed: float, floor: float, build: Build
 ) -> gait.Walk | cat.CatWalk:  # fmt: skip
-    """Return the walk over `steps` at `speed` m/s on a floor at height `floor` m."""
+    """Return the walk over `steps` at `speed` m/s, on a floor at the height `floor` (m)."""
     if build.is_cat:
         return cat.CatWalk(steps, speed, floor, build)
     return gait.Walk(steps, speed, floor, build)
 
 
 def standing(stand: Stance, floor: float, build: Build) -> BodyPose:
-    """Return the single pose on both feet, or on four paws."""
+    """Return the single pose that stands on both feet, or on four paws."""
     if build.is_cat:
         return cat.standing(stand, floor, build)
     return gait.standing(stand, floor, build)
 
 
 def sitting(stand: BodyPose, at: Array) -> BodyPose:
-    """Return the single pose on a seat at point `at` (3,), from the pose that stands before it.
+    """Return the single pose that sits on a seat at the point `at` (3,).
 
-    A cat sits on the point itself.
+    `stand` is the pose in front of the seat. A cat sits on the point itself.
     """
     if stand.build.is_cat:
         return cat.sitting(stand, at)
@@ -55,7 +55,7 @@ def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """Return the single pose with the hips over the point `bed` (3,).
+    """Return the single pose that lies with the hips over the point `bed` (3,).
 
     The head points along `yaw`. `side` is 0 for a person on the back, 1 on the left and −1 on the
     right side.
@@ -73,14 +73,17 @@ def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from one way of lying (t = 0) to another (t = 1), `t` of shape (n,)."""
+    """Return the poses between two poses of lying, `before` (t = 0) and `after` (t = 1).
+
+    `t` has the shape (n,).
+    """
     if before.build.is_cat:
         return cat.going(before, after, t)
     return poses.turning_over(before, after, t)
 
 
 def shifted(pose: BodyPose, times: Array, weight: Array) -> BodyPose:
-    """Return the poses with a small movement on the spot added, by `weight` (n,)."""
+    """Return the poses with a small movement on the spot, of the size `weight` (n,), 0 … 1."""
     if pose.build.is_cat:
         return cat.shifted(pose, times, weight)
     return poses.shifted(pose, times, weight)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The poses of a body as arrays, one entry for each time, and how poses are interpolated."""
+"""The poses of a body as arrays, and their interpolation.
+
+The first axis of each array is time: it has one entry for each pose.
+"""
 
 from __future__ import annotations
 
@@ -19,10 +22,11 @@ TURNS = frozenset({"turn", "toes"})
 
 
 def _each(first: Any, *others: Any, do: Callable[..., Array], inner: Any = None) -> Any:
-    """Return a new dataclass with `do(name, *arrays)` in place of each array.
+    """Return a new dataclass in which `do(name, *arrays)` replaces each array.
 
-    Arrays of nested `PoseArrays` are treated likewise, unless `inner` is given: `inner` then takes
-    the nested objects and returns the new one.
+    `first` and `others` are dataclasses of one type. `do` gets the name of a field, and the arrays
+    of this field in all of them. Arrays of nested `PoseArrays` are replaced likewise. If `inner` is
+    given, it is called with the nested objects instead, and returns the new one.
     """
     # `dataclasses.replace` is too slow for the some 10,000 poses of a day.
     new = object.__new__(type(first))
@@ -39,7 +43,7 @@ def _each(first: Any, *others: Any, do: Callable[..., Array], inner: Any = None)
 
 
 def _lengths(moments: Any) -> Iterator[int]:
-    """Yield the length of each array, those of nested `PoseArrays` included."""
+    """Yield the length of each array, including the arrays of nested `PoseArrays`."""
     for value in moments.__dict__.values():
         if isinstance(value, np.ndarray):
             yield len(value)
@@ -49,17 +53,17 @@ def _lengths(moments: Any) -> Iterator[int]:
 
 @dataclass(frozen=True)
 class PoseArrays:
-    """Arrays with the same first axis: one entry for each time."""
+    """Arrays whose first axis is time: each has one entry for each pose, or a single entry."""
 
     def take(self, index: Any) -> Self:
-        """Return the entries that an index, a mask or a slice selects."""
+        """Return the entries at `index`, which is an index, a mask or a slice."""
         taken: Self = _each(self, do=lambda _name, a: a[index])
         return taken
 
     def interpolated(self, other: Self, t: float | Array) -> Self:
         """Interpolate from this pose (t = 0) to the other (t = 1).
 
-        Arrays of length 1 are broadcast.
+        Arrays with a single entry are broadcast.
         """
 
         def blend(name: str, a: Array, b: Array) -> Array:
@@ -71,9 +75,10 @@ class PoseArrays:
 
 @dataclass(frozen=True)
 class Feet(PoseArrays):
-    """The two feet, or a cat's four paws, arrays of shape (n, f, …).
+    """The two feet, or a cat's four paws, as arrays of shape (n, f, …).
 
-    Paws are in the order hind left, hind right, fore left, fore right.
+    Feet are in the order left, right. Paws are in the order hind left, hind right, fore left, fore
+    right.
     """
 
     ankle: Array  # (n, f, 3) in the world
@@ -88,10 +93,10 @@ def _arms(value: float, *shape: int) -> Callable[[], Array]:
 
 @dataclass(frozen=True)
 class Arms(PoseArrays):
-    """Both arms, left and right: joint angles against the chest, and targets of the wrists.
+    """Both arms, in the order left, right.
 
-    `grip`, 0 … 1, is the weight of the wrist's `target` against the joint angles. A cat's arms are
-    ignored.
+    An arm is posed by joint angles against the chest, or by a target for the wrist. `grip` is the
+    weight of the target, 0 … 1. The arms of a cat's pose are ignored.
     """
 
     forward: Array = field(default_factory=_arms(0.03))  # (n, 2) rad, as the next three
@@ -102,7 +107,7 @@ class Arms(PoseArrays):
     grip: Array = field(default_factory=_arms(0.0))
 
     def interpolated(self, other: Self, t: float | Array) -> Self:
-        """Interpolate the angles, and weight each target by its grip."""
+        """Interpolate the angles and the targets; a target with a larger `grip` counts for more."""
         # A target with a grip of 0 has no meaning: it must not move the other target.
         a, b = (
             self.grip * add_axes(1 - np.asarray(t), self.grip),
@@ -114,7 +119,10 @@ class Arms(PoseArrays):
         return replace(super().interpolated(other, t), target=target)
 
     def one(self, side: int, **values: Array | float) -> Self:
-        """Return a copy with new values for the arm of one side, each (n,), (n, 3) or a number."""
+        """Return a copy with new values for the arm of one side.
+
+        `values` are by field name; each is a number or an array (n,) or (n, 3).
+        """
         new = {}
         for name, value in values.items():
             old: Array = getattr(self, name)
@@ -129,8 +137,8 @@ class Arms(PoseArrays):
 class BodyPose(PoseArrays):
     """The whole body at n times.
 
-    `spine` and `look` are angles of the trunk and of neck and head: roll to the right, pitch
-    forward, yaw to the left. `tail` has the same angles for a cat's tail.
+    `spine` has the angles of the trunk, `look` those of neck and head, and `tail` those of a cat's
+    tail. Their columns are roll to the right, pitch forward and yaw to the left.
     """
 
     build: Build
@@ -152,9 +160,10 @@ class BodyPose(PoseArrays):
         return self.take(np.zeros(count, np.intp))
 
     def put(self, index: Index, part: Self) -> None:
-        """Write `part` into the poses at `index`, in place.
+        """Write the poses `part` into this object's poses at `index`, in place.
 
-        The arrays of this pose must be writable and of full length, as `repeated` makes them.
+        The arrays of this object must be writable and have one entry for each pose, as `repeated`
+        makes them.
         """
 
         def write(_name: str, whole: Array, new: Array) -> Array:
@@ -164,7 +173,7 @@ class BodyPose(PoseArrays):
         _each(self, part, do=write)
 
     def take(self, index: Any) -> Self:
-        """Return the poses that an index, a mask or a slice selects."""
+        """Return the poses at `index`, which is an index, a mask or a slice."""
         count = len(self)
 
         def taken(_name: str, values: Array) -> Array:
@@ -179,5 +188,5 @@ class BodyPose(PoseArrays):
 
 
 def single(values: ArrayLike) -> Array:
-    """Return `values` with a first axis of length 1, as a single pose has it."""
+    """Return `values` with a new first axis of length 1, as the arrays of a single pose have it."""
     return np.asarray(values, float)[None]

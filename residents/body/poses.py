@@ -42,14 +42,14 @@ _Z = np.array([0.0, 0.0, 1.0])
 
 
 def seat_distance(build: Build) -> float:
-    """Return the distance from the standing feet to the seat behind them, m."""
+    """Return how far before the seat a person stands who is about to sit down, m."""
     return 0.57 * build.scale
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
     """Return the single pose on a seat (3,), with the hands on the thighs.
 
-    The feet stay where they stand. Legs that are too short to reach the floor hang.
+    The feet stay where they are. Legs that are too short to reach the floor hang down.
     """
     scale = stand.build.scale
     ahead = rotation_z(stand.heading)
@@ -72,7 +72,7 @@ def sitting(stand: BodyPose, seat: Array) -> BodyPose:
 
 
 def _reachable_ankles(ankle: Array, hips: Array, ahead: Array, scale: float) -> Array:
-    """Return the ankles (n, 2, 3), under the knees where the floor is out of reach."""
+    """Return the ankles (n, 2, 3), put under the knees where the floor is out of reach."""
     way = np.linalg.norm(ankle - hips, axis=-1) / scale
     hanging = hips + scale * (0.95 * THIGH + 0.02) * ahead[:, None]
     hanging[..., 2] -= 0.97 * SHIN * scale
@@ -99,7 +99,10 @@ def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
 
 
 def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
-    """Return the poses with the hips moved aside and the trunk the other way."""
+    """Return the poses with the hips moved to one side and the trunk bent to the other.
+
+    `weight` (n,) is 0 for no movement, and 1 for the whole movement.
+    """
     w = weight[:, None]
     aside = rotated(rotation_z(pose.heading), np.array((0.03, 0.05, 0.008)) * pose.build.scale)
     turn = compose(compose(pose.turn, rotation_y(0.10 * weight)), rotation_z(0.08 * weight))
@@ -109,9 +112,10 @@ def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """Return the single pose on the back (side 0), the left (1) or the right side (−1).
+    """Return the single pose on a bed: on the back (side 0), the left (1) or the right side (−1).
 
-    On a side the knees are drawn up. `yaw` is the direction from the feet to the head, rad.
+    On a side the knees are drawn up. `bed` (3,) is the point under the hips. `yaw` is the direction
+    from the feet to the head, rad.
     """
     up = rotated(rotation_z(yaw), X)
     front = _Z if side == 0 else side * cross(up, _Z)
@@ -163,7 +167,7 @@ def _on_side(seated: BodyPose, bed: Array, turn: Array, side: int) -> BodyPose:
 
 
 def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from the bed's edge (t = 0) to lying (t = 1).
+    """Return the poses from sitting on the bed's edge (t = 0) to lying (t = 1).
 
     The body turns on the hips while the legs are lifted.
     """
@@ -180,9 +184,9 @@ def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from one way of lying (t = 0) to another (t = 1).
+    """Return the poses between two poses of lying, from `before` (t = 0) to `after` (t = 1).
 
-    On the way the hips are lifted a little and the knees drawn up.
+    In between, the hips are lifted a little and the knees drawn up.
     """
     s = ease(t)
     pose = before.interpolated(after, s)
@@ -216,7 +220,7 @@ _MOUTH = np.array([0.255, 0.035, -0.030])  # the drinking wrist, from the head's
 
 
 def palm(bones: Bones, side: int, scale: float) -> Array:
-    """Return the points (n, 3) in the world at which a hand holds things."""
+    """Return the points (n, 3) in the world where a hand holds a thing, m."""
     name, sign = f"hand.{SIDES[side]}", SIGN[side]
     down, inward = np.array([0.0, 0.5 * sign, -0.866]), np.array([0.0, -0.866 * sign, -0.5])
     return bones.at[name] + rotated(bones.turn[name], scale * (down * PALM + inward * 0.035))
@@ -262,7 +266,11 @@ def looking_around(pose: BodyPose, since: Array, seconds: float, weight: Array) 
 
 
 def _leaning(pose: BodyPose, lean: Array, slide: float) -> BodyPose:
-    """Return the poses bent forward by `lean` (n,); 1 is the furthest without a step."""
+    """Return the poses bent forward by `lean` (n,).
+
+    At 1 the person leans as far as possible without a step. `slide` is how far the hips then move
+    forward, m.
+    """
     scale = pose.build.scale
     nothing = np.zeros_like(lean)
     offset = np.stack([slide * scale * lean, nothing, -0.012 * scale * lean], -1)
@@ -275,7 +283,10 @@ def _leaning(pose: BodyPose, lean: Array, slide: float) -> BodyPose:
 
 
 def _crouching(pose: BodyPose, height: Array, weight: Array) -> BodyPose:
-    """Return the poses of standing people with bent knees, for a target at `height` (n,) m."""
+    """Return the poses with the knees bent, as far as people stand and a target is low.
+
+    `height` (n,) is the height of the target, m.
+    """
     scale = pose.build.scale
     sole = pose.feet.ankle[..., 2].min(-1) - ANKLE_HEIGHT * scale
     stands = ease((pose.pelvis[:, 2] - sole) / scale / 0.10 - _STANDS_ABOVE / 0.10)
@@ -290,7 +301,7 @@ def reaching(
 ) -> BodyPose:
     """Return the poses with a hand at points.
 
-    The body bends only as far as the arm is too short.
+    The trunk bends only as far as needed because the arm is too short.
 
     Parameters
     ----------
@@ -303,9 +314,9 @@ def reaching(
     weight : array, shape (n,)
         0 leaves the pose as it is, 1 reaches the point.
     slide : float
-        How far the hips slide forward with the lean, m: 0.12 for a sitting person.
+        How far the hips move forward with the largest lean, m: 0.12 for a sitting person.
     most : float
-        Limit of the lean, 0 … 1.
+        Limit to how far the trunk leans, 0 … 1.
     """
     scale, weight = pose.build.scale, np.broadcast_to(weight, len(pose))
     point = np.broadcast_to(point, (len(pose), 3))
@@ -326,7 +337,7 @@ def reaching(
 
 
 def _with_wrist_at(pose: BodyPose, side: int, wrist: Array, weight: Array) -> BodyPose:
-    """Return the poses with one wrist at points (n, 3)."""
+    """Return the poses with the wrist of one side at points (n, 3)."""
     arms = pose.arms.interpolated(pose.arms.one(side, target=wrist, grip=1.0), weight)
     return replace(pose, arms=arms)
 

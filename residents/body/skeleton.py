@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The bones of a person at rest, and the builds of residents.
 
-Rest positions are in metres. The person looks along +x, left is +y, and z = 0 is the sole. At rest
-the arms are a little away from the body, so that the skin has room.
+Rest positions are in metres. The person looks along +x, left is +y, and the feet stand at z = 0. At
+rest the arms are a little away from the body, so that they do not touch the skin of the trunk.
 """
 
 from __future__ import annotations
@@ -45,21 +45,21 @@ class Bone:
 
 
 def bone(name: str, parent: str, head: Array, tail: Array) -> Bone:
-    """Return a bone from two points (3,)."""
+    """Return a bone from the points (3,) at its head and tail."""
     return Bone(name, parent, tuple(map(float, head)), tuple(map(float, tail)))
 
 
 def mirrored_limbs(
     limbs: tuple[tuple[str, str, Array, Array], ...], trunk: tuple[str, ...]
 ) -> list[Bone]:
-    """Return the bones of the left side and, mirrored, of the right side.
+    """Return the bones of the limbs on the left side and, mirrored, those on the right side.
 
     Parameters
     ----------
     limbs : tuples
         Name, parent, head and tail of each bone of the left side, without the suffix of the side.
     trunk : tuple of str
-        The parents that have no side.
+        The parents whose names have no side.
     """
     bones = []
     for side, sign in zip(SIDES, SIGN, strict=True):
@@ -94,10 +94,10 @@ def _bones() -> tuple[Bone, ...]:
 
 
 class Leg:
-    """The lengths and names of a pair of legs, or of a cat's forelegs.
+    """A pair of legs, or a cat's pair of forelegs: the lengths and names of their bones.
 
     `names` are the upper bone, lower bone, foot and toes, without the suffix of the side. `hinge`
-    is +1 where the knee points forward, −1 where it points back.
+    is +1 if the knees point forward, and −1 if they point back.
     """
 
     def __init__(self, heads: dict[str, Array], names: tuple[str, ...], hinge: float) -> None:
@@ -137,10 +137,20 @@ class Sort(StrEnum):
 
 @dataclass(frozen=True)
 class Build:
-    """The size, mass and walking speed of a resident's body.
+    """The body of a resident: its size, mass and walking speed.
 
-    `stature` is in m (for a cat, the height of its back), `mass` in kg, and `speed` in m/s at the
-    usual walk. `frame` tells whether the resident uses a walking frame.
+    Attributes
+    ----------
+    sort : Sort
+        Adult, older adult, child or cat.
+    stature : float
+        The height of a person, or of a cat's back, m.
+    mass : float
+        The mass, kg.
+    speed : float
+        The usual walking speed, m/s.
+    frame : bool
+        Whether the resident uses a walking frame.
     """
 
     sort: Sort
@@ -151,12 +161,12 @@ class Build:
 
     @property
     def scale(self) -> float:
-        """The scale of this body against the skeleton."""
+        """The size of this body divided by the size of its skeleton at rest."""
         return self.stature / SKELETON_STATURE[self.sort]
 
     @property
     def stoop(self) -> float:
-        """The angle by which the back is bent forward while standing, rad."""
+        """The angle by which the back of a standing resident is bent forward, rad."""
         return 0.14 if self.sort is Sort.OLDER_ADULT else 0.0
 
     @property
@@ -166,7 +176,7 @@ class Build:
 
     @property
     def step_length(self) -> float:
-        """The distance between the landings of the two feet at the usual speed, m.
+        """The distance between the landings of the left and the right foot at the usual speed, m.
 
         It grows roughly with the square root of the speed: 0.60 m at 1.1 m/s for an adult.
         """

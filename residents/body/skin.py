@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The skin and clothes of a person as shapes, in the rest pose, and the weights of the bones."""
+"""The skin and clothes of a person as shapes in the rest pose, and the bones' weights on them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ from .turns import ease
 
 @dataclass(frozen=True)
 class Part:
-    """A closed surface: its shape, bounding box (m), grid cell (m) and number of triangles."""
+    """A closed surface of a body, such as the hair.
+
+    It has a shape, the corners of a box around it (m), the size of the grid's cells (m) and the
+    number of triangles.
+    """
 
     name: str
     material: str
@@ -30,7 +34,10 @@ class Part:
 
 
 def _along(a: Array, b: Array, forward: tuple[float, float, float]) -> Array:
-    """Return front, side and direction of a limb as rows; the front is nearest to `forward`."""
+    """Return three axes of a limb as rows: front, side, and along it from `a` to `b`.
+
+    The front is as near to `forward` as it can be.
+    """
     w = (b - a) / np.linalg.norm(b - a)
     u = np.asarray(forward) - w * (w @ forward)
     u /= np.linalg.norm(u)
@@ -169,7 +176,7 @@ def shoe() -> Shape:
 
 
 def hand() -> Shape:
-    """Return the shape of the left hand, palm to the thigh, with slightly bent fingers."""
+    """Return the shape of the left hand, with the palm to the thigh and slightly bent fingers."""
     axes = _along(WRIST, KNUCKLES, (1, 0, 0))  # front, side, down the arm
 
     def at(front: float, side: float, down: float) -> Array:
@@ -270,7 +277,7 @@ def hair() -> Shape:
 
 
 def face_details() -> list[Part]:
-    """Return eyes, brows and mouth."""
+    """Return the surfaces of eyes, brows and mouth."""
     parts = []
 
     def add(name: str, material: str, shape: Shape, low: Corner, high: Corner, n: int) -> None:
@@ -349,7 +356,7 @@ def _step(t: ArrayLike) -> Array:
 def weights(points: Array, region: str) -> dict[str, Array]:
     """Return the weights (n,) of each bone at points (n, 3) of a region of the skin.
 
-    They change smoothly across the joints. Points are in the rest pose, m.
+    The weights change smoothly across the joints. Points are those of the rest pose, m.
     """
     if region == "head":
         found = _head(points)
@@ -368,7 +375,7 @@ def _head(points: Array) -> dict[str, Array]:
 
 
 def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
-    """Return the weights on trunk and arms, or on the hands."""
+    """Return the bones' weights (n,) at points on trunk and arms or, with `is_hand`, on hands."""
     along_arm = (WRIST - SHOULDER) / np.linalg.norm(WRIST - SHOULDER)
     found: dict[str, Array] = {}
     rest = np.ones(len(points))
@@ -395,7 +402,7 @@ def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
 
 
 def _lower(points: Array, is_foot: bool) -> dict[str, Array]:
-    """Return the weights on hips and legs, or on the feet."""
+    """Return the bones' weights (n,) at points on hips and legs or, with `is_foot`, on feet."""
     x, y, z = points.T
     left = (y > 0) * 1.0 if is_foot else _step(y / 0.02)
     found: dict[str, Array] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compute bone rotations and positions from a pose, and from these the armature's channels."""
+"""Compute bone rotations and positions from a pose, and from these an armature's animation."""
 
 from __future__ import annotations
 
@@ -40,14 +40,20 @@ class Bones:
 
 
 def _frame(along: Array, hinge: Array) -> Array:
-    """Return the rotation of a frame along a bone, with its second axis nearest to `hinge`."""
+    """Return the rotation of a frame whose first axis is along a bone.
+
+    The second axis is as near to `hinge` as it can be.
+    """
     a = normalised(along)
     h = normalised(hinge - a * (hinge * a).sum(-1, keepdims=True))
     return from_columns(a, h, cross(a, h))
 
 
 def _rest(skeleton: Skeleton, bone: str, child: str, hinge: Array) -> Array:
-    """Return the inverse frames (2, 4) of a limb's bones at rest, left and right."""
+    """Return the inverses of the frames (2, 4) of a left and right bone at rest.
+
+    The bone extends to the head of `child`. The second axis of its frame is near to `hinge`.
+    """
     along = [skeleton.head[f"{child}.{side}"] - skeleton.head[f"{bone}.{side}"] for side in SIDES]
     return inverse(_frame(np.array(along), hinge))
 
@@ -67,7 +73,7 @@ def skeleton_of(build: Build) -> Skeleton:
 
 
 def _limb(skeleton: Skeleton, bone: str, along: Array, hinge: Array) -> Array:
-    """Return the rotations (n, 2, 4) of a bone of both sides."""
+    """Return the rotations (n, 2, 4) of a left and right bone, along the directions `along`."""
     return compose(_frame(along, hinge), _RESTS[skeleton, bone])
 
 
@@ -88,7 +94,7 @@ def two_bones(
     Returns
     -------
     first_direction, second_direction : array, shape (…, 3)
-        Unit vectors along the bones. A target out of reach is pointed at.
+        Unit vectors along the bones. If the target is out of reach, the bones point at it.
     hinge : array, shape (…, 3)
         The axis of the joint.
     """
@@ -103,19 +109,19 @@ def two_bones(
 
 
 def _bend(angles: Array, share: float) -> Array:
-    """Return the rotations by shares of roll, pitch and yaw (…, 3)."""
+    """Return the rotations by a share of the angles (…, 3), which are roll, pitch and yaw."""
     x, y, z = np.moveaxis(angles * share, -1, 0)
     return compose_all(rotation_z(z), rotation_y(y), rotation_x(x))
 
 
 def _follow(found: Bones, pose: BodyPose, bone: str, bend: Array, share: float) -> None:
-    """Add a bone that is bent against its parent."""
+    """Add a bone to `found`, rotated against its parent by a share of the angles `bend`."""
     found.at[bone] = joint(found, pose, bone)
     found.turn[bone] = compose(found.turn[skeleton_of(pose.build).parent[bone]], _bend(bend, share))
 
 
 def trunk(pose: BodyPose, head: bool = True) -> Bones:
-    """Return the bones of the trunk: pelvis, spine, chest and, unless left out, neck and head."""
+    """Return pelvis, spine and chest, and, if `head` is True, neck and head."""
     pose = pose.take(slice(None))
     found = Bones({"pelvis": pose.turn}, {"pelvis": pose.pelvis})
     follows = [("spine", pose.spine, 0.5), ("chest", pose.spine, 0.5)]
@@ -127,7 +133,7 @@ def trunk(pose: BodyPose, head: bool = True) -> Bones:
 
 
 def joint(bones: Bones, pose: BodyPose, bone: str) -> Array:
-    """Return the position (n, 3) of a bone's head, as its parent places it."""
+    """Return the position (n, 3) of a bone's head, which follows from the bone's parent."""
     skeleton = skeleton_of(pose.build)
     above = skeleton.parent[bone]
     offset = (skeleton.head[bone] - skeleton.head[above]) * pose.build.scale
@@ -149,14 +155,17 @@ def solve(pose: BodyPose) -> Bones:
 
 
 def _both(bones: Bones, pose: BodyPose, bone: str) -> Array:
-    """Store and return the heads (n, 2, 3) of the left and right bone."""
+    """Store and return the positions (n, 2, 3) of the heads of a left and a right bone."""
     for side in SIDES:
         bones.at[f"{bone}.{side}"] = joint(bones, pose, f"{bone}.{side}")
     return np.stack([bones.at[f"{bone}.{side}"] for side in SIDES], 1)
 
 
 def _turn_both(bones: Bones, pose: BodyPose, turns: dict[str, Array]) -> None:
-    """Store heads and rotations (n, 2, 4) of the bones of both sides, parents first."""
+    """Store the rotations (n, 2, 4) of left and right bones, and the positions of their heads.
+
+    `turns` has parents before their children.
+    """
     for bone, turn in turns.items():
         _both(bones, pose, bone)
         for k, side in enumerate(SIDES):
@@ -164,7 +173,7 @@ def _turn_both(bones: Bones, pose: BodyPose, turns: dict[str, Array]) -> None:
 
 
 def _solve_legs(pose: BodyPose, bones: Bones, leg: Leg, first: int) -> None:
-    """Solve a pair of legs for the feet `first` and `first + 1`."""
+    """Solve a pair of legs, whose feet are number `first` and `first + 1` of the pose."""
     skeleton, scale = skeleton_of(pose.build), pose.build.scale
     ankle, knee, sole, toes = (
         getattr(pose.feet, name)[:, first : first + 2] for name in ("ankle", "knee", "turn", "toes")
@@ -212,8 +221,8 @@ def channels(
 ) -> Iterator[Channel]:
     """Yield the animated channels of an armature object.
 
-    The channels are its location on the floor under the pelvis, its heading, the pelvis's height
-    and the rotations of the pose bones.
+    These are the object's location on the floor under the pelvis, its heading, the height of the
+    pelvis, and the rotations of the pose bones.
 
     Parameters
     ----------
@@ -222,7 +231,7 @@ def channels(
     rest : mapping of str to array, shape (4,)
         The orientation of each bone's axes at rest.
     bones : Bones, optional
-        The solved pose, if it is at hand.
+        The result of `solve` for the pose, if the caller has it.
 
     Yields
     ------
@@ -249,8 +258,8 @@ def channels(
 def local_rotations(pose: BodyPose, bones: Bones, rest: Mapping[str, Array]) -> dict[str, Array]:
     """Return the rotations (n, 4) of the pose bones against their parents, in bone axes.
 
-    `rest` has the orientation of each bone's axes. Signs are chosen so that consecutive quaternions
-    are close.
+    `rest` has the orientation of each bone's axes at rest. The signs of the quaternions are such
+    that consecutive ones are close.
     """
     local = {}
     for bone, turn in bones.turn.items():

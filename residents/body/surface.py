@@ -67,8 +67,8 @@ def loft(
     Parameters
     ----------
     table : array, shape (k, 4)
-        For each cross-section, in m: height along the third axis, offset along the first axis, half
-        axis along the first and half axis along the second axis.
+        A row for each cross-section, in m: height along the third axis, offset along the first
+        axis, half axis along the first axis, and half axis along the second axis.
     origin : array, shape (3,)
         The point at height 0, m.
     axes : array, shape (3, 3)
@@ -76,7 +76,7 @@ def loft(
     power : float
         Exponent of the superellipse; 2 gives ellipses.
     cap : float
-        Radius that rounds the edges of the two ends, m.
+        Radius by which the edges of the two ends are rounded, m.
     """
     rows = np.asarray(table, float)
     base, frame = np.asarray(origin, float), np.asarray(axes, float)
@@ -145,7 +145,7 @@ def smooth_min(a: Array, b: Array, k: float) -> Array:
 
 
 def union(k: float, *shapes: Shape) -> Shape:
-    """Return the union of shapes, blended over `k` m."""
+    """Return the union of shapes, with smooth transitions `k` m wide."""
 
     def shape(p: Array) -> Array:
         d = shapes[0](p)
@@ -157,7 +157,7 @@ def union(k: float, *shapes: Shape) -> Shape:
 
 
 def cut(k: float, body: Shape, *tools: Shape) -> Shape:
-    """Return the body minus the tools, with edges rounded over `k` m."""
+    """Return the shape `body` without the shapes `tools`, with edges rounded over `k` m."""
 
     def shape(p: Array) -> Array:
         d = body(p)
@@ -169,7 +169,7 @@ def cut(k: float, body: Shape, *tools: Shape) -> Shape:
 
 
 def mirrored(shape: Shape) -> Shape:
-    """Return the shape mirrored in the xz plane."""
+    """Return the shape mirrored at the xz plane."""
     return lambda p: shape(p * (1.0, -1.0, 1.0))
 
 
@@ -243,7 +243,7 @@ def mesh(shape: Shape, low: Corner, high: Corner, cell: float) -> tuple[Array, I
 
 
 def _onto(shape: Shape, points: Array, cell: float) -> Array:
-    """Move points onto the surface in two Newton steps: this removes the grid's terraces."""
+    """Move points onto the surface by two Newton steps, which smooths the steps of the grid."""
     eps = cell * 0.1
     for _ in range(2):
         d = shape(points)

@@ -43,7 +43,7 @@ def axis_angle(axis: Array, angle: ArrayLike) -> Array:
 
 
 def compose(a: Array, b: Array) -> Array:
-    """Return the quaternion product: the rotation `b`, followed by `a`.
+    """Return the product of two rotations, which rotates by `b` and then by `a`.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def rotated(turn: Array, v: ArrayLike) -> Array:
 
 
 def from_columns(x: Array, y: Array, z: Array) -> Array:
-    """Return the rotations that take the axes x, y and z to three vectors.
+    """Return the rotations that turn the coordinate axes into the vectors x, y and z.
 
     Parameters
     ----------
@@ -143,7 +143,10 @@ def normalised(v: Array) -> Array:
 
 
 def add_axes(t: ArrayLike, of: Array) -> Array:
-    """Return `t` (n,) with axes of length 1 added, to be multiplied with `of` (n, …)."""
+    """Return `t` (n,) with further axes of length 1, so that it can be multiplied with `of`.
+
+    `of` has the shape (n, …).
+    """
     shares = np.asarray(t, float)
     return shares.reshape(shares.shape + (1,) * (of.ndim - shares.ndim))
 
@@ -163,7 +166,7 @@ def lerp(a: Array, b: Array, t: ArrayLike) -> Array:
 
 
 def slerp(a: Array, b: Array, t: ArrayLike) -> Array:
-    """Interpolate rotations from `a` (t = 0) to `b` (t = 1), the shorter way.
+    """Interpolate rotations from `a` (t = 0) to `b` (t = 1), along the shorter arc.
 
     The angular speed is constant over t.
 
@@ -188,7 +191,7 @@ def slerp(a: Array, b: Array, t: ArrayLike) -> Array:
 
 
 def ease(t: ArrayLike) -> Array:
-    """Return `t`, clipped to 0 … 1, as 3t² − 2t³: a step with a slow start and end."""
+    """Return 3t² − 2t³, with `t` clipped to 0 … 1: a step that starts and ends slowly."""
     s = np.clip(np.asarray(t, float), 0.0, 1.0)
     result: Array = s * s * (3 - 2 * s)
     return result

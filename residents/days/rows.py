@@ -26,10 +26,10 @@ _cells = attrgetter(*DAY_HEADER)
 
 @dataclass(frozen=True)
 class Day:
-    """A simulated day: its events and its truth, with times in µs since midnight.
+    """A simulated day: its events, and what people did. Times are in µs since midnight.
 
-    Events are in the log's order. The first event of each field is its value at midnight, which
-    nobody caused.
+    Events are in the log's order. The first event of each field has its value at midnight, and no
+    cause.
     """
 
     date: date
@@ -53,7 +53,7 @@ class Day:
     def of_json(cls, text: str, digest: str) -> Day | None:
         """Read a day from JSON text, or return None if it belongs to another run.
 
-        Raises `ValueError` for any other text.
+        Raises `ValueError` if the text does not describe a day.
         """
         try:
             found = json.loads(text)
@@ -80,8 +80,9 @@ def _event(cells: Iterable[Any]) -> Event[int]:
 def attribute_events(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
     """Return the events of a day in the log's order, each with the person who caused it.
 
-    On input each event has the person who moves its cause at that time. The end of a reading is
-    attributed to the person of its beginning.
+    On input, an event's `person` is the person who moves its cause at the event's time. An event
+    without a cause gets the person of the sensor's last event with a cause. So does an event with
+    the same cause that nobody moves at that time.
     """
     # By sensor, the cause and the person of the last event that has a cause.
     last: dict[str, tuple[str, str]] = {}
@@ -107,7 +108,7 @@ class DayRows:
 
     @classmethod
     def of(cls, days: Sequence[Day]) -> DayRows:
-        """Join days; a value that is the same before and after midnight has one row."""
+        """Join days; a value that does not change at midnight has no second row there."""
         return cls(
             days[0].date,
             tuple(_events(days)),
@@ -116,7 +117,7 @@ class DayRows:
         )
 
     def files(self) -> dict[str, str]:
-        """Return the texts of the tables by file name."""
+        """Return the text of each table, by file name."""
         begin = datetime.combine(self.start, time())
         events = ((_moment(begin, e.time), *map(format_value, _cells(e)[1:])) for e in self.events)
         activities = (
@@ -139,7 +140,10 @@ class DayRows:
         about: Mapping[str, str],
         labels: Mapping[str, str],
     ) -> Log:
-        """Return a log for the formats of other tools; `labels` are their names of activities."""
+        """Return a log for the formats of other tools.
+
+        `labels` has the other tool's name of each activity.
+        """
         events = (event.at(event.time / US) for event in self.events)
         activities = [
             LoggedActivity(a.start, a.end, a.person, labels.get(a.activity, a.activity), a.room)
@@ -150,7 +154,7 @@ class DayRows:
 
 
 def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
-    """Yield the events of all days, without repeated values at midnight."""
+    """Yield the events of all days; those at midnight only if the value has changed."""
     last: dict[tuple[str, str], Value] = {}
     for number, day in enumerate(days):
         for event in day.events:
@@ -162,7 +166,7 @@ def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
 
 
 def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:
-    """Yield the whereabouts of all days, without repeated ones at midnight."""
+    """Yield the whereabouts of all days; those at midnight only if they have changed."""
     last: dict[str, Whereabouts] = {}
     for number, day in enumerate(days):
         for where in day.people:
@@ -182,7 +186,10 @@ def _point(at: tuple[float, float, float] | None) -> Iterable[str]:
 
 
 def toml(values: Mapping[str, Any], tables: Iterable[Mapping[str, Any]] = ()) -> str:
-    """Return the text of a TOML file: values, tables of values, and an array `sensors`."""
+    """Return the text of a TOML file with `values`; mappings among them become tables.
+
+    `tables` become the array of tables `sensors`.
+    """
     plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
     lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
     for key, value in values.items():
@@ -231,7 +238,7 @@ REST = 2.0
 
 
 def frame_at(time: float) -> int:
-    """Return the first whole frame at or after a time in s since midnight."""
+    """Return the first whole frame at or after a time, which is in s since midnight."""
     return 1 + math.ceil(time * FPS - 1e-6)
 
 
@@ -246,7 +253,7 @@ def hours_minutes(time: float) -> str:
 
 
 def lasting(seconds: float) -> str:
-    """Return a duration as text, to the minute, such as 1 h 05 min."""
+    """Return a duration as text, rounded to minutes, such as 1 h 05 min."""
     minutes = round(seconds / 60)
     if minutes < 1:
         return f"{seconds:.0f} s"
@@ -254,33 +261,33 @@ def lasting(seconds: float) -> str:
 
 
 def calendar_number(first: date) -> int:
-    """Return the day number of a date modulo `CYCLE`, from which its noise is drawn.
+    """Return the number by which the noise of a date is drawn: its day number modulo `CYCLE`.
 
-    The noise of a date does not depend on the day with which a run begins.
+    So a date has the same noise, whatever the first day of the run.
     """
     return day_number(first) % CYCLE
 
 
 def clock_of_day(number: int) -> Clock:
-    """Return the clock of day `number`, in that day's frames.
+    """Return the clock of day `number`, in frames of that day.
 
-    Updates have numbers and times as in one long run that began `LEAD_S` before the midnight of day
-    0.
+    Updates have the numbers and times that they have in one long run of all days. That run begins
+    `LEAD_S` before the midnight of day 0.
     """
     return Clock(frame_at(-LEAD_S) - round(number * DAY_S) * FPS, FPS)
 
 
 def stretches(spans: Array, first: float, last: float, most: float) -> list[float]:
-    """Return times at which to cut a day, in s.
+    """Return times at which to cut a day into stretches, in s.
 
-    If possible, cuts are in the middle of rests, in which nothing moves.
+    If possible, a cut is in the middle of a time in which nothing moves.
 
     Parameters
     ----------
     spans : array, shape (k, 2)
         The spans in which anything moves, s, sorted.
     first, last : float
-        The ends of the day, s.
+        Start and end of the day, s.
     most : float
         The longest time with movement between two cuts, s.
     """

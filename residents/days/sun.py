@@ -40,7 +40,7 @@ class Site:
 
 
 def position(site: Site, local: datetime) -> tuple[float, float]:
-    """Return altitude, with refraction, and azimuth of the sun at a local time.
+    """Return altitude and azimuth of the sun at a local time; the altitude includes refraction.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def position(site: Site, local: datetime) -> tuple[float, float]:
     Returns
     -------
     altitude, azimuth : float
-        In rad; the azimuth from north over east.
+        In rad; the azimuth is counted from north over east.
 
     References
     ----------
@@ -76,7 +76,10 @@ def position(site: Site, local: datetime) -> tuple[float, float]:
 
 
 def _refraction(altitude: float) -> float:
-    """Return the refraction at a true altitude, rad; 0 far below the horizon."""
+    """Return by how much refraction lifts the sun, rad, at its altitude without refraction.
+
+    The result is 0 far below the horizon.
+    """
     degrees = math.degrees(altitude)
     if degrees < -1.0:
         return 0.0
@@ -85,7 +88,7 @@ def _refraction(altitude: float) -> float:
 
 
 def direction(site: Site, altitude: float, azimuth: float) -> tuple[float, float, float]:
-    """Return the unit vector to the sun in the home's axes, z up.
+    """Return the unit vector towards the sun in the home's axes, with z up.
 
     Parameters
     ----------
@@ -100,7 +103,7 @@ def direction(site: Site, altitude: float, azimuth: float) -> tuple[float, float
 
 
 def sunlight(altitude: float) -> float:
-    """Return the transmittance of clear air for direct sunlight, 0 once the sun has set.
+    """Return the transmittance of clear air for direct sunlight, which is 0 after sunset.
 
     Parameters
     ----------

@@ -26,10 +26,10 @@ Point = tuple[float, float, float]
 
 
 class Whereabouts(NamedTuple):
-    """The room, position and posture of a person from a time on.
+    """Where a person is from a time on: room, position and posture.
 
-    `time` is in µs since midnight, or since the first midnight of several days. `at` is the middle
-    of the hips in m, or None for a person who is away.
+    `time` is in µs since midnight, or since the first of several midnights. `at` is the middle of
+    the hips in m, or None while the person is away.
     """
 
     time: int
@@ -54,10 +54,10 @@ def activities(
     acted : Acted
         The acted day.
     room_of : callable
-        Returns the room of a place by name.
+        Takes the name of a place and returns its room.
     where : iterable of Whereabouts
-        The rows of `people`. They give the room of an activity without a place: where the person
-        was longest.
+        The rows of `people`. An activity without a place gets the room in which the person was
+        longest.
 
     Returns
     -------
@@ -79,15 +79,15 @@ def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
     """Return the whereabouts of all persons on a day.
 
     There is a row at midnight, at each change of posture, room or place, and at the end of a
-    movement. During a movement there is a row at least each minute. Persons at a place are in the
-    place's room; on the way, in the room of their position.
+    movement. During a movement there is a row at least each minute. A person at a place is in the
+    place's room. A person on the way is in the room at the person's position.
 
     Parameters
     ----------
     acted : Acted
         The acted day.
     room_at, room_of : callable
-        Return the room of a point (3,), and of a place by name.
+        Take a point (3,), or the name of a place, and return the room.
     """
     rooms = room_at, room_of
     found = [where for person in acted.bodies for where in _person(acted, person, *rooms)]
@@ -95,7 +95,7 @@ def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
 
 
 def _longest_room(rows: Sequence[Whereabouts], start: int, end: int) -> str:
-    """Return the room of most of the time from `start` to `end`."""
+    """Return the room in which a person was longest from `start` to `end`."""
     times = [max(row.time, start) for row in rows] + [end]
     spent: dict[str, int] = defaultdict(int)
     for row, begin, stop in zip(rows, times, times[1:], strict=False):
@@ -132,12 +132,15 @@ def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iter
 
 
 def _distance(a: Point | None, b: Point | None) -> float:
-    """Return the distance of two points, or 0 if one is None."""
+    """Return the distance between two points, or 0 if one of them is None."""
     return math.dist(a, b) if a is not None and b is not None else 0.0
 
 
 def _times_to_check(first: float, end: float, moving: Array) -> Array:
-    """Return the times to check in a stay: its start, each second of movement, and its end."""
+    """Return the times of a stay at which the whereabouts are computed.
+
+    They are its start, each second of movement, and its end.
+    """
     parts = [np.array([first])]
     inside = moving[(moving[:, 1] > first) & (moving[:, 0] < end)]
     for start, stop in np.clip(inside, first, end).tolist():
@@ -148,9 +151,9 @@ def _times_to_check(first: float, end: float, moving: Array) -> Array:
 
 
 def join_activities(parts: Iterable[Iterable[LoggedActivity]]) -> list[LoggedActivity]:
-    """Return the activities of consecutive days in time since the first midnight.
+    """Return the activities of consecutive days, in time since the first midnight.
 
-    An activity that continues over midnight is one, in the room of its longest part.
+    An activity that continues over midnight becomes one, with the room of its longest part.
     """
     found: list[LoggedActivity] = []
     # By person and activity: the index of the last one in `found`, and the length of the part whose

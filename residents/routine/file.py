@@ -55,9 +55,10 @@ def check_bodies(persons: Mapping[str, Person]) -> None:
 
 
 def check(routine: Routine) -> None:
-    """Raise `InputError` if a person has two activities at the same time.
+    """Raise `InputError` if the plans give a person two activities at the same time.
 
-    Entries with a chance below 1 do not count: where they happen, later ones wait.
+    Entries with a chance below 1 are not checked: on a day with such an entry, the next one begins
+    late.
     """
     for person in routine.persons:
         plans = [plan for plan in routine.plans if plan.person == person]
@@ -73,7 +74,7 @@ def check(routine: Routine) -> None:
 
 
 def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPoint]:
-    """Return the entries that happen on all such days."""
+    """Return the entries that happen on every day with this weekday and month."""
     # Plans for some dates only are left out, since they can alternate with others.
     always = [plan for plan in plans if plan.days.first.year == 1 and plan.days.last.year == 9999]
     return [
@@ -86,20 +87,23 @@ def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPo
 
 
 def _end(entry: FixedPoint) -> float:
-    """Return the end of an entry by its median duration, s."""
+    """Return the time at which an entry ends if its duration is the median one, s."""
     if entry.until is not None:
         return entry.until
     return entry.at + (entry.lasts or 0.0)
 
 
 def _clock(seconds: float) -> str:
-    """Return a time in s as text, such as 07:05."""
+    """Return a time of day in s as text, such as 07:05."""
     minutes = round(seconds % DAY / 60)
     return f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
 def _overlap_text(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
-    """Return the error text for an entry that begins before another one ends."""
+    """Return the error text for the entry `other`, which begins at the time `at` (s).
+
+    At this time, `entry` has not ended.
+    """
     lasting = f"{entry.activity!r} from {_clock(entry.at)} lasts until {_clock(_end(entry))}"
     if _end(entry) - entry.at > DAY:
         lasting = f"{entry.activity!r} lasts {(_end(entry) - entry.at) / 3600:.0f} hours"
@@ -118,7 +122,10 @@ _DAYS |= {"daily": range(7), "weekdays": range(5), "weekend": (5, 6)}
 
 
 def read(content: str, name: str) -> Routine:
-    """Return the routine in the text of the file `name`; raise `InputError` for errors."""
+    """Return the routine that `content` describes; raise `InputError` for errors.
+
+    `name` is the file's name, used in errors.
+    """
     top = read_table(content, name)
     if top.take("schema", number(0, 1e6)) != SCHEMA:
         raise top.error(f"this version reads schema = {SCHEMA}", "schema")
@@ -269,7 +276,10 @@ def _positive(value: Any) -> float:
 
 
 def _any_of(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:
-    """Return a reader for one or several names of days or months."""
+    """Return a function that reads one or several names of days or months.
+
+    `known` has the numbers that each name stands for. `what` is used in errors.
+    """
 
     def read_names(value: Any) -> frozenset[int]:
         names = [value] if isinstance(value, str) else texts(value)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A routine as read and checked, and the durations and times of day in it.
+"""A routine as read from its file and checked, and the reading of durations and times of day.
 
 All durations and times are in seconds.
 """
@@ -26,11 +26,20 @@ AWAY = "Away"
 
 @dataclass(frozen=True)
 class Meanwhile:
-    """Movements that are repeated during an activity, of which one in `do` is chosen each time.
+    """Small movements that are repeated during an activity; each time one of `do` is drawn.
 
-    `every` is their mean interval in s, and `burst` their mean number in a row (None for the
-    default). The rests between have the log-normal spread `varies`. `where` has the lines of the
-    steps in the file.
+    Attributes
+    ----------
+    do : tuple of str
+        The movements to draw from, as steps.
+    every : float
+        The mean time from one movement to the next, s.
+    varies : float
+        The log-normal spread of the rests between movements.
+    burst : float or None
+        The mean number of movements in a row; None for the default.
+    where : tuple of str
+        The position of each step in the file.
     """
 
     do: tuple[str, ...]
@@ -42,9 +51,20 @@ class Meanwhile:
 
 @dataclass(frozen=True)
 class RoutineActivity:
-    """An activity: its steps in order, and the movements repeated during the last step.
+    """An activity of a routine.
 
-    `labels` are its names in other data sets. `where` has the lines of the steps in the file.
+    Attributes
+    ----------
+    name : str
+        Its name.
+    do : tuple of str
+        Its steps, in order.
+    meanwhile : tuple of Meanwhile
+        The small movements that are repeated during its last step.
+    labels : mapping of str to str
+        Its name in each of several data sets.
+    where : tuple of str
+        The position of each step in the file.
     """
 
     name: str
@@ -56,7 +76,11 @@ class RoutineActivity:
 
 @dataclass(frozen=True)
 class Calendar:
-    """The days to which a rule applies: weekdays (0 is Monday), months and inclusive dates."""
+    """The days to which a rule applies.
+
+    They are on the given weekdays (0 is Monday), in the given months, and from the date `first` to
+    the date `last`, both included.
+    """
 
     weekdays: frozenset[int] = frozenset(range(7))
     months: frozenset[int] = frozenset(range(1, 13))
@@ -73,12 +97,24 @@ class Calendar:
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """An activity of a plan at a time of day.
+    """An entry of a plan: an activity at a time of day.
 
-    The start is normally distributed around `at` with the standard deviation `spread`. Either the
-    duration is log-normal, with the median `lasts` and the spread `varies`, or the end is at the
-    time of day `until`. For the next day `until` is above 24 h. `chance` is the probability that it
-    happens. `where` is its line in the file.
+    Attributes
+    ----------
+    activity : str
+        The activity's name.
+    at, spread : float
+        Mean and standard deviation of the start, which is normally distributed, s.
+    lasts : float or None
+        The median of the duration, which is log-normally distributed, s. None if `until` is given.
+    until : float or None
+        The mean time of day of the end, s; above 24 h it is on the next day.
+    varies : float
+        The log-normal spread of the duration.
+    chance : float
+        The probability that the entry happens on a day.
+    where : str
+        The entry's position in the file.
     """
 
     activity: str
@@ -93,7 +129,7 @@ class FixedPoint:
 
 @dataclass(frozen=True)
 class FixedPoints:
-    """A person's plan for some days."""
+    """A plan: what a person does at which times of day, on the days of a calendar."""
 
     person: str
     days: Calendar
@@ -102,7 +138,10 @@ class FixedPoints:
 
 @dataclass(frozen=True)
 class Pastime:
-    """An activity of a filler: its weight, and its duration (median and log-normal spread)."""
+    """An activity from which a filler draws.
+
+    Its duration is log-normal with the median `lasts` (s) and the spread `varies`.
+    """
 
     activity: str
     weight: float
@@ -112,7 +151,7 @@ class Pastime:
 
 @dataclass(frozen=True)
 class Filler:
-    """What a person does between the fixed points, from one time of day to another."""
+    """What a person does while no plan has an activity, from one time of day to another."""
 
     person: str
     days: Calendar
@@ -123,7 +162,11 @@ class Filler:
 
 @dataclass(frozen=True)
 class Interruption:
-    """An activity that interrupts the activity `during`, on average `times` in each stretch."""
+    """An activity that interrupts the activity `during`.
+
+    `times` is the mean number of interruptions each time that `during` is done. The duration is
+    log-normal with the median `lasts` (s) and the spread `varies`.
+    """
 
     person: str
     during: str
@@ -135,7 +178,7 @@ class Interruption:
 
 @dataclass(frozen=True)
 class Absence:
-    """A time for which a person is away."""
+    """A span of time in which a person is away."""
 
     person: str
     begins: datetime
@@ -146,8 +189,18 @@ class Absence:
 class Person:
     """A person of the routine.
 
-    A `visitor` is away except for planned activities. `resident` is the name of the object in the
-    home. `begins` is the activity at the first midnight. `where` is the person's line in the file.
+    Attributes
+    ----------
+    name : str
+        The person's name.
+    resident : str
+        The name of the resident's object in the home.
+    visitor : bool
+        Whether the person is away except for planned activities.
+    begins : str
+        The activity under way at the first midnight.
+    where : str
+        The person's position in the file.
     """
 
     name: str
@@ -171,9 +224,9 @@ class Routine:
 
 @dataclass(frozen=True)
 class Segment:
-    """The activity of a person from `start` to `end`, in s since midnight of the first day.
+    """What a person does from `start` to `end`, in s since midnight of the first day.
 
-    `where` is its line in a diary.
+    `where` is its position in the diary, or "" if it was drawn from the routine.
     """
 
     start: float
@@ -190,7 +243,10 @@ _PART = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|min|h)\s*")
 
 
 def seconds(text: object) -> float:
-    """Return a duration in seconds; raise `ValueError` for any other text."""
+    """Return the duration that a text gives, such as "20 s", in seconds.
+
+    Raise `ValueError` for any other text.
+    """
     total, at, last = 0.0, 0, float("inf")
     shown = str(text)
     while isinstance(text, str) and at < len(text):
@@ -206,9 +262,9 @@ def seconds(text: object) -> float:
 
 
 def time_of_day(text: object) -> float:
-    """Return a time of day in seconds since midnight; raise `ValueError` for any other text.
+    """Return the time of day that a text gives, such as "07:05", in seconds since midnight.
 
-    "24:00" is the end of the day.
+    "24:00" is the end of the day. Raise `ValueError` for any other text.
     """
     found = re.fullmatch(r"(\d{1,2}):(\d{2})(?::(\d{2}))?", text) if isinstance(text, str) else None
     if found is not None:

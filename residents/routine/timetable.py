@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw what each person does at which time, or read that from a diary.
+"""Draw what each person does at which time, or read it from a diary.
 
-Fixed points come first, in the order of their drawn times. If one is still under way, the next one
-is late. Fillers take the time that is left. Where there is neither, a person continues the last
-activity, and a visitor is away.
+Fixed points, which are the entries of plans, come first, in the order of their drawn times. If one
+of them is still under way when the next one should start, the next one is late. Fillers take the
+time that is left. Without a filler, a person continues the last activity, and a visitor is away.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ORIGIN = date(2026, 3, 2)
 
 
 class Stream:
-    """Random numbers for one person, day and purpose."""
+    """A source of random numbers for one person, one day and one purpose."""
 
     def __init__(self, seed: int, person: str, day: int, purpose: str) -> None:
         key = repr((seed, person, day, purpose)).encode()
@@ -48,11 +48,14 @@ class Stream:
         return min(max(value, -4.0), 4.0)
 
     def log_normal(self, median: float, varies: float) -> float:
-        """Draw a log-normal number with a median and the spread `varies` of its logarithm."""
+        """Draw a log-normal number.
+
+        `median` is its median, and `varies` the standard deviation of its logarithm.
+        """
         return median * math.exp(varies * self.normal())
 
     def poisson(self, mean: float) -> int:
-        """Draw a Poisson number by multiplication of uniforms (Knuth), for small means."""
+        """Draw a Poisson number by multiplying uniform numbers (Knuth); meant for small means."""
         limit, product, count = math.exp(-mean), self._uniform(), 0
         while product > limit:
             product *= self._uniform()
@@ -60,7 +63,7 @@ class Stream:
         return count
 
     def geometric(self, mean: float) -> int:
-        """Draw a geometric number from 1 on, with a mean of 1 or more."""
+        """Draw a geometric number, which is 1 at least; `mean` is 1 at least too."""
         if mean <= 1.0:
             return 1
         return 1 + int(math.log(1.0 - self._uniform()) / math.log(1.0 - 1.0 / mean))
@@ -77,7 +80,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class Draws:
-    """The streams of a seed, for days that are numbered from the date `first`."""
+    """The streams of random numbers for a seed; days are counted from the date `first`."""
 
     seed: int
     first: date
@@ -88,7 +91,7 @@ class Draws:
 
 
 def day_number(of: date) -> int:
-    """Return the number of a date, which is below 0 before `ORIGIN`."""
+    """Return the number of a date; dates before `ORIGIN` have numbers below 0."""
     return (of - ORIGIN).days
 
 
@@ -98,7 +101,11 @@ SHORTEST = 30.0
 
 @dataclass(frozen=True)
 class _Point:
-    """A drawn fixed point; if `lasts`, a late start also moves the end."""
+    """A fixed point with drawn times.
+
+    With `lasts`, it has a duration, so that a late start makes the end late too. Without, the end
+    is fixed.
+    """
 
     start: float
     end: float
@@ -124,8 +131,8 @@ def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segme
     Returns
     -------
     list of Segment
-        Segments without gaps, in order for each person. The first one is under way at the first
-        midnight, the last one ends with the last day.
+        The segments of each person, in order and without gaps. A person's first segment has begun
+        before the first midnight, and the last one ends with the last day.
     """
     draws = Draws(seed, first)
     found: list[Segment] = []
@@ -148,7 +155,7 @@ def _since(first: date, moment: datetime) -> float:
 
 
 def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterator[Segment]:
-    """Yield a person's segments, without interruptions and absences."""
+    """Yield a person's segments before interruptions and absences are applied."""
     now, doing = -DAY, person.begins
     for day in range(-1, days):
         filling = draws.stream(person.name, day, "filler")
@@ -173,7 +180,7 @@ def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterat
 
 
 def _points(routine: Routine, person: Person, day: int, draws: Draws) -> list[_Point]:
-    """Return the fixed points of a day that happen, in order."""
+    """Return the fixed points that are drawn to happen on a day, sorted by start."""
     found = []
     for number, plan in enumerate(routine.plans):
         if plan.person == person.name and draws.first + timedelta(day) in plan.days:
@@ -199,7 +206,10 @@ def _filled(
     routine: Routine, person: Person, first: date, day: int, now: float, until: float,
     doing: str, stream: Stream,
 ) -> tuple[str, float]:  # fmt: skip
-    """Return the activity from `now` on, and its end, which is at most `until`."""
+    """Return what a person does from `now` on, and until when, at most until `until`.
+
+    This is drawn from a filler. Without one it is `doing`, the last activity; visitors are away.
+    """
     soonest = until
     for filler in routine.fillers:
         if filler.person != person.name:
@@ -221,7 +231,7 @@ def _filled(
 def _interrupted(
     segments: list[Segment], rule: Interruption, draws: Draws, number: int
 ) -> Iterator[Segment]:
-    """Yield the segments with the interruptions of a rule."""
+    """Yield the segments with those that an interruption rule adds."""
     for segment in segments:
         if segment.activity != rule.during:
             yield segment
@@ -247,7 +257,7 @@ def _interrupted(
 def _replaced(
     segments: list[Segment], begins: float, ends: float, activity: str
 ) -> Iterator[Segment]:
-    """Yield the segments with another activity from `begins` to `ends`."""
+    """Yield the segments with another activity in place of what is done from `begins` to `ends`."""
     for segment in segments:
         start, end, person = segment.start, segment.end, segment.person
         if end <= begins or start >= ends:
@@ -261,7 +271,10 @@ def _replaced(
 
 
 def _joined(segments: Iterable[Segment], ends: float) -> Iterator[Segment]:
-    """Yield the segments up to the time `ends`, neighbours of the same activity as one."""
+    """Yield the segments, cut at the time `ends`.
+
+    Consecutive segments with the same activity are joined into one.
+    """
     last: Segment | None = None
     for segment in segments:
         start, end = segment.start, min(segment.end, ends)
@@ -286,17 +299,24 @@ OTHER = "Other"
 def read(content: str, name: str) -> tuple[date, list[Segment]]:
     """Read a diary.
 
+    Parameters
+    ----------
+    content : str
+        The text of the CSV file.
+    name : str
+        The file's name, used in errors.
+
     Returns
     -------
     first : date
         The date whose midnight is 0 s.
     segments : list of Segment
-        The segments of each person in order, with OTHER in the gaps.
+        The segments of each person in order, with the activity `OTHER` in the gaps.
 
     Raises
     ------
     InputError
-        If a row is missing or wrong, with its line.
+        If a column or row is missing or wrong.
     """
     rows = csv.DictReader(io.StringIO(content))
     missing = [column for column in COLUMNS if column not in (rows.fieldnames or ())]

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The residents of a home in Blender: bodies, the places that they use, their keys."""
+"""The residents of a home in Blender: their bodies, the places that they use, and keyframes."""

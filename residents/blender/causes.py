@@ -25,9 +25,9 @@ from ..acting.timeline import Acted
 
 
 class Causes:
-    """The causes of the events of a day's run, found while the events are read.
+    """The causes of the events of a day, found while the day is simulated.
 
-    The run calls `note` for each sensor that has sensed.
+    The run calls `note` whenever a sensor has sensed.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Causes:
     midnight
         The start of the day, in s of the run.
     wanted
-        Whether causes are to be found.
+        Whether causes are searched for.
 
     Attributes
     ----------
@@ -72,9 +72,9 @@ class Causes:
         self.events: list[Event[float]] = []
 
     def note(self, runner: SensorRunner) -> None:
-        """Find the causes of a sensor's new events by its trace.
+        """Find the causes of a sensor's new events in the sensor's trace.
 
-        Events whose cause is not in the trace wait for `explain_left`.
+        Events whose cause is not in the trace are kept for `explain_left`.
         """
         because: dict[float, str] = {}
         for event in self.new.take_of(runner.sensor.name):
@@ -91,9 +91,10 @@ class Causes:
                 self._add(event, because[event.frame])
 
     def explain_left(self) -> None:
-        """Find the causes of the waiting events by replaying the scene.
+        """Find the causes of the events that `note` has kept, by simulating their frames again.
 
-        Call it while the keys of the events' time are in the home, and no sensor senses.
+        Call it while the scene still has the keys for the time of these events, and no sensor is
+        sensing.
         """
         if not self.wanted:
             self.events += (event for name in self._sensors for event in self.new.take_of(name))
@@ -116,7 +117,7 @@ class Causes:
             self._left = []
 
     def _because(self, replay: Replay, event: Event[float]) -> str:
-        """Return the name of the object that caused an event, or an empty text."""
+        """Return the name of the object that caused an event, or ""."""
         kind, track = replay.sensor.kind, replay.track
         index = track.at(event.frame)
         if index is None or (kind.publishes("motion") and not track.active[index]):
@@ -125,15 +126,15 @@ class Causes:
         return appearance_of(kind).explain(replay, index).cause_name
 
     def _add(self, event: Event[float], because: str) -> None:
-        """Add an event with its cause, and with the person who moves the cause."""
+        """Add an event with its cause `because`, and with the person who moves this object."""
         person = self.person_of(because, event.time - self._midnight) if because else ""
         self.events.append(replace(event, person=person, because=because))
 
     def person_of(self, name: str, time: float) -> str:
-        """Return the person to whom an object belongs at a time, or an empty text.
+        """Return the person who moves an object at a time (s of the day), or "".
 
-        It is the person whose body the object is part of, who moves the object, or who is on it: a
-        pad's cause may be the cushion on which a person sits.
+        This is the person whose body the object is part of, or who last moved it. Otherwise it is a
+        person on top of the object: a pad's cause can be the cushion on which a person sits.
         """
         for owner in self._chain(name):
             person = self._persons.get(owner) or self._acted.last_mover(owner, time)
@@ -147,7 +148,7 @@ class Causes:
         return self._acted.person_on(corners.min(axis=0), corners.max(axis=0), time)
 
     def _chain(self, name: str) -> list[str]:
-        """Return the names of an object, and of the objects that it is parented to."""
+        """Return the names of an object, its parent, the parent's parent and so on."""
         if name not in self._owners:
             obj = _object(name)
             self._owners[name] = [one.name for one in candidates(obj)] if obj is not None else []
@@ -155,5 +156,5 @@ class Causes:
 
 
 def _object(name: str) -> Any:
-    """Return an object by its name, also if it is an instance, named "OBJECT in INSTANCER"."""
+    """Return the object with a name; an instance is named "OBJECT in INSTANCER"."""
     return bpy.data.objects.get(name) or bpy.data.objects.get(name.rpartition(" in ")[2])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run the verbs `day` and `places` of the command line.
+"""Run the commands `angen day` and `angen places`.
 
 `angen day` simulates days of a routine in the open home into a folder, in one process or several.
 """
@@ -44,10 +44,10 @@ TERMINAL_S, LOG_S = 0.3, 30.0
 
 
 class DayLine:
-    """The progress of a run of days on standard error.
+    """The progress of a run of days, on standard error.
 
-    On a terminal it is one line that is overwritten; elsewhere a line is written now and then. With
-    --jobs it counts whole days only.
+    On a terminal it is one line that is overwritten. Elsewhere a line is written now and then. With
+    --jobs it counts complete days only.
     """
 
     def __init__(self, stream: TextIO, quiet: bool, days: int, folder: Folder) -> None:
@@ -63,7 +63,8 @@ class DayLine:
     def show(self, step: Progress | None = None, acted: Acted | None = None) -> None:
         """Show the progress.
 
-        `step` is the progress of the day `acted`. Both are None if several processes simulate days.
+        `step` is the progress of a day, and `acted` is what the residents do on it. Both are None
+        if several processes simulate days.
         """
         now = time.perf_counter()
         if self._quiet or now - self._shown < (TERMINAL_S if self._terminal else LOG_S):
@@ -88,7 +89,10 @@ class DayLine:
             write_message("\r" + " " * 70 + "\r", self._stream)
 
     def summary(self) -> str:
-        """Return the number of days made, and the time that they took."""
+        """Return a text with the number of simulated days and the time that they took.
+
+        It is "" if no day was simulated.
+        """
         made, took = self._whole() - self._earlier, time.perf_counter() - self._begin
         return f"; {made} made in {_rounded(took)}" if made else ""
 
@@ -178,10 +182,10 @@ def _day(options: argparse.Namespace, _outputs: Outputs) -> int:
 
 
 def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
-    """Simulate the days, and return whether all are whole.
+    """Simulate the days, and return whether all of them are complete.
 
-    Raise `AngenError` if the options are invalid, and `KeyboardInterrupt` after an interrupt, when
-    the whole days are written.
+    Raise `AngenError` if an option is invalid. After an interrupt, write the complete days and
+    raise `KeyboardInterrupt`.
     """
     chosen_sensors = simulated(chosen(sensors, choice_of(options)))
     if not chosen_sensors:

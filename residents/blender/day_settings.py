@@ -63,7 +63,7 @@ class AngenDone(PropertyGroup):
 class AngenDay(PropertyGroup):
     """Settings and state of the panel Day.
 
-    `before` describes the home as it was, as JSON, while an activity is shown.
+    While an activity is shown, `before` is the earlier state of the home, as JSON.
     """
 
     routine: StringProperty(

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sun and sky of a home, keyed by date, hour and place on Earth.
 
-The file sets the strength of sun and sky for the sun's altitude in the file. At another altitude
-both change in proportion to `residents/days/sun.py`. Sun and sky change in steps of ten minutes.
+The strengths of sun and sky in the blend file hold for the sun's altitude in the file. At another
+altitude both change in the proportion that `residents/days/sun.py` computes. Sun and sky change in
+steps of ten minutes.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ LOWEST = math.radians(5.0)
 class Daylight:
     """Context manager that keys sun and sky over a day, and removes the keys at the end.
 
-    Sun and sky stay as in the file if the home has no sun, no light sensor is simulated, or the
-    place on Earth is not set.
+    Sun and sky stay as in the file if the home has no sun, or if no light sensor is simulated. The
+    same holds if the place on Earth is not set.
     """
 
     def __init__(self, scene: Any, sensors: Sequence[Sensor], day: date) -> None:
@@ -62,14 +63,14 @@ class Daylight:
             setattr(owner, name, value)
 
     def skies(self) -> Iterator[tuple[Any, str, Any]]:
-        """Yield node tree, data path and socket of the strength of a sky that follows the sun."""
+        """Yield the strength of a sky that follows the sun, as node tree, data path and socket."""
         if self.sun is not None:
             yield from _skies(self._scene.world)
 
     def insert_keys(self) -> None:
         """Insert the keys, and store the frames at which references of light are measured.
 
-        The caller restores the values from before.
+        The caller restores the earlier values.
         """
         if self._has_light_sensors:
             tell_begins(self._scene, [frame_at(-LEAD_S)])
@@ -77,7 +78,7 @@ class Daylight:
             self._write(self.sun, self._site)
 
     def changes(self) -> list[float]:
-        """Return the times (s since midnight) at which a shining sun moves or sets."""
+        """Return the times at which the sun moves while it shines, or sets; s since midnight."""
         if self.sun is None or self._site is None:
             return []
         starts, positions = self._sun_positions(self._site)
@@ -86,9 +87,9 @@ class Daylight:
         return [start for start, shines in parts if any(shines) and start > -LEAD_S]
 
     def _sun_positions(self, site: Site) -> tuple[list[float], list[tuple[float, float]]]:
-        """Return the times (s since midnight) of the sun's moves, and its position after each.
+        """Return the times at which the sun moves, s since midnight, and its position after each.
 
-        The sun also moves at night.
+        Moves below the horizon are included.
         """
         begin = datetime.combine(self._day, time())
         starts = np.arange(-math.ceil(LEAD_S / EVERY) * EVERY, DAY_S, EVERY).tolist()
@@ -120,14 +121,14 @@ class Daylight:
             self._key(tree, path, frames, socket.default_value * skies[:, None])
 
     def _key(self, owner: Any, path: str, frames: Array, values: Array) -> None:
-        """Insert keys of an array of values, shape (n, k), one curve for each column."""
+        """Insert keys with `values`, shape (n, k), at n frames; each column has its own curve."""
         curves = Curves(owner, "Daylight")
         self._keyed.append(owner)
         for index, column in enumerate(values.T):
             curves.write(path, index, frames, column, CONSTANT)
 
     def _keep(self, owner: Any, *names: str) -> None:
-        """Store the values of attributes, to restore them later."""
+        """Store the present values of attributes, which are restored at the end."""
         for name in names:
             value = getattr(owner, name)
             self._before.append((owner, name, value.copy() if hasattr(value, "copy") else value))
@@ -146,7 +147,7 @@ def site_of(scene: Any) -> Site | None:
 
 
 def _skies(world: Any) -> Iterator[tuple[Any, str, Any]]:
-    """Yield node tree, data path and socket of the strength of a world's background.
+    """Yield the strength of a world's background, as node tree, data path and socket.
 
     Yield nothing if the world has several backgrounds, or if something else sets the strength.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The folder of a run of days: a file for each whole day, and tables made of these."""
+"""The folder of a run of days: one file for each complete day, and tables made of these."""
 
 from __future__ import annotations
 
@@ -32,17 +32,20 @@ DAYS, MARK = "days", "days/run.txt"
 
 
 def check_dates(start: date, days: int, formats: Iterable[str]) -> None:
-    """Raise `InputError` if the dates are out of range, or if a format cannot store them."""
+    """Raise `InputError` if a date is out of range, or if a format cannot store the dates."""
     begin = datetime.combine(start, time())
     for name in ("events", *formats):
         FORMATS[name].check_dates(begin, 0.0, days * DAY_S)
 
 
 class Folder:
-    """The folder of a run of days. Days of the same run that are in it already are kept."""
+    """The folder of a run of days; days of the same run that it has already are kept."""
 
     def __init__(self, path: Path, household: Household, formats: Sequence[str]) -> None:
-        """Raise `AngenError` if the folder belongs to another run, or cannot be written."""
+        """Claim the folder for the household's run.
+
+        Raise `AngenError` if the folder belongs to another run, or cannot be written.
+        """
         self._path, self._household = path, household
         self._formats = [FORMATS[name] for name in dict.fromkeys(formats) if name != "events"]
         self._digest = digest_of(household)
@@ -96,7 +99,7 @@ class Folder:
         write_files({self._file(day.date): day.as_json(self._digest)})
 
     def discard(self) -> None:
-        """Remove the files that were made for a run, unless the folder has a day."""
+        """Remove the files that `__init__` has made, unless the folder has a day."""
         if list((self._path / DAYS).iterdir()) != [self._path / MARK]:
             return
         (self._path / MARK).unlink()
@@ -107,10 +110,11 @@ class Folder:
                 self._path.rmdir()
 
     def finish(self, days: int) -> tuple[int, list[str]]:
-        """Write the tables of the whole days, from the first on and `days` at most.
+        """Write the tables of the complete days.
 
-        Return the number of these days, and notes on what the formats could not hold. Raise
-        `AngenError` if a file cannot be written.
+        These are the days from the first one up to the first missing one, at most `days`. Return
+        their number, and notes on what the formats could not hold. Raise `AngenError` if a file
+        cannot be written.
         """
         found: list[Day] = []
         while len(found) < days and (day := self.read(len(found))) is not None:
@@ -125,7 +129,10 @@ class Folder:
         return len(found), notes
 
     def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:
-        """Add the files of the chosen formats to `texts`, and return notes on what was lost."""
+        """Add the files of the chosen formats to `texts`.
+
+        Return notes on what the formats could not hold.
+        """
         notes = []
         sensors = {s.name: sensor_facts(s) for s in self._household.sensors}
         labels = self._labels()
@@ -140,7 +147,7 @@ class Folder:
         return notes
 
     def _labels(self) -> dict[str, dict[str, str]]:
-        """Return the labels of the activities by vocabulary and activity."""
+        """Return each vocabulary's labels of the activities, by vocabulary and activity."""
         found: dict[str, dict[str, str]] = {}
         for activity in self._household.plan.routine.activities.values():
             for vocabulary, label in activity.labels.items():
@@ -148,12 +155,12 @@ class Folder:
         return found
 
     def _about(self) -> dict[str, str]:
-        """Return what identifies the run: versions, file, seed and routine."""
+        """Return the values that identify the run: versions, file, seed and routine."""
         house = self._household
         return about(house.scene) | {"seed": str(house.seed), "routine": house.plan.name}
 
     def _home(self, days: int) -> str:
-        """Return the text of home.toml."""
+        """Return the text of home.toml, which describes the run and its sensors."""
         house = self._household
         found: dict[str, Any] = {
             "start": datetime.combine(house.start, time()),
@@ -173,7 +180,7 @@ class Folder:
 
 
 def _sensor(sensor: Sensor) -> Mapping[str, Any]:
-    """Return what home.toml says of a sensor, with its location in metres."""
+    """Return the values of a sensor for home.toml, with its location in metres."""
     depsgraph = evaluated_depsgraph()
     at = sensor.world_matrix(depsgraph).translation * unit_scale(depsgraph.scene)
     preset, is_edited = preset_of(sensor.object)
@@ -191,8 +198,8 @@ def _sensor(sensor: Sensor) -> Mapping[str, Any]:
 def digest_of(household: Household) -> str:
     """Return a digest of everything that a day depends on.
 
-    That is the home with the files that it links, the routine, start, seed, sensors and versions,
-    but not the number of days.
+    This is the home with the files that it links, the routine, the start date, the seed, the
+    sensors and the versions. The number of days is left out.
     """
     house = household
     parts: list[Any] = [about(house.scene) | {"seed": str(house.seed)}, house.start.isoformat()]

@@ -2,7 +2,7 @@
 """Key a stretch of a day in the open home: bodies, door leaves, lamps, and carried things.
 
 Frame 1 is midnight, and a second has 10 frames, unless `KeyedStretch` gets other values. An object
-has keys only at the frames at which it moves. Between them, and outside the stretch, its values are
+has keys only at the frames at which it moves. In between, and outside the stretch, its values are
 constant.
 """
 
@@ -35,7 +35,10 @@ CONSTANT, LINEAR = 0, 1
 
 
 class Curves:
-    """The F-curves of a datablock's own action, which is a legacy action in Blender 4.2."""
+    """The F-curves of a new action for a datablock.
+
+    In Blender 4.2 this is a legacy action, without slots.
+    """
 
     def __init__(self, owner: bpy.types.ID, name: str) -> None:
         action = bpy.data.actions.new(name)
@@ -92,7 +95,7 @@ MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion",
 
 
 class ReplacedAnimation:
-    """A datablock whose action is replaced until `restore`."""
+    """A datablock whose action is replaced by a new one until `restore` is called."""
 
     def __init__(self, owner: Any) -> None:
         self.owner = owner
@@ -107,7 +110,7 @@ class ReplacedAnimation:
         self.curves = Curves(owner, f"Day {owner.name}")
 
     def restore(self) -> None:
-        """Restore the earlier action, and the values that the keys have changed."""
+        """Restore the former action, and the property values that the keys have changed."""
         data, (action, slot) = self.owner.animation_data, self._earlier or (None, None)
         data.action = action
         if action is not None and slot is not None:
@@ -120,10 +123,20 @@ class ReplacedAnimation:
 
 
 class KeyedStretch:
-    """The keys of a stretch of a day, which replace the home's own animation.
+    """Keys for one stretch of a day at a time, which replace the home's own animation.
 
-    It keys one stretch at a time. `residents` are armatures by person. Frame 1 is at the time
-    `begins` (s of the day), and a second has `fps` frames. `clear` restores the home.
+    `clear` restores the home.
+
+    Parameters
+    ----------
+    residents
+        The armature of each person.
+    places
+        The marked places, doors and lamps.
+    fps
+        The number of frames in a second.
+    begins
+        The time of frame 1, in s of the day.
     """
 
     def __init__(
@@ -145,7 +158,7 @@ class KeyedStretch:
         self._replaced.clear()
 
     def show(self, acted: Acted, start: float, end: float) -> None:
-        """Key the home from `start` to `end` (s of the day), replacing the earlier stretch."""
+        """Key the home from `start` to `end` (s of the day), in place of the former stretch."""
         first, last = self._frame_at(start), self._frame_at(end)
         frames = np.arange(ceil(first - 1e-6), floor(last + 1e-6) + 1)
         scene = bpy.context.scene
@@ -169,7 +182,10 @@ class KeyedStretch:
     def _show_body(
         self, person: str, line: Timeline, frames: Index
     ) -> tuple[Array, BodyPose, Bones]:  # fmt: skip
-        """Key a resident's armature and walking frame; return frames, poses and bones."""
+        """Key a resident's armature and walking frame.
+
+        Return the keyed frames, the poses at them, and the bones of these poses.
+        """
         rig = self._residents[person]
         at = self._moving_frames(frames, line.moving())
         pose = line.poses(self._seconds_at(at))
@@ -197,7 +213,7 @@ class KeyedStretch:
         return at, pose, bones
 
     def _show_or_hide(self, obj: Any, away: Array, frames: Index) -> None:
-        """Hide an object while its person is away, from sensors, cameras and lamps."""
+        """Hide an object from sensors, cameras and lamps while its person is away."""
         if obj not in self._replaced and not len(away):
             return
         seconds = self._seconds_at(frames)
@@ -288,11 +304,11 @@ class KeyedStretch:
         return self._begins + (frames - 1) / self._fps
 
     def _moving_frames(self, frames: Index, spans: Array) -> Array:
-        """Return the frames at which a body needs keys.
+        """Return those of `frames` at which a body needs keys.
 
-        `spans` are start and end of its movements, shape (n, 2) in s. The result includes the
-        frames before and after each span, the first and the last frame, and the last frame before
-        each gap.
+        Each movement has keys from the frame before it to the frame after it. The first and the
+        last of `frames` have keys too, and so has the first one after each gap in them. `spans` are
+        start and end of the movements, shape (n, 2), in s.
         """
         keyed = np.zeros(len(frames), bool)
         keyed[[0, -1]] = True
@@ -304,7 +320,7 @@ class KeyedStretch:
         return np.asarray(frames[keyed], np.float64)
 
     def _curves(self, owner: Any) -> Curves:
-        """Return the curves of a datablock, whose own action they replace."""
+        """Return the F-curves of the action that replaces a datablock's own."""
         if owner not in self._replaced:
             self._replaced[owner] = ReplacedAnimation(owner)
         return self._replaced[owner].curves
@@ -316,7 +332,10 @@ class KeyedStretch:
         return self._world[obj.name]
 
     def _write_placed(self, obj: Any, at: Array, worlds: list[Matrix]) -> None:
-        """Key location and rotation of an object at world matrices, one for each frame."""
+        """Key location and rotation of an object, so that it has the world matrices `worlds`.
+
+        There is one matrix for each of the frames `at`.
+        """
         above = Matrix()
         if obj.parent is not None:
             above = (obj.parent.matrix_world @ obj.matrix_parent_inverse).inverted()
@@ -339,8 +358,7 @@ def _carried(
 ) -> tuple[Array, Array]:  # fmt: skip
     """Return location (n, 3) in metres and rotation (n, 4) of a thing in a hand.
 
-    The thing turns with the body's heading, and is tilted towards the face by `tilt`, shape (n,),
-    rad.
+    The thing turns with the heading of the body. It is tilted towards the face by `tilt` (n,), rad.
     """
     keyed, pose, bones = shown
     # Between two keys a body does not move.
@@ -351,21 +369,27 @@ def _carried(
 
 
 def _yaw_interpolation(yaw: Array) -> Index:
-    """Return the interpolation after each key of a yaw, shape (n,).
+    """Return the interpolation to use after each key of a yaw, shape (n,).
 
-    It is constant where the yaw jumps by a whole turn.
+    It is constant where the yaw jumps by a whole turn, and linear elsewhere.
     """
     jumps = np.abs(np.diff(yaw, append=yaw[-1:])) > pi
     return np.where(jumps, CONSTANT, LINEAR)
 
 
 def lights_of(lamp: Any) -> set[Any]:
-    """Return the lights that are switched with a lamp: its own and its descendants'."""
+    """Return the lights that are switched together with a lamp object.
+
+    These are the light data of the object itself and of its descendants.
+    """
     return {one.data for one in (lamp, *lamp.children_recursive) if one.type == "LIGHT"}
 
 
 def _power(light: Any) -> float:
-    """Return the power of a lamp that is on, also if the file's own keys have it off now."""
+    """Return the power that a light has when it is on.
+
+    This is the largest of its present power and the values that the file's own keys give it.
+    """
     data = light.animation_data
     if data is None:
         return float(light.energy)

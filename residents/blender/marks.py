@@ -27,7 +27,7 @@ FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIAN
 
 
 def facing_of(obj: Any, matrix: Any) -> Array:
-    """Return where a marked object faces, as a unit vector on the floor, shape (2,)."""
+    """Return the direction that a marked object faces, a unit vector on the floor, shape (2,)."""
     angle = obj.angen_place.facing
     local = np.array([math.sin(angle), -math.cos(angle), 0.0])
     found: Array = (np.array(matrix)[:3, :3] @ local)[:2]
@@ -37,7 +37,7 @@ def facing_of(obj: Any, matrix: Any) -> Array:
 
 
 def set_facing(obj: Any, matrix: Any, look: Array) -> None:
-    """Turn the mark so that it faces along a world direction on the floor, shape (2,)."""
+    """Set the mark's angle so that the object faces a world direction on the floor, shape (2,)."""
     axes = np.array(matrix)[:2, :2]
     if abs(np.linalg.det(axes)) < 1e-12:
         return
@@ -49,7 +49,9 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 class MarkedObject:
-    """An object that is marked as a place, with its children; raises `NotPlaced`.
+    """An object that is marked as a place, together with its children.
+
+    Raise `NotPlaced` if it is not in the evaluated scene.
 
     Attributes
     ----------
@@ -81,7 +83,7 @@ class MarkedObject:
 
     @property
     def middle(self) -> Array:
-        """The middle of the bounding box, or the origin without a surface, shape (3,), m."""
+        """The middle of the bounding box, shape (3,), m; without a surface, the object's origin."""
         if not self.solid:
             return self.at
         middle: Array = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
@@ -93,7 +95,10 @@ class MarkedObject:
         return float(np.ptp(self.points, axis=0).max()) if self.solid else 0.0
 
     def reach(self, way: Array) -> tuple[float, float]:
-        """Return the least and greatest coordinate (m) of its points along a direction (2,)."""
+        """Return the least and the greatest coordinate of the object along a direction, m.
+
+        `way` is a horizontal unit vector, shape (2,).
+        """
         if not self.solid:
             here = float(self.at[:2] @ way)
             return here, here
@@ -101,9 +106,10 @@ class MarkedObject:
         return float(along.min()), float(along.max())
 
     def box(self, look: Array) -> tuple[Array, float, float]:
-        """Return the middle on the floor, shape (2,), and half the length and width, m.
+        """Return the middle, half length and half width of the object on the floor.
 
-        The length is along a unit vector `look`, the width across it.
+        The length is along the unit vector `look`, the width across it. The middle has the shape
+        (2,). All are in m.
         """
         across = np.array([-look[1], look[0]])
         near, far = self.reach(look)
@@ -112,7 +118,7 @@ class MarkedObject:
         return middle, (far - near) / 2.0, (left - right) / 2.0
 
     def heights(self, points: Array) -> Array:
-        """Return the height (m) of its top at points (n, 2); NaN beside the object."""
+        """Return the heights of the object's top at points (n, 2), m; NaN beside the object."""
         if not self.solid:
             return np.full(len(points), np.nan)
         top, bottom = float(self.points[:, 2].max()) + 0.05, float(self.points[:, 2].min()) - 0.05
@@ -130,9 +136,9 @@ SLIDES = 0.9
 
 
 def leaf_of(obj: Any) -> tuple[Leaf, Any]:
-    """Return the likeliest leaf of a marked door or curtain, shut, and the matrix that shuts it.
+    """Return the leaf that a marked door or curtain most likely has, and the matrix that shuts it.
 
-    Raise `AngenError` if the object cannot be a leaf.
+    The leaf is that of the shut door. Raise `AngenError` if the object cannot be a leaf.
     """
     mark = obj.angen_place
     motion = "SLIDING" if mark.use == CURTAIN else mark.motion
@@ -149,14 +155,29 @@ def leaf_of(obj: Any) -> tuple[Leaf, Any]:
 
 
 def opening_angle(leaf: Leaf, angle: float) -> float:
-    """Return the signed angle (rad) about Z by which a leaf opens towards its `out`."""
+    """Return the angle about Z by which a leaf turns to open towards its vector `out`, rad.
+
+    It is `angle` or −`angle`.
+    """
     return angle if leaf.up.cross(leaf.edge).dot(leaf.out) > 0.0 else -angle
 
 
 def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int) -> Door:
-    """Return the door of a marked leaf, on a storey whose floor is at the height `floor` (m).
+    """Return the door of a marked leaf.
 
-    Raise `AngenError` if the object cannot be a leaf.
+    Parameters
+    ----------
+    floor
+        The height of the storey's floor, m.
+    room
+        The name of the room.
+    number
+        The storey's index; 0 is the lowest.
+
+    Raises
+    ------
+    AngenError
+        If the object cannot be a leaf.
     """
     if obj.angen_place.use == DRAWER:
         return _drawer(home, obj, room, number)
@@ -197,7 +218,11 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
 
 
 def _handle(low: Array, high: Array, floor: float) -> Array:
-    """Return the handle in the leaf's frame, shape (3,), with the floor at the height `floor`."""
+    """Return the handle in the leaf's own coordinates, shape (3,), m.
+
+    `low` and `high` are the corners of the leaf's box, and `floor` is the height of the floor, in
+    the same coordinates.
+    """
     width, height = float(high[0] - low[0]), float(high[2])
     at = floor + HANDLE_M
     if not 0.1 * height <= at <= 0.95 * height:
@@ -207,7 +232,7 @@ def _handle(low: Array, high: Array, floor: float) -> Array:
 
 
 def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
-    """Return a drawer, which slides towards the person in front of it."""
+    """Return a drawer as a door that slides towards the person in front of it."""
     marked = MarkedObject(home, obj)
     if not marked.solid:
         raise AngenError("it has no surface: mark the drawer's mesh object")
@@ -228,7 +253,7 @@ def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
 
 
 def describe_leaf(obj: Any) -> tuple[str, bool]:
-    """Return a text for a panel on how a marked leaf moves, and whether it slides."""
+    """Return a text on how a marked leaf moves, for a panel, and whether the leaf slides."""
     try:
         leaf, _ = leaf_of(obj)
     except AngenError as error:
@@ -273,7 +298,10 @@ def guess(obj: Any, depsgraph: Any) -> None:
 
 
 def _guess_facing(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
-    """Return the likely direction that it faces, shape (2,); None if no side is likelier."""
+    """Return the direction that an object most likely faces, shape (2,).
+
+    Return None if the object has no surface.
+    """
     axes = np.array(marked.matrix)[:2, :2].T
     sizes = np.linalg.norm(axes, axis=1)
     if sizes.min() < 1e-9:
@@ -298,7 +326,7 @@ def _guess_facing(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array 
 
 
 def _top_at(marked: MarkedObject, way: Array) -> float:
-    """Return the height (m) of the object's top near its end in a direction."""
+    """Return the height of the object's top near its end in the direction `way`, m."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
     points = [
@@ -311,7 +339,7 @@ def _top_at(marked: MarkedObject, way: Array) -> float:
 
 
 def _free_distance(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
-    """Return the free distance (m) beyond the object's end in a direction."""
+    """Return how far it is free beyond the object's end in the direction `way`, m."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
     rows = set(marked.rows.tolist())

@@ -58,10 +58,10 @@ LABELS = {
 def add_person(
     collection: bpy.types.Collection, sort: Sort = Sort.ADULT, name: str = ""
 ) -> bpy.types.Object:
-    """Add an armature with its skinned mesh, in the usual size of the sort; return the armature.
+    """Add an armature with a skinned mesh, in the usual size of the sort; return the armature.
 
-    The armature is called `name`, and the mesh `name` and "body". Blender appends a number if
-    another object has the name.
+    The armature is called `name`, and the mesh `name` and "body". Blender appends a number to a
+    name that another object has.
     """
     build = BUILDS[sort]
     rig = _armature(collection, name or LABELS[sort], skeleton_of(build))
@@ -114,7 +114,7 @@ def _armature(
 
 
 def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]:
-    """Return the mesh simplified by Decimate, which keeps more triangles where it bends."""
+    """Return the mesh with fewer triangles, made by Decimate, which keeps more of them on bends."""
     mesh = bpy.data.meshes.new("reduced")
     mesh.from_pydata(points.tolist(), [], quads.tolist())
     thing = bpy.data.objects.new("reduced", mesh)
@@ -135,7 +135,10 @@ def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]
 
 
 def _mesh(name: str, sort: Sort) -> bpy.types.Mesh:
-    """Return the mesh of all parts; the vertex attribute "part" has the number of the part."""
+    """Return the mesh of all parts of a body.
+
+    Its vertex attribute "part" has the number of the part that a vertex belongs to.
+    """
     names = list(COLOURS[sort])
     points: list[Array] = []
     faces: list[Index] = []
@@ -167,7 +170,7 @@ def _points(mesh: bpy.types.Mesh) -> Array:
 
 
 def _skin(body: bpy.types.Object, sort: Sort) -> None:
-    """Add the vertex groups, one for each bone; a vertex is in four groups at most."""
+    """Add a vertex group for each bone; each vertex is in at most four groups."""
     mesh, skeleton = body.data, skeleton_of(BUILDS[sort])
     points = _points(mesh)
     owner = np.empty(len(points), np.intp)
@@ -202,7 +205,10 @@ def _enlarge_head(mesh: bpy.types.Mesh, weight: Array, joint: Array) -> None:
 
 
 def _smoothed(mesh: bpy.types.Mesh, table: Array) -> Array:
-    """Return the weights averaged along the edges, because steps would show in the skin."""
+    """Return the weights averaged along the edges of the mesh.
+
+    Without this, steps in the weights would show as steps in the skin.
+    """
     edges = np.empty(len(mesh.edges) * 2, np.intp)
     mesh.edges.foreach_get("vertices", edges)
     a, b = edges.reshape(-1, 2).T

@@ -32,17 +32,20 @@ def read_marks(depsgraph: Any) -> HomeMarks:
 
 
 def read_marks_in_steps(depsgraph: Any) -> Shares[HomeMarks]:
-    """Read the marks as `read_marks` does, and yield the share that is done."""
+    """Read the marks as `read_marks` does; yield the share of the work that is done."""
     marks = HomeMarks()
     yield from marks.read_in_steps(depsgraph)
     return marks
 
 
 class HomeMarks:
-    """The marks of a home and the storeys that they are on, once `read_in_steps` has run."""
+    """The marks of a home and the storeys that they are on, known after `read_in_steps`."""
 
     def read_in_steps(self, depsgraph: Any) -> Shares[None]:
-        """Read the marks, and yield the share done; raise `AngenError` if none can be read."""
+        """Read the marks; yield the share of the work that is done.
+
+        Raise `AngenError` if no mark can be read.
+        """
         objects = marked(depsgraph.view_layer)
         if not objects:
             raise InputError(
@@ -84,7 +87,10 @@ class HomeMarks:
         self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
 
     def _read(self, read: Callable[[Any], T], objects: list[Any]) -> Shares[dict[str, T]]:
-        """Return what `read` returns for each object, by name; note errors as problems."""
+        """Return the results of calling `read` with each object, by the object's name.
+
+        An `AngenError` becomes one of the `problems`. Yield the share of the work that is done.
+        """
         found = {}
         for number, obj in enumerate(objects):
             yield number / len(objects)
@@ -96,7 +102,7 @@ class HomeMarks:
         return found
 
     def _add_doorways(self, doors: Iterable[Door]) -> None:
-        """Add the doorways to the storeys, so that nobody stands in them."""
+        """Add the lines of shut doors to the storeys, so that nobody stands on them."""
         lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
         self.grounds = [
             replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
@@ -105,14 +111,17 @@ class HomeMarks:
         ]
 
     def _needs_standing_point(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:
-        """Return whether residents stand somewhere to use a mark: not for doors and high lamps."""
+        """Return whether residents stand at a certain point to use a marked object.
+
+        For doors and for lamps out of reach they do not.
+        """
         if obj.angen_place.use != LAMP:
             return bool(obj.angen_place.use != DOOR)
         ground = self.grounds[self.numbers[obj.name]]
         return float(lamps[obj.name].at[2]) <= ground.storey.height + REACH_M
 
     def _anchor(self, obj: Any) -> Array:
-        """Return the point below which the floor of a mark is searched for, shape (3,), m."""
+        """Return the point of a mark, below which its floor is searched for, shape (3,), m."""
         mark = obj.angen_place
         if mark.use == LAMP and mark.switch is not None:
             return MarkedObject(self.home, mark.switch).at
@@ -145,7 +154,10 @@ class HomeMarks:
 
 
 def _light_of(obj: Any) -> Any:
-    """Return the light object of a mark: the object, a descendant or the parent."""
+    """Return the light object that belongs to a marked object.
+
+    It is the object itself, a descendant or the parent. Without any light, return the object.
+    """
     family = [obj, *sorted(obj.children_recursive, key=lambda child: child.name)]
     if obj.parent is not None:
         family.append(obj.parent)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw arrows in 3D views: where residents look at a marked place, and how its doors swing."""
+"""Draw arrows in 3D views: where residents look at a marked place, and how doors open."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LINE_WIDTH = 2.4
 
 
 def lines(obj: Any, metres: float) -> Array:
-    """Return the lines to draw for a mark, shape (n, 2, 3), in Blender units."""
+    """Return the lines to draw for a marked object, shape (n, 2, 3), in Blender units."""
     mark = obj.angen_place
     if mark.use in (DOOR, CURTAIN):
         return _leaf(obj, metres)
@@ -47,7 +47,10 @@ def lines(obj: Any, metres: float) -> Array:
 
 
 def _top(obj: Any) -> Array:
-    """Return the middle of the top of an object's box, shape (3,), or its origin without a box."""
+    """Return the middle of the top of an object's bounding box, shape (3,).
+
+    Without a box, return the object's origin.
+    """
     if obj.type == "EMPTY" or not obj.bound_box:
         return np.array(obj.matrix_world.translation)
     corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
@@ -71,7 +74,10 @@ def _lamp(obj: Any) -> Array:
 
 
 def _leaf(obj: Any, metres: float) -> Array:
-    """Return the lines of a door's swing, as on a floor plan, or of its sliding as an arrow."""
+    """Return the lines that show how a door opens.
+
+    A leaf that turns is drawn as on a floor plan, and one that slides as an arrow.
+    """
     try:
         leaf, _ = leaf_of(obj)
     except AngenError:
@@ -94,7 +100,10 @@ def _leaf(obj: Any, metres: float) -> Array:
 
 
 def _signature(obj: Any) -> tuple[Any, ...]:
-    """Return everything that the lines of a mark depend on; a keyed leaf is drawn shut."""
+    """Return all values on which the lines of a marked object depend.
+
+    A leaf with keys is drawn shut, so its present matrix is left out.
+    """
     mark, keyed = obj.angen_place, obj.animation_data is not None and obj.animation_data.action
     at = obj.matrix_world if not (keyed and mark.use in (DOOR, CURTAIN)) else Matrix()
     switch = mark.switch.matrix_world.translation[:] if mark.switch else ()
@@ -115,14 +124,14 @@ def _batch(objects: list[Any], metres: float, shader: Any) -> Any:
 
 
 def shown(context: Any) -> list[Any]:
-    """Return the marked objects that have arrows: all, or only the selected ones."""
+    """Return the marked objects whose arrows are drawn: all of them, or only selected ones."""
     if context.scene.angen_show_places:
         return marked(context.view_layer)
     return [o for o in context.selected_objects if o.angen_place.use != NONE]
 
 
 def draw() -> None:
-    """Draw the arrows; write nothing but the cache of the last drawing."""
+    """Draw the arrows; change nothing in the file, and only the cache of the last drawing."""
     context = bpy.context
     scene, space = context.scene, context.space_data
     if not scene.angen_overlay.show or not space.overlay.show_overlays or state.CACHE.running:

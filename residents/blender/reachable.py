@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the marked places that residents cannot reach, and what is in the way.
 
-The ways that end before a place can be drawn as curves on the floor.
+The paths towards these places, up to where they end, can be drawn as curves on the floor.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class Checked:
     lost
         The places that residents cannot reach.
     between
-        The name of the object in the way, by the name of the place.
+        For each of these places, the name of the object in the way if there is one.
     shut
-        Names of objects that look like doors, and have no mark.
+        Names of objects that look like doors but are not marked as doors.
     """
 
     places: Places
@@ -62,7 +62,7 @@ class Checked:
 
     @property
     def count(self) -> str:
-        """A text with the number of marked objects, and of places that cannot be reached."""
+        """A text with the number of marked objects, and the number of unreachable places."""
         places = self.places.places
         counts = {
             "place": len(places),
@@ -81,7 +81,7 @@ class Checked:
 
 
 def guessed_rooms(home: Examined) -> Iterable[Found]:
-    """Yield a finding of the marked places whose room was guessed from sensors nearby."""
+    """Yield one finding with all marked places whose room was guessed from sensors nearby."""
     if not marked(home.view_layer):
         return
     try:
@@ -113,7 +113,7 @@ def check_places(depsgraph: Any) -> Checked:
 
 
 def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
-    """Check the places as `check_places` does, and yield `Doing`."""
+    """Check the places as `check_places` does; yield what is being done, and its progress."""
     reading = yield from doing(
         "floors and places", scaled(read_marks_in_steps(depsgraph), 0.0, 0.8)
     )
@@ -131,14 +131,14 @@ def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
 
 
 def _shut(depsgraph: Any) -> tuple[str, ...]:
-    """Return the names of objects that look like doors, and have no mark."""
+    """Return the names of objects that look like doors but are not marked."""
     home = Examined(depsgraph.scene, depsgraph.view_layer, depsgraph)
     found = {leaf.name for leaf, *_ in leaves(home) if leaf.angen_place.use == NONE}
     return tuple(sorted(found))
 
 
 def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> str:
-    """Return the name of the object between the end of a way and its place; empty if none."""
+    """Return the name of the object between the end of a path and its place, or ""."""
     home = ground.home
     level = ground.storey.height + HIP_M
     start, end = np.array([*lost.nearest, level]), np.array([*lost.place.at[:2], level])
@@ -155,7 +155,10 @@ def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> s
 
 
 def _causes(checked: Checked) -> Iterable[list[Unreached]]:
-    """Return groups of unreachable places with the same cause: an object, or the end of the way."""
+    """Return the unreachable places in groups with the same cause.
+
+    The cause is the object in the way or, without one, the point where the path ends.
+    """
     found: dict[Any, list[Unreached]] = {}
     for one in checked.lost:
         far = tuple(one.nearest) if len(one.way) else ()
@@ -165,7 +168,7 @@ def _causes(checked: Checked) -> Iterable[list[Unreached]]:
 
 
 def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
-    """Return a line on unreachable places with one cause.
+    """Return a line on unreachable places that have the same cause.
 
     It says from where the places cannot be reached, how far residents get, and what is in the way.
     """
@@ -184,7 +187,7 @@ def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
 
 
 def sentences(checked: Checked, lengths: Lengths) -> list[str]:
-    """Return all problems of a check, a line for each."""
+    """Return all problems that a check has found, one line for each."""
     shut = f"No resident opens {named(checked.shut)}: mark each that is a door with Use: Door"
     lost = [sentence(checked, group, lengths) for group in _causes(checked)]
     return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
@@ -268,7 +271,10 @@ RED = (0.85, 0.12, 0.1, 1.0)
 
 
 def show(scene: Any, places: Places, lost: list[Unreached]) -> None:
-    """Draw how far residents get towards unreachable places, and the arrows of all places."""
+    """Draw the paths towards unreachable places, and the arrows of all places.
+
+    A path is drawn from its start to the point where residents get no further.
+    """
     scene.angen_show_places = True
     remove(scene)
     drawn = [one for one in lost if len(one.way) > 1]
@@ -311,7 +317,7 @@ def _material() -> Any:
 
 
 def remove(scene: Any) -> None:
-    """Remove all drawn ways from the scene."""
+    """Remove all drawn paths from the scene."""
     for obj in [obj for obj in scene.objects if WAY_MARK in obj]:
         curve = obj.data
         bpy.data.objects.remove(obj)

@@ -60,10 +60,10 @@ THROUGH_CAMERA = ("CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER")
 
 @contextmanager
 def without_animation(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
-    """Keep the home as at the scene's first frame until the end, without its own animation.
+    """Context manager in which the home stays as it is at the scene's first frame.
 
-    Drivers, constraints and modifiers stay active. The datablocks in `but` keep their animation,
-    and so do linked ones.
+    Its own animation is switched off. Drivers, constraints and modifiers stay active. The
+    datablocks in `but` keep their animation, and so do linked datablocks.
     """
     scene.frame_set(scene.frame_start)
     before = []
@@ -89,7 +89,7 @@ def without_animation(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
 
 
 def _needs_camera() -> bool:
-    """Return whether anything may depend on the scene's active camera."""
+    """Return whether anything can depend on the scene's active camera."""
     drivers = [curve.driver for owner in all_animated() for curve in owner.animation_data.drivers]
     targets = (t for driver in drivers for variable in driver.variables for t in variable.targets)
     nodes = (node for tree in bpy.data.node_groups for node in tree.nodes)
@@ -111,10 +111,10 @@ TILTS_BACK = 24
 
 
 class DayRun:
-    """The run of day `number` (from 0), or of the part `between` two times (s) of it.
+    """The run of one day, or of a part of it.
 
-    After `progress` has run, `events` are the events of the day, and `recording` has the readings,
-    in frames of the day.
+    After `progress` has run, `events` are the events of the day. `recording` has the readings, in
+    frames of the day.
 
     Parameters
     ----------
@@ -122,8 +122,14 @@ class DayRun:
         What the residents do on the day.
     residents
         The object of each person.
+    keys
+        Keys what the residents do, one stretch of the day after the other.
+    number
+        The number of the day, from 0.
+    between
+        Start and end of the part to simulate, in s of the day; None for the whole day.
     causes
-        Whether events get their person and cause.
+        Whether the person and the object that caused an event are searched for.
     """
 
     def __init__(
@@ -184,9 +190,9 @@ class DayRun:
 
 
 def _events(events: Iterable[Event[float]], midnight: float) -> list[Event[int]]:
-    """Return the state of each field at midnight, and the events after it.
+    """Return the events after midnight, and for each field one event with its value at midnight.
 
-    Frames are set to 0, because a day has none.
+    Frames are set to 0, because days are not counted in frames.
     """
     begins: dict[tuple[str, str], Event[int]] = {}
     found = []
@@ -202,7 +208,10 @@ def _events(events: Iterable[Event[float]], midnight: float) -> list[Event[int]]
 
 @contextmanager
 def at_ten_frames(scene: Any) -> Iterator[None]:
-    """Set the scene to the frame rate of a day: 10 whole frames a second."""
+    """Context manager in which the scene has the frame rate of a day: 10 frames a second.
+
+    Substeps are off.
+    """
     render = scene.render
     names = ("fps", "fps_base", "frame_map_old", "frame_map_new")
     before = [getattr(render, name) for name in names]
@@ -226,10 +235,20 @@ UNDER_WAY = 3600.0
 
 @dataclass(frozen=True)
 class Plan:
-    """A routine from the file `name`, and the segments of a diary that replace its plans.
+    """A routine, and a diary if there is one.
 
-    The times of segments are in s since midnight of the diary's `first` day. `text` is the text of
-    both files.
+    Attributes
+    ----------
+    name
+        The name of the routine's file.
+    text
+        The text of both files.
+    routine
+        The routine as read from its file.
+    diary
+        The segments of the diary, which replace the routine's plans.
+    first
+        The first day of the diary. The times of its segments are in s since that day's midnight.
     """
 
     name: str
@@ -240,7 +259,10 @@ class Plan:
 
     @classmethod
     def read(cls, path: Path, diary_path: Path | None = None) -> Plan:
-        """Read a routine, and a diary in place of its plans; raise `InputError` if invalid."""
+        """Read the file of a routine, and that of a diary if it is given.
+
+        Raise `InputError` if one of them is invalid.
+        """
         plan = cls.of(read_text(path), path.name)
         if diary_path is None:
             return plan
@@ -250,13 +272,13 @@ class Plan:
 
     @classmethod
     def of(cls, text: str, name: str) -> Plan:
-        """Return the plan of a routine's text; raise `InputError` if it is invalid."""
+        """Return the plan for a routine's text; raise `InputError` if the text is invalid."""
         return cls(name, text, file.read(text, name))
 
     def segments(self, start: date, days: int, seed: int) -> list[Segment]:
-        """Return who does what on `days` days from `start`, in s since midnight of `start`.
+        """Return what each person does on `days` days, in s since midnight of the date `start`.
 
-        A segment that is under way at midnight has begun before.
+        The first segment of a person can begin before that midnight.
         """
         if self.first is None:
             return timetable(self.routine, start, days, seed)
@@ -276,7 +298,10 @@ class Plan:
 
 
 class Household:
-    """The people of a routine in the open home; `residents` has the object of each person."""
+    """The people of a routine in the open home, and the simulation of their days.
+
+    `residents` has the object of each person.
+    """
 
     def __init__(
         self,
@@ -289,8 +314,8 @@ class Household:
     ) -> None:
         """Check seed and residents, and read the home if `read` is True.
 
-        Otherwise the caller runs `read_in_steps`. Raise `InputError` if the seed or a resident is
-        invalid.
+        If `read` is False, the caller must run `read_in_steps`. Raise `InputError` if the seed or a
+        resident is invalid.
         """
         if not 0 <= seed <= LARGEST_SEED:
             raise InputError(f"seed {seed} is not from 0 to {LARGEST_SEED}")
@@ -308,7 +333,7 @@ class Household:
             finished(self.read_in_steps())
 
     def read_in_steps(self) -> Shares[None]:
-        """Read the marked places and yield the share that is done.
+        """Read the marked places; yield the share of the work that is done.
 
         The scene must be at its first frame. Raise `AngenError` if the places cannot be read.
         """
@@ -324,11 +349,14 @@ class Household:
         return self.start + timedelta(number)
 
     def acted(self, number: int) -> Acted:
-        """Return what is done on day `number`; raise `InputError` if it cannot be acted."""
+        """Return what the residents do on day `number`.
+
+        Raise `InputError` if a step of the routine cannot be performed in this home.
+        """
         return finished(self.act_in_steps(number))
 
     def act_in_steps(self, number: int) -> Shares[Acted]:
-        """Act a day as `acted` does, and yield the share that is done."""
+        """Do the same as `acted`; yield the share of the work that is done."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
         return self._last[1]
@@ -354,9 +382,10 @@ class Household:
         keys: KeyedStretch,
         between: tuple[float, float] | None = None,
     ) -> Generator[Progress, None, Day]:
-        """Simulate day `number`, or the part `between` two times (s) of it, with keys from `keyed`.
+        """Simulate day `number`; yield the progress, and return the day.
 
-        Raise `AngenError` if the day cannot be acted or simulated.
+        `keys` comes from `keyed`. `between` has start and end of the part to simulate, in s of the
+        day; None is for the whole day. Raise `AngenError` if the day cannot be acted or simulated.
         """
         acted, sensors = self.acted(number), self.sensors
         calendar = calendar_number(self.start) + number
@@ -371,7 +400,10 @@ class Household:
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:
-        """Replace the home's animation by keys of residents, doors, lamps and things."""
+        """Context manager in which keys of what residents move replace the home's own animation.
+
+        It yields the object that writes these keys, for residents, doors, lamps and things.
+        """
         # Keep the keys of lamps: they say with what power a lamp shines when it is on.
         lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
         lights = {light for lamp in lamps for light in lights_of(lamp)}
@@ -384,7 +416,7 @@ class Household:
 
     @contextmanager
     def _seeded(self) -> Iterator[None]:
-        """Set the scene's seed to that of the run."""
+        """Context manager in which the scene's seed is that of this household."""
         before = self.scene.angen_seed
         self.scene.angen_seed = self.seed
         try:
@@ -410,7 +442,10 @@ def _check_placed(resident: Any) -> None:
 
 
 def resident_of(person: Person) -> Any:
-    """Return the object that acts for a person; raise `InputError` if there is none."""
+    """Return the resident's object that a person of the routine names.
+
+    Raise `InputError` if there is no such object.
+    """
     obj = bpy.data.objects.get(person.resident)
     if obj is None:
         known = [one.name for one in residents_in(bpy.context.scene)]
@@ -427,9 +462,21 @@ def run_days(
     progress: Callable[[int, Progress], object] = lambda number, step: None,
     between: tuple[float, float] | None = None,
 ) -> Iterator[Day]:
-    """Yield the simulated days of these numbers (from 0), or the part `between` of each.
+    """Yield the simulated days with these numbers, which count from 0.
 
-    Raise `AngenError` if a day cannot be acted or simulated.
+    Parameters
+    ----------
+    numbers
+        The numbers of the days.
+    progress
+        Called with the number of the day in work, and its progress.
+    between
+        Start and end of the part of each day to simulate, in s; None for whole days.
+
+    Raises
+    ------
+    AngenError
+        If a day cannot be acted or simulated.
     """
     with closing(run_days_in_steps(household, numbers, between)) as steps:
         for step in steps:
@@ -442,7 +489,10 @@ def run_days(
 def run_days_in_steps(
     household: Household, numbers: Iterable[int], between: tuple[float, float] | None = None
 ) -> Generator[tuple[int, Progress] | Day, None, None]:
-    """Simulate as `run_days` does; yield the number and progress of a day, and last the day."""
+    """Simulate days as `run_days` does, but yield each step.
+
+    A step is a tuple of a day's number and its progress, or, at the end of a day, the day.
+    """
     with household.keyed() as keys:
         for number in numbers:
             with closing(household.run(number, keys, between=between)) as run:
@@ -458,10 +508,10 @@ def run_days_in_steps(
 
 
 def moved_share(spans: Array, part: float) -> float:
-    """Return the share of a day's movement that is in the first `part` of its time.
+    """Return how much of a day's movement is over when a share `part` of the day has passed.
 
-    `spans` are the movements, shape (n, 2), in s. The share measures progress, because a run takes
-    next to no time while nobody moves.
+    The result is a share too. It measures progress, because a run takes next to no time while
+    nobody moves. `spans` are start and end of each movement, shape (n, 2), in s.
     """
     moving = float(np.diff(spans).sum())
     before = float(np.diff(np.minimum(spans, part * DAY_S)).sum())

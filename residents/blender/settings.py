@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Residents' settings (`obj.angen_resident`), which routines use; and new residents."""
+"""The settings of residents (`obj.angen_resident`), and the adding of residents."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def residents_in(scene: Any) -> list[Any]:
 
 
 def build_of(obj: Any) -> Build:
-    """Return the body of a resident's armature; raise `ValueError` if it is no resident."""
+    """Return the build of a resident's armature; raise `ValueError` if it is no resident."""
     if not is_resident(obj):
         raise ValueError(f"'{obj.name}' is no resident: add one with Shift+A, Sensor, Resident")
     settings = obj.angen_resident
@@ -111,7 +111,7 @@ def build_of(obj: Any) -> Build:
 
 
 def make_resident(obj: Any, sort: Sort) -> None:
-    """Give an armature with a body the usual settings of a sort."""
+    """Make an armature with a body a resident, with the usual settings of a sort."""
     usual, settings = BUILDS[sort], obj.angen_resident
     settings.sort = sort.value
     settings.stature, settings.mass, settings.speed = usual.stature, usual.mass, usual.speed
@@ -134,7 +134,7 @@ def unregister() -> None:
 
 
 def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: bool = False) -> Any:
-    """Add a resident that stands at a point (Blender units) and faces along a yaw (rad)."""
+    """Add a resident that stands at a point (Blender units) and looks along `yaw` (rad)."""
     collection = context.collection
     rig = add_person(collection, sort)
     make_resident(rig, sort)
@@ -150,7 +150,10 @@ def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: b
 
 
 def stand_up(rig: Any) -> None:
-    """Pose the bones of a resident as it stands, and put the walking frame in front of it."""
+    """Pose the bones of a resident as those of a standing person.
+
+    A walking frame is put in front of it.
+    """
     metres = unit_scale(bpy.context.scene)
     place, yaw = rig.location * metres, rig.rotation_euler.z
     build = build_of(rig)
@@ -167,7 +170,7 @@ def stand_up(rig: Any) -> None:
 
 
 def add_walking_frame(rig: Any) -> Any:
-    """Add a walking frame with four wheels in the resident's size; return its object."""
+    """Add a walking frame with four wheels, in the resident's size, and return its object."""
     mesh = bpy.data.meshes.new(f"{rig.name} walking frame")
     points: list[Vector] = []
     faces: list[list[int]] = []
@@ -184,7 +187,7 @@ def add_walking_frame(rig: Any) -> Any:
 
 
 def _tubes() -> list[tuple[tuple[float, ...], tuple[float, ...], float]]:
-    """Return ends and radius of each tube: handles, legs, wheels, cross bars and the seat."""
+    """Return both ends and the radius of each tube that a walking frame is made of."""
     back, side, high = walker.HANDLE_BACK, walker.HANDLE_SIDE, walker.HANDLE_HEIGHT
     tubes: list[tuple[tuple[float, ...], tuple[float, ...], float]] = []
     for y in (side, -side):

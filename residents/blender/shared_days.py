@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Share the days of `angen day --jobs` among several processes.
 
-This process hands each worker one day at a time, by its number, over the worker's standard input.
-The system closes that pipe when this process ends, however it ends, and the worker ends with it.
+This process sends each worker the number of one day at a time, over the worker's standard input.
+When this process ends for any reason, the system closes that pipe. The worker then ends too.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _START = (
 
 
 def worker_command() -> list[str]:
-    """Return the command that runs this process's command line as a worker."""
+    """Return the command that starts a worker, with the command line of this process."""
     if bpy.app.binary_path:
         # With several processes, threads within each cost more than they gain.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
@@ -45,10 +45,10 @@ def worker_command() -> list[str]:
 
 
 def days_of_worker() -> Iterator[int]:
-    """Yield the days that a worker is handed.
+    """Yield the numbers of the days that a worker gets.
 
-    When the process that started it closes the pipe or ends, the worker ends at once, also amid a
-    day.
+    When the process that started the worker closes the pipe or ends, the worker ends at once, even
+    in the middle of a day.
     """
     for number in SIGNALS:
         # The exit status then shows which signal ended the worker.
@@ -72,7 +72,10 @@ class _Worker:
 
 
 class SharedDays:
-    """The days `left` to simulate, shared by this process and `workers` others in the context."""
+    """Context manager in which this process and `workers` others simulate days.
+
+    `left` has the numbers of the days to simulate.
+    """
 
     def __init__(self, folder: Folder, left: Sequence[int], workers: int) -> None:
         self._folder, self._left, self._count = folder, deque(left), workers
@@ -105,9 +108,10 @@ class SharedDays:
             worker.process.wait()
 
     def own_days(self, waiting: Callable[[], object]) -> Iterator[int]:
-        """Yield the days that this process simulates, until all are done or a worker has failed.
+        """Yield the numbers of the days that this process simulates.
 
-        Call `waiting` now and then while only workers have days.
+        End when all days are done, or when a worker has failed. Call `waiting` now and then while
+        other processes simulate the last days.
         """
         while True:
             self.poll_workers()
@@ -120,9 +124,9 @@ class SharedDays:
                 return
 
     def poll_workers(self) -> None:
-        """Hand the next day to each worker that is done, and take back the days of ended workers.
+        """Send the next day to each worker that is done, and take back the days of ended workers.
 
-        Call it often.
+        This does nothing if the last call was a moment ago, so it can be called often.
         """
         if time.monotonic() - self._polled < POLL_S:
             return
@@ -148,7 +152,10 @@ class SharedDays:
             worker.process.stdin.flush()
 
     def _lose(self, worker: _Worker, status: int) -> None:
-        """Take back the day of an ended worker; if it ended by an error, begin no new days."""
+        """Take back the day of a worker that has ended.
+
+        If it ended by an error, begin no new days.
+        """
         _close(worker.process)
         if status > 0:
             # The worker has printed its error. No new days begin; those under way are finished.

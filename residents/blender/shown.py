@@ -40,9 +40,9 @@ def show(
     start: float,
     end: float,
 ) -> None:
-    """Show `start` to `end` (s of the day `on`) as animation, in the day's light.
+    """Show the time from `start` to `end` (s of the day `on`) as animation, in the day's light.
 
-    The scene's Start becomes the date and time of its first frame.
+    The scene's property Start becomes the date and time of the first frame.
     """
     leave(scene)
     ranged = {name: getattr(scene, name) for name in RANGE}
@@ -110,7 +110,7 @@ def leave(scene: Any) -> None:
 def _objects(
     acted: Acted, places: Places, residents: Mapping[str, Any], daylight: Daylight
 ) -> list[Any]:
-    """Return the objects that the day or the home's own animation moves."""
+    """Return the objects that are animated by the day, or by the home's own animation."""
     objects = bpy.data.objects
     named = [*acted.swings, *acted.holds, *places.doors, *(o.name for o in residents.values())]
     found = {name: objects[name] for name in named if name in objects}
@@ -129,13 +129,13 @@ def _lamps(places: Places) -> set[Any]:
 
 
 def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
-    """Return the lights of lamps, of the sun, and of the home's own animation."""
+    """Return the lights of lamps and of the sun, and those that the home itself animates."""
     sun = {daylight.sun.data} if daylight.sun is not None else set()
     return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
 
 
 def _state_of(owner: Any) -> dict[str, Any]:
-    """Return the state of an object or a light, as values for JSON."""
+    """Return the state of an object or light, as values that JSON can store."""
     of = "lights" if isinstance(owner, bpy.types.Light) else "objects"
     bones = owner.pose.bones if getattr(owner, "pose", None) else ()
     found = _state_of_animation(owner) | {"of": of, "name": owner.name, "values": _values(owner)}
@@ -143,13 +143,19 @@ def _state_of(owner: Any) -> dict[str, Any]:
 
 
 def _state_of_sky(world: Any, path: str) -> dict[str, Any]:
-    """Return the state of a world's sky, whose strength is at a path in the node tree."""
+    """Return the state of a world's sky.
+
+    `path` is where the node tree has the strength of the sky.
+    """
     found = _state_of_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
     return found | {"values": {path: world.node_tree.path_resolve(path)}}
 
 
 def _state_of_animation(owner: Any) -> dict[str, Any]:
-    """Return the action and slot of a datablock, and keep the action in the file."""
+    """Return the names of a datablock's action and slot, and what else restores them.
+
+    The action gets a fake user, so that saving the file does not drop it.
+    """
     data = owner.animation_data
     action, slot = (data.action, getattr(data, "action_slot", None)) if data else (None, None)
     if action is not None:
@@ -171,7 +177,7 @@ def _values(part: Any) -> dict[str, Any]:
 
 
 def _restore(owner: Any, noted: Mapping[str, Any]) -> None:
-    """Restore a datablock to its stored state."""
+    """Restore a datablock to the state that `noted` has."""
     data = owner.animation_data
     ours = data.action if data is not None else None
     if data is not None:

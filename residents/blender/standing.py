@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find where a person stands to sit, lie down or use an object, and where hips or hand go.
 
-The search needs the free cells of the floors, where residents can walk.
+The search needs the cells of the floor that are free, on which residents can walk.
 """
 
 from __future__ import annotations
@@ -67,13 +67,14 @@ class WalkedStorey:
     Attributes
     ----------
     storey
-        Its height, floor and rooms.
+        The storey's height, floor and rooms.
     home
-        The home without the objects that residents pass, and without the residents.
+        The home without residents, and without the doors that they open.
     part
-        The number of the connected part of each cell, shape (nx, ny); 0 where a body does not fit.
+        The number of the connected part of the floor that each cell belongs to, shape (nx, ny).
+        It is 0 where a body does not fit.
     main
-        The number of the part that most marks are near.
+        The number of the part of the floor that is near most marks.
     doorways
         Points along shut leaves, near which nobody stands, shape (k, 2), m.
     """
@@ -86,9 +87,9 @@ class WalkedStorey:
 
 
 def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
-    """Return the home without doors' leaves and without residents.
+    """Return the home without the given leaves of doors, and without residents.
 
-    Objects parented to a leaf are left out too, and so are walking frames.
+    Objects parented to a leaf and walking frames are left out too.
     """
     frames = [r.angen_resident.walking_frame for r in residents_in(home.depsgraph.scene)]
     uids = {obj.session_uid for obj in (*leaves, *frames) if obj is not None}
@@ -100,7 +101,11 @@ def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
 
 
 def _is_living_body(obj: Any) -> bool:
-    """Return whether an object is the body of a resident or walker, or is parented to one."""
+    """Return whether an object belongs to the body of a resident or of an animated walker.
+
+    It does if it is a resident or parented to one. It also does if, of the object and its parents,
+    one is an armature and one has a mass.
+    """
     owners = list(candidates(obj))
     rigged = any(owner.type == "ARMATURE" for owner in owners)
     return any(map(is_resident, owners)) or (
@@ -115,10 +120,16 @@ def walkable_storeys(
     names: Sequence[str],
     things: NDArray[np.intp],
 ) -> Shares[list[WalkedStorey]]:
-    """Find the storeys below marks, the lowest first, and yield the share that is done.
+    """Find the storeys below marks, and return them from the lowest to the highest.
+
+    Yield the share of the work that is done.
 
     Parameters
     ----------
+    home
+        The whole home.
+    walk
+        The home from `walkable_home`.
     marks
         The points of the marks, shape (n, 3), m.
     names
@@ -129,7 +140,7 @@ def walkable_storeys(
     Raises
     ------
     AngenError
-        If no floor is below the marks, or they are too far apart.
+        If there is no floor below the marks, or if the marks are too far apart.
     """
     rows = set(things.tolist())
     heights = _heights(walk.part(lambda solid: solid.row not in rows), marks)
@@ -144,15 +155,16 @@ def walkable_storeys(
 
 
 def storey_index(heights: Sequence[float], z: float) -> int:
-    """Return the index of the highest floor that is at or below a height z (m)."""
+    """Return the index of the storey with the highest floor that is at or below a height (m)."""
     below = [k for k, height in enumerate(heights) if height <= z + PIT_M]
     return below[-1] if below else 0
 
 
 def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
-    """Return the heights (m) of the floors: for each mark, where most rays around it hit.
+    """Return the heights of the floors below marks, m.
 
-    Raise `InputError` if there is no floor.
+    Rays go down around each mark. Its floor is at the height at which most rays end. Raise
+    `InputError` if there is no floor.
     """
     starts = (marks[:, None] + around(RINGS_M) + [0.0, 0.0, 0.2]).reshape(-1, 3)
     ranges = finished(free_ways(home, starts, DOWN, DEEP_M))
@@ -175,7 +187,7 @@ def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
 def _ground(
     home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array
 ) -> Shares[WalkedStorey]:
-    """Find the free cells and rooms of a storey, and yield the share that is done."""
+    """Find the free cells and rooms of a storey; yield the share of the work that is done."""
     # Shares of the time, measured in the sample home.
     over = (yield from saying(0.0, floors(walk, grid, OVER_M))).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
@@ -202,7 +214,10 @@ def _ground(
 
 
 def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
-    """Return the grid around marks; raise `InputError` if they are too far apart."""
+    """Return a grid of cells around the marks of a storey.
+
+    Raise `InputError` if the marks are too far apart.
+    """
     low, high = marks[:, :2].min(axis=0) - AROUND_M, marks[:, :2].max(axis=0) + AROUND_M
     size = SIZE_M
     area = float(np.prod(high - low + 2 * size))
@@ -221,7 +236,7 @@ def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
 
 
 def _near(grid: Grid, marks: Array) -> Mask:
-    """Return the cells within AROUND_M of a mark, shape (nx, ny)."""
+    """Return which cells are within AROUND_M of a mark, shape (nx, ny)."""
     points = grid.at(0.0)[:, :2]
     near = np.zeros(len(points), bool)
     for mark in marks[:, :2]:
@@ -230,7 +245,11 @@ def _near(grid: Grid, marks: Array) -> Mask:
 
 
 def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
-    """Return the cells on both sides of an obstacle that is thinner than a cell."""
+    """Return which cells are next to an obstacle that is thinner than a cell.
+
+    `ways` tells between which neighbouring cells there is no obstacle, along x and along y.
+    `reached` tells which cells are floor.
+    """
     found = np.zeros_like(reached)
     thin = reached[:-1] & reached[1:] & ~ways[0]
     found[:-1] |= thin
@@ -244,9 +263,10 @@ def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
 def _rooms(
     home: EvaluatedHome, grid: Grid, height: float
 ) -> Steps[tuple[NDArray[np.int64], tuple[str, ...], Mask]]:
-    """Return the room number of each cell, the rooms' names, and the cells with a guessed room.
+    """Return the room number of each cell, the rooms' names, and which cells have a guessed room.
 
-    Sensors and objects that mark rooms have the names. Both arrays have the shape (nx, ny).
+    The names come from sensors, and from objects that mark rooms. Both arrays have the shape (nx,
+    ny).
     """
     view_layer = home.depsgraph.view_layer
     marked = volumes(home)
@@ -264,7 +284,7 @@ def _rooms(
 
 
 def _main(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:
-    """Return the number of the part of the floor that most marks are near."""
+    """Return the number of the part of the floor that is near most marks."""
     votes: Counter[int] = Counter()
     for mark in marks:
         x, y = floor.cell(mark)
@@ -309,7 +329,10 @@ SHORT_M = 0.12
 def place_of(
     marked: MarkedObject, ground: WalkedStorey, number: int, target: MarkedObject | None = None
 ) -> Place:
-    """Return the place of a marked object; the hand goes to `target` if that is given."""
+    """Return the place of a marked object.
+
+    If `target` is given, the hand goes to that object, such as a lamp's switch.
+    """
     mark = marked.obj.angen_place
     look = facing_of(marked.obj, marked.matrix)
     floor = ground.storey.height
@@ -344,9 +367,10 @@ def place_of(
 def standing_point(
     ground: WalkedStorey, marked: MarkedObject, ideal: Array, target: Array, ring: float = 0.0
 ) -> Array:
-    """Return the best point to stand near `ideal`, or at a distance of `ring` (m) from it.
+    """Return the best point to stand near `ideal`, shape (2,), m.
 
-    No wall is between the point and `target`. If there is no such point, return `ideal`.
+    With `ring`, it is near the circle of this radius (m) around `ideal`. No wall is between the
+    point and `target`. If there is no such point, return `ideal`.
 
     Parameters
     ----------
@@ -386,9 +410,10 @@ def standing_point(
 
 
 def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Array) -> Array:
-    """Return which points see the target with nothing but the marked object in between, shape (n,).
+    """Return from which points the target is in sight, shape (n,).
 
-    `points` have the shape (n, 2). Rays go at the height SIGHT_M above the floor.
+    Only the marked object can be in between. `points` have the shape (n, 2). Rays go at the height
+    SIGHT_M above the floor.
     """
     home = ground.home
     rows = np.setdiff1d(home.rows, marked.rows)
@@ -406,7 +431,7 @@ def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, targ
 
 
 def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
-    """Return the point on a seat on which the hips rest, shape (3,), m."""
+    """Return the point on a seat where the hips rest, shape (3,), m."""
     if not marked.solid:
         return marked.at
     middle, deep, wide = marked.box(look)
@@ -427,7 +452,7 @@ def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
 
 
 def _bed(marked: MarkedObject, look: Array) -> Array:
-    """Return the point on a bed on which the hips of a lying person rest, shape (3,), m."""
+    """Return the point on a bed where the hips of a lying person rest, shape (3,), m."""
     if not marked.solid:
         return marked.at
     middle, deep, wide = marked.box(look)
@@ -442,7 +467,10 @@ def _bed(marked: MarkedObject, look: Array) -> Array:
 def _bedside(
     ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array
 ) -> tuple[Array, Array]:
-    """Return where a person stands beside a bed, shape (2,), and sits on its edge, shape (3,)."""
+    """Return two points: where a person stands beside a bed, and sits on its edge.
+
+    The first has the shape (2,), the second (3,).
+    """
     across = np.array([-look[1], look[0]])
     sides = []
     for side in (across, -across):
@@ -460,7 +488,7 @@ def _bedside(
 
 
 def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:
-    """Return the distance (m) from the target to the bed's edge on one side."""
+    """Return the distance from the target to the bed's edge in the direction `side`, m."""
     if marked.solid:
         return float(marked.reach(side)[1] - target[:2] @ side)
     steps = np.arange(0.05, 1.5, STEP_M)
@@ -477,7 +505,7 @@ def _point_of_use(
 ) -> tuple[Array, Array]:
     """Return where a person stands, shape (2,), and where the hand goes, shape (3,).
 
-    With `aimless`, the person may stand on any side of the object.
+    If `aimless`, the person can stand on any side of the object.
     """
     floor = ground.storey.height
     if aimless:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Skip the frames in which nothing moves during playback of a shown stretch."""
+"""Skip the frames in which nothing moves, while a shown stretch of a day is played back."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ _last = 0
 
 
 def rests(acted: Acted, first: float, last: float) -> str:
-    """Return ranges of frames without movement, as JSON, in `first` to `last` (s of the day)."""
+    """Return the ranges of frames without movement from `first` to `last`, as JSON.
+
+    `first` and `last` are in s of the day.
+    """
     found, since = [], first
     for start, end in [*acted.spans(first, last).tolist(), (last, last)]:
         if start - since >= LEAST_S:
@@ -31,7 +34,10 @@ def rests(acted: Acted, first: float, last: float) -> str:
 
 
 def playback_frame(scene: Any, frame: int, back: bool) -> int:
-    """Return the frame at which playback continues after reaching a frame."""
+    """Return the frame at which playback continues when it reaches `frame`.
+
+    With `back`, it is played backwards.
+    """
     settings = scene.angen_day
     if not settings.before or not settings.skip or not settings.rests:
         return frame
@@ -42,7 +48,10 @@ def playback_frame(scene: Any, frame: int, back: bool) -> int:
 
 
 def _jump(scene: Any, _depsgraph: Any = None) -> None:
-    """Skip a rest before Blender evaluates the frame, so that it evaluates the later one."""
+    """Skip a rest before Blender evaluates the frame.
+
+    So Blender evaluates the frame after the rest, and none within it.
+    """
     global _last
     frame, before = scene.frame_current, _last
     _last = frame

@@ -45,7 +45,7 @@ class ComputedDay:
 
 
 def settings_of(scene: Any) -> tuple[Plan, date, int]:
-    """Return routine, first day and seed from the panel; raise `InputError` if one is invalid."""
+    """Return the panel's routine, first day and seed; raise `InputError` if one is invalid."""
     settings = scene.angen_day
     wrong = f"First Day: '{settings.date}' is not a date such as 2026-03-02"
     with replaced(wrong, ValueError, OverflowError):
@@ -59,22 +59,25 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
 
 
 def _key(scene: Any) -> tuple[Any, Plan]:
-    """Return key and plan of the panel's settings; raise `InputError` if one is invalid."""
+    """Return the values that identify the panel's settings, and the plan that they give.
+
+    Raise `InputError` if a setting is invalid.
+    """
     plan, start, seed = settings_of(scene)
     number = scene.angen_day.number - 1
     return (bpy.data.filepath, scene.name, plan.text, start, seed, number), plan
 
 
 def _is_current(scene: Any) -> bool:
-    """Return whether the shown activity belongs to the panel's present settings."""
+    """Return whether the shown activity was computed with the panel's present settings."""
     return _computed is None or _computed.key == _key(scene)[0]
 
 
 def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
-    """Return the day of the panel's settings, and yield `Doing` while it is computed.
+    """Return the day that the panel's settings give; yield `Doing` while it is computed.
 
-    The last computed day is reused, unless `anew` is True. Raise `InputError` if a setting is
-    invalid.
+    The last computed day is used again if its settings were the same, unless `anew` is True. Raise
+    `InputError` if a setting is invalid.
     """
     global _computed
     key, plan = _key(scene)
@@ -94,7 +97,10 @@ def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
 
 @contextmanager
 def _without_shown_activity(scene: Any) -> Iterator[None]:
-    """Restore the home from a shown activity; show the activity again if the block fails."""
+    """Context manager in which no activity is shown, and the home is as it was before.
+
+    If the block fails, show the activity again.
+    """
     settings, was = scene.angen_day, _computed
     is_shown, frame = bool(settings.before), scene.frame_current
     shown.leave(scene)
@@ -108,7 +114,10 @@ def _without_shown_activity(scene: Any) -> Iterator[None]:
 
 
 def _show(scene: Any, day: ComputedDay, index: int) -> None:
-    """Show an activity of the list as animation; raise `InputError` if a resident is missing."""
+    """Show the activity with this index in the list as animation.
+
+    Raise `InputError` if the home has no object for one of the persons.
+    """
     settings = scene.angen_day
     item = settings.done[index]
     residents = {p.name: resident_of(p) for p in day.plan.routine.persons.values()}
@@ -143,10 +152,10 @@ class ANGEN_OT_day_read(LongWork, Operator):
 
 
 class _ShowActivity(LongWork):
-    """Mix-in of operators that show an activity as animation, and can go to a time in it."""
+    """Mix-in of operators that show an activity as animation, and may go to a time in it."""
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
-        """Return the index of the activity, and the time (s since midnight) to go to, or None.
+        """Return the index of the activity, and the time to go to (s since midnight) or None.
 
         Raise `InputError` if there is no such activity.
         """
@@ -242,7 +251,7 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
 
 
 def _sentence(item: Any) -> str:
-    """Return what an activity is, who does it, where and when."""
+    """Return a sentence with the activity, its person, place and times."""
     start, end = hours_minutes(item.start), hours_minutes(item.end)
     where = f", {item.room}" if item.room else ""
     return f"{item.name} ({item.person}{where}), {start} to {end}"
@@ -268,7 +277,7 @@ class ANGEN_OT_day_leave(Operator):
 
 
 def _scroll_timelines(context: Context) -> None:
-    """Scroll all timelines to the scene's frames, which have changed."""
+    """Scroll all timelines to the scene's frame range, which has changed."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type != "DOPESHEET_EDITOR":

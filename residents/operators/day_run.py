@@ -33,7 +33,7 @@ READ, ACTED = 0.04, 0.06
 
 @contextmanager
 def _named_as_here() -> Iterator[None]:
-    """Name the panel's field in errors, instead of the option of the command line."""
+    """Context manager in which errors name the panel's field Folder, not the option --out."""
     try:
         yield
     except AngenError as error:
@@ -84,7 +84,7 @@ class ANGEN_OT_day_run(LongWork, Operator):
     def _work(
         self, household: Household, path: Path, formats: list[str], days: int
     ) -> Generator[Any, None, None]:
-        """Simulate the days; yield `Doing`, and last a `Result`."""
+        """Simulate the days; yield `Doing` for each step, and at the end a `Result`."""
         scene = household.scene
         frame, subframe = self._playhead
         try:
@@ -122,8 +122,14 @@ class ANGEN_OT_day_run(LongWork, Operator):
 class Result:
     """The result of a run of days.
 
-    `whole` counts the complete days from the first on, `notes` say what the formats could not hold,
-    and `problem` is the error that ended the run early.
+    Attributes
+    ----------
+    whole
+        The number of complete days before the first one that is missing.
+    notes
+        Sentences on what the formats could not hold.
+    problem
+        The error that ended the run early, or None.
     """
 
     whole: int
@@ -132,7 +138,7 @@ class Result:
 
 
 def _days(household: Household, folder: Folder, days: int) -> Generator[Doing, None, Result]:
-    """Simulate the days that the folder lacks."""
+    """Simulate those days that the folder does not have."""
     left = [number for number in range(days) if not folder.has(number)]
     problem, made = None, 0
     spans: dict[int, Any] = {}

@@ -17,9 +17,9 @@ HOURS_A_LINE = 12
 
 
 def _draw_strip(layout: Any, settings: Any, person: str, now: float | None) -> None:
-    """Draw the day of a person as a bar of hours, coloured by activity; a click goes to the hour.
+    """Draw the day of a person as a bar of hours, coloured by activity.
 
-    `now` is the shown time in s since midnight, or None.
+    A click on an hour goes to its time. `now` is the shown time in s since midnight, or None.
     """
     layout.label(text=person)
     colours = colours_of(settings.done)

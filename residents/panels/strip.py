@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of the hours of a day, coloured by activity, which make up the bar in the panel Day."""
+"""Pictures of the hours of a day, coloured by activity; the panel Day puts them in a bar."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def hour_pixels(
 ) -> Pixels:
     """Return the picture of an hour, shape (SIZE, SIZE, 4), RGBA, with the lowest row first.
 
-    Time runs from left to right, above the number of the hour. `spans` are start, end (s since
-    midnight) and colour. With `is_now`, the number is highlighted.
+    Time runs from left to right, above the number of the hour. `spans` are start, end and colour of
+    each activity, with times in s since midnight. If `is_now`, the number is highlighted.
     """
     pixels = np.empty((SIZE, SIZE, 4), np.uint8)
     pixels[:AXIS], pixels[AXIS:] = (*(INK if is_now else GROUND), 255), (*NOTHING, 255)
@@ -67,7 +67,10 @@ def hour_pixels(
 
 
 def plain_pixels(colour: tuple[int, int, int]) -> Pixels:
-    """Return the picture of a square in one colour, shape (SIZE, SIZE, 4), for the list."""
+    """Return the picture of a square in one colour, which the list shows.
+
+    The shape is (SIZE, SIZE, 4).
+    """
     pixels = np.zeros((SIZE, SIZE, 4), np.uint8)
     pixels[4:-4, 4:-4] = (*colour, 255)
     return pixels

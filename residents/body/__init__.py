@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The body of a resident: bones, poses as arrays, and the shapes of the skin.
 
-Only numpy. The first axis of each array, n, counts poses, one for each time. Lengths are in metres,
-angles in radians. A rotation is a unit quaternion (w, x, y, z) in world axes, from a bone's rest to
-its pose. Side 0 is the left one.
+It needs only numpy. The first axis of each array, n, counts poses, one for each time. Lengths are
+in metres, angles in radians. A rotation is a unit quaternion (w, x, y, z) in world axes, from a
+bone's rest to its pose. Side 0 is the left one.
 """

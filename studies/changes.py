@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Changes of the open home for a run, all of which are reverted exactly, and sensor variants."""
+"""Change the open home for a run and revert all changes exactly; copy sensors for other runs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SAME_PLACE = 1e-5
 
 
 class Changes(ExitStack):
-    """A context in which the open home is changed; its end reverts all changes."""
+    """Context manager in which the open home can be changed; its end reverts all changes."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,7 +42,7 @@ class Changes(ExitStack):
         self.callback(lambda: bpy.context.view_layer.update())
 
     def set(self, owner: Any, name: str, value: Any) -> None:
-        """Set an attribute, and revert it at the end."""
+        """Set an attribute of `owner`; its present value is restored at the end."""
         before = getattr(owner, name)
         if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
             before = before.copy()
@@ -52,7 +52,10 @@ class Changes(ExitStack):
         setattr(owner, name, value)
 
     def apply(self, settings: Mapping[str, Mapping[str, Any]]) -> None:
-        """Set parameters of sensors and move sensors; raise `AngenError` if that is impossible."""
+        """Set the parameters of sensors, and move sensors.
+
+        `settings` are values by sensor and parameter. Raise `AngenError` if that is impossible.
+        """
         sensors = {sensor.name: sensor for sensor in all_sensors(bpy.context.view_layer)}
         for name, values in settings.items():
             sensor = sensors[name]
@@ -65,7 +68,10 @@ class Changes(ExitStack):
         bpy.context.view_layer.update()
 
     def _move(self, sensor: Sensor, by: Mapping[str, float]) -> None:
-        """Move a sensor by metres along the home's axes and radians about its own axes."""
+        """Move and turn a sensor.
+
+        `by` has metres along the home's axes, and radians about the sensor's own axes.
+        """
         obj = sensor.object
         if sensor.holders or not obj.is_editable:
             raise AngenError(f"'{sensor.name}' is linked or in an instance, and cannot be moved")
@@ -89,9 +95,9 @@ class Changes(ExitStack):
 def set_parameter(
     sensor: Sensor, parameter: str, value: Any, put: Callable[[Any, str, Any], object]
 ) -> None:
-    """Set a parameter of a sensor by calling `put`.
+    """Set a parameter of a sensor, if its value changes, by calling `put(owner, name, value)`.
 
-    Raises `AngenError` if the parameter is animated, linked or out of limits.
+    Raise `AngenError` if the parameter is animated, linked or out of limits.
     """
     common = parameter in COMMON
     group = sensor.settings if common else sensor.parameters
@@ -109,9 +115,9 @@ def set_parameter(
 
 
 class Variants(ExitStack):
-    """Copies of sensors with other settings, for runs that share one simulation of the home.
+    """Context manager with copies of sensors that have other settings; its end removes the copies.
 
-    It is a context, whose end removes the copies.
+    With the copies, runs with different settings share one simulation of the home.
     """
 
     def __init__(self) -> None:
@@ -120,9 +126,9 @@ class Variants(ExitStack):
         self._known: dict[Any, Sensor] = {}
 
     def sensors_for(self, settings: Mapping[str, Mapping[str, Any]]) -> list[Sensor]:
-        """Return the enabled sensors with the settings of a run.
+        """Return the sensors that are enabled in a run: copies where the run sets parameters.
 
-        Raises `AngenError` if none is enabled, or if a sensor is not valid.
+        Raise `AngenError` if none is enabled, or if a sensor is not valid.
         """
         found = simulated(self._variant(s, settings.get(s.name, {})) for s in self._sensors)
         if not found:
@@ -150,17 +156,17 @@ class Variants(ExitStack):
 
 
 def run_name(sensor: Sensor) -> str:
-    """Return the sensor's name in its run."""
+    """Return the name of a sensor in its run; a copy has the name of the copied sensor there."""
     return sensor.stands_for or sensor.name
 
 
 def with_run_names(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Return the sensors with their names in their run."""
+    """Return the sensors with the names that they have in their run; see `run_name`."""
     return [replace(sensor, name=run_name(sensor)) for sensor in sensors]
 
 
 def recording_of_sensors(readings: Recording, sensors: Sequence[Sensor]) -> Recording:
-    """Return the part of a recording that belongs to some sensors, under their run's names."""
+    """Return the readings of only the given sensors, under their names in the run."""
     tracks = {}
     for sensor in sensors:
         track = copy.copy(readings.tracks[sensor.name])
@@ -170,7 +176,7 @@ def recording_of_sensors(readings: Recording, sensors: Sequence[Sensor]) -> Reco
 
 
 def day_of_sensors(day: Day, sensors: Sequence[Sensor]) -> Day:
-    """Return a day with the events of some sensors only, under their run's names."""
+    """Return a day with the events of only the given sensors, under their names in the run."""
     names = {sensor.name: run_name(sensor) for sensor in sensors}
     events = [replace(e, sensor=names[e.sensor]) for e in day.events if e.sensor in names]
     events.sort(key=lambda event: (event.time, event.sensor, event.field))

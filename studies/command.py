@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The commands `angen study run STUDY.toml --out DIR` and `angen study report DIR`.
 
-They run outside Blender, which only the worker processes load.
+They run outside Blender: only the worker processes load it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ LIBRARIES = (
 def main(arguments: list[str], program: str) -> int:
     """Run a study or write its report, and return the exit status.
 
-    Raises `SystemExit` for bad options.
+    Raise `SystemExit` if an option is invalid.
     """
     options = make_parser(program).parse_args(arguments)
     try:
@@ -106,7 +106,7 @@ class _ProgressLine:
         self._started = False
 
     def show(self, done: int, total: int, failed: int) -> None:
-        """Show the progress, at most five times a second."""
+        """Show the progress: at most five times a second in a terminal, elsewhere every 10 s."""
         if not self._started:
             self._started, self._first = True, done
             self._begin = self._shown = time.monotonic()
@@ -130,7 +130,7 @@ class _ProgressLine:
 
 
 def make_parser(program: str) -> Parser:
-    """Return the parser of both commands."""
+    """Return the argument parser of both commands."""
     parser = Parser(prog=f"{program} study", description="Simulates a home many times.")
     verbs = parser.add_subparsers(dest="what", required=True, metavar="run | report")
     run = verbs.add_parser("run", help="simulate what a study asks for and is not there yet")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run a study on Dask: find workers, send them runs, and store what they return.
 
-Workers are processes of this machine, or of a Dask scheduler elsewhere.
+Workers are processes on this machine, or those of a Dask scheduler elsewhere.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ T = TypeVar("T")
 
 @contextmanager
 def local_client(jobs: int) -> Iterator[distributed.Client]:
-    """Yield a client of `jobs` single-threaded processes on this machine."""
+    """Context manager with a Dask client of `jobs` single-threaded processes on this machine."""
     with (
         dask.config.set(SETTINGS),
         tempfile.TemporaryDirectory(prefix="angen-study-") as folder,
@@ -89,7 +89,10 @@ def local_client(jobs: int) -> Iterator[distributed.Client]:
 
 @contextmanager
 def remote_client(address: str) -> Iterator[distributed.Client]:
-    """Yield a client of the scheduler at an address; raise `InputError` if none answers."""
+    """Context manager with a Dask client of the scheduler at an address.
+
+    Raise `InputError` if no scheduler answers there.
+    """
     # Dask's own messages are silenced: errors are reported below in one line.
     warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
     logging.disable()
@@ -106,9 +109,9 @@ def remote_client(address: str) -> Iterator[distributed.Client]:
 
 
 def check_workers(client: distributed.Client) -> dict[str, str]:
-    """Return the versions that all workers share.
+    """Return the versions of the workers, which must be the same for all.
 
-    Raises `InputError` if workers differ, have several threads, or cannot simulate.
+    Raise `InputError` if they are not, or if a worker has several threads or cannot simulate.
     """
     for address, threads in client.nthreads().items():
         if threads != 1:
@@ -141,7 +144,7 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
 
 
 def _check_pythons(client: distributed.Client) -> None:
-    """Raise `InputError` if the scheduler or a worker has another version of Python.
+    """Raise `InputError` if the scheduler or a worker has another version of Python than this.
 
     Such a worker cannot read the functions that it receives, and can crash.
     """
@@ -168,7 +171,19 @@ def _cause(error: Exception) -> str:
 def submit(
     client: distributed.Client, name: str, argument: Any, workers: list[str] | None = None
 ) -> distributed.Future:
-    """Submit the function `MODULE.FUNCTION` of this folder, to any worker or one of `workers`."""
+    """Submit a call of a function of this folder, and return its future.
+
+    Parameters
+    ----------
+    client : Client
+        The client of the workers.
+    name : str
+        The function, as MODULE.FUNCTION.
+    argument
+        Its argument.
+    workers : list of str, optional
+        The addresses of the workers that may do it; by default any worker.
+    """
 
     # The scheduler unpickles tasks, and need not have this package: a nested function is pickled by
     # value, and its argument is sent as bytes.
@@ -184,7 +199,7 @@ def submit(
 
 
 def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
-    """Send files to all workers, including those that connect later."""
+    """Send files to all workers, and to those that connect later."""
     name = f"angen-study-{hash(frozenset(file.digest for file in files)):x}"
     client.register_plugin(tasks.FilesOfStudy(name, files))
 
@@ -194,7 +209,7 @@ def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
 
 @dataclass
 class Tasks:
-    """The tasks of a study's runs; `homes` and `files` are by path."""
+    """The tasks of a study's runs; `files` and `homes` have the paths as keys."""
 
     study: Study
     files: Mapping[str, File]
@@ -203,7 +218,7 @@ class Tasks:
     days_in: str = ""
 
     def task_of(self, run: Run) -> Task:
-        """Return the task of a run, with the digest that identifies it."""
+        """Return the task of a run, including the digest that identifies the run."""
         study = self.study
         home = str(run.setting.get(HOME, study.homes[0]))
         routine = str(run.setting.get(ROUTINE, study.routines[0])) if study.routines else ""
@@ -233,7 +248,7 @@ class Tasks:
         )
 
     def group_key(self, run: Run) -> str:
-        """Return a key that is equal for runs which can share one simulation of the home."""
+        """Return a text that is the same for all runs that can share one simulation."""
         task = self.task_of(run)
         if not self.study.together:
             return task.digest
@@ -244,18 +259,18 @@ class Tasks:
 def group_runs(
     runs: Iterable[T], key: Callable[[T], str], workers: int, most: int
 ) -> Iterator[list[T]]:
-    """Yield groups of runs with the same key.
+    """Yield groups of runs that share one simulation.
 
     Parameters
     ----------
     runs : iterable
         The runs to group.
     key : callable
-        Returns a run's key; runs with the same key can share one simulation.
+        Takes a run and returns a text; runs with the same text can share a simulation.
     workers : int
-        The number of workers; there are enough groups for all of them.
+        The number of workers; groups are so small that each worker gets one, if possible.
     most : int
-        The largest size of a group.
+        The largest number of runs in a group.
     """
     groups: defaultdict[str, list[T]] = defaultdict(list)
     for run in runs:
@@ -268,7 +283,7 @@ def group_runs(
 
 
 class Driver:
-    """The driver of a study: sends its runs to workers, and stores their results."""
+    """The process that runs a study: it sends runs to workers, and stores their results."""
 
     def __init__(self, study: Study, store: Store, client: distributed.Client) -> None:
         self._study, self._store, self._client = study, store, client
@@ -286,7 +301,7 @@ class Driver:
         self._noted: set[str] = set()
 
     def _examine(self, file: File) -> HomeFacts:
-        """Return the facts of a home, which a worker opens."""
+        """Return what the study must know of a home, which a worker opens for this."""
         try:
             found: HomeFacts = submit(self._client, "runs.examine", file).result()
         except Exception as error:
@@ -294,14 +309,14 @@ class Driver:
         return found
 
     def run(self, progress: Callable[[int, int, int], None]) -> None:
-        """Run all missing runs.
+        """Run all runs that have no result yet.
 
-        Raises `InputError` if a run cannot be sent or stored; the results until then are kept.
+        Raise `InputError` if a run cannot be sent or stored. The results until then are kept.
 
         Parameters
         ----------
         progress : callable
-            Receives the numbers of finished, all and failed runs.
+            Takes the numbers of finished runs, of all runs and of failed runs.
         """
         missing = list(self._missing())
         ended, failed = self.total - len(missing), 0
@@ -338,21 +353,21 @@ class Driver:
         shutil.rmtree(days, ignore_errors=True)
 
     def kept(self) -> int:
-        """Return how many of the study's runs have a result, also after an interruption."""
+        """Return how many of the study's runs have a stored result, failed runs included."""
         self._store.read()
         rows = (self._store.row(self._tasks.task_of(run).digest) for run in runs_of(self._study))
         return sum(row is not None for row in rows)
 
     def _missing(self) -> Iterator[Run]:
-        """Yield the runs that have no result or have failed."""
+        """Yield the runs that have no result, and those that have failed."""
         for run in runs_of(self._study):
             if not self._store.has(self._tasks.task_of(run).digest):
                 yield run
 
     def _wait_for_some(self, pending: dict[Any, list[Task]]) -> list[Any]:
-        """Return the pending futures that have ended, once there are some.
+        """Wait until some of the pending futures have ended, and return these.
 
-        Raises `InputError` if the scheduler is lost.
+        Raise `InputError` if the scheduler is lost.
         """
         while True:
             try:
@@ -370,13 +385,17 @@ class Driver:
                 raise self._lost()
 
     def _lost(self) -> InputError:
-        """Return the error of a lost scheduler."""
+        """Return the error that says that the scheduler is lost."""
         return InputError(
             "the scheduler is lost; what is done is kept, and the same command goes on from it"
         )
 
     def _outcome(self, future: Any, group: list[Task]) -> list[RunResult]:
-        """Return the results of a group, which are errors if its task has failed."""
+        """Return the results of a group of runs.
+
+        If the group's task has failed, each result is the error. Raise `InputError` if the study
+        cannot go on.
+        """
         try:
             done: list[RunResult] = future.result()
             return done
@@ -391,7 +410,7 @@ class Driver:
         return [RunResult(task.digest, {}, 0.0, text) for task in group]
 
     def write_tables(self) -> None:
-        """Write the tables of results, and the facts of the study for the report."""
+        """Write the tables of results, and the file that describes the study for the report."""
         for text in write_tables(self._store.folder, self._rows()):
             if text not in self._noted:
                 note(text)
@@ -408,7 +427,7 @@ class Driver:
         write_files({self._store.folder / FACTS: text})
 
     def _rows(self) -> Iterator[Row]:
-        """Yield the rows of the tables, in the order of the runs."""
+        """Yield a row of the tables for each run with a result, in the order of the runs."""
         for run in runs_of(self._study):
             row = self._store.row(self._tasks.task_of(run).digest)
             if row is not None:
@@ -425,7 +444,7 @@ class Driver:
 
 
 def _shown(key: str, value: Any) -> Any:
-    """Return a varied value as the tables show it."""
+    """Return the value of a varied key as the tables show it."""
     if key == SENSORS:
         return "; ".join(value)
     return Path(value).name if key in (HOME, ROUTINE) else value

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a study: one self-contained HTML page, and its pictures as files."""
+"""The report of a study: one HTML page without other files, and its pictures as files."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ MOST_LINES = 6
 
 
 def write(folder: Path) -> Path:
-    """Write the report and its pictures into the folder of a study; return the page's path.
+    """Write the report and its pictures into the folder of a study, and return the page's path.
 
-    Raises `InputError` if the results cannot be read, or the report cannot be written.
+    Raise `InputError` if the results cannot be read, or if the report cannot be written.
     """
     facts = _facts(folder)
     with (
@@ -70,7 +70,10 @@ def write(folder: Path) -> Path:
 
 
 def _facts(folder: Path) -> dict[str, Any]:
-    """Return the facts of the study; raise `InputError` if they are missing or damaged."""
+    """Return what the study's folder tells of the study, such as its name and homes.
+
+    Raise `InputError` if the file with this is missing or damaged.
+    """
     try:
         found: dict[str, Any] = json.loads((folder / FACTS).read_text(encoding="utf-8"))
         return found
@@ -83,7 +86,7 @@ def _facts(folder: Path) -> dict[str, Any]:
 
 
 def _file_name(about: str) -> str:
-    """Return a title as part of a file name."""
+    """Return a picture's title as a part of a file name."""
     return re.sub(r"[^\w ,.-]+", "_", about)[:80]
 
 
@@ -94,10 +97,17 @@ def _file_name(about: str) -> str:
 class Results:
     """The results of a study.
 
-    `rows` are the runs with at least one measure. In them the `varied` columns and the seed are
-    text, and the `measured` ones numbers. The column `setting` numbers the combinations of varied
-    values. `errors` has the number of runs by error. `partly` is the number of runs of which only
-    some measures failed.
+    Attributes
+    ----------
+    rows : DataFrame
+        The runs with at least one measure. The `varied` columns and the seed are text, the
+        `measured` ones numbers. The column `setting` numbers the combinations of varied values.
+    varied, measured : list of str
+        The columns with varied values, and those with measures.
+    errors : Series
+        The number of runs with each error.
+    partly : int
+        The number of runs with errors that still have some measures.
     """
 
     rows: pandas.DataFrame
@@ -108,12 +118,12 @@ class Results:
 
     @property
     def settings(self) -> pandas.DataFrame:
-        """The first row of each setting."""
+        """The first run of each combination of varied values, as rows."""
         return self.rows.drop_duplicates("setting").set_index("setting")
 
 
 def read(path: Path, varied: Sequence[str]) -> Results:
-    """Read results.csv; raise `OSError` or `ValueError` if that fails."""
+    """Read the results from results.csv; raise `OSError` or `ValueError` if that fails."""
     names = list(pandas.read_csv(path, nrows=0))
     for name in (*varied, "run", "seed", "error"):
         if name not in names:
@@ -139,9 +149,9 @@ def read(path: Path, varied: Sequence[str]) -> Results:
 
 
 class Means(NamedTuple):
-    """Means of groups of rows, by measure.
+    """Means of groups of runs: a row for each group, a column for each measure.
 
-    `half` is half the width of the confidence interval over seeds, NaN for a single seed.
+    `half` is half the width of the confidence interval over seeds. It is NaN with a single seed.
     """
 
     value: pandas.DataFrame
@@ -149,9 +159,10 @@ class Means(NamedTuple):
 
 
 def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Sequence[str]) -> Means:
-    """Return the means of the rows with the same `keys`.
+    """Return the means of the runs that have the same `keys`.
 
-    Each seed counts once. The confidence interval is of Student's t over the means of the seeds.
+    Runs with the same seed are averaged first, so that each seed counts once. The confidence
+    interval is that of Student's t over the means of the seeds.
 
     Parameters
     ----------
@@ -170,9 +181,10 @@ def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Seque
 
 
 class Levels(NamedTuple):
-    """The values of a varied key in order, or the bins of a continuous draw.
+    """The different values of a varied key in order; or bins, if there are too many values.
 
-    `at` are their positions on an axis. `number` is the level of each row.
+    `labels` and `at` are the texts of the levels and their positions on an axis. `number` has the
+    index of the level of each run.
     """
 
     labels: list[str]
@@ -181,7 +193,7 @@ class Levels(NamedTuple):
 
 
 def levels(values: pandas.Series[str]) -> Levels:
-    """Return the levels of a column of text."""
+    """Return the levels of a column, whose values are texts."""
     if not is_numeric(values):
         codes, names = pandas.factorize(values)
         return Levels(list(names), range(len(names)), pandas.Series(codes, values.index))
@@ -202,7 +214,7 @@ def is_numeric(values: Iterable[str]) -> bool:
 
 
 def main_measures(results: Results, best: str = "") -> list[str]:
-    """Return the measures that the report shows, the best one first.
+    """Return the measures that the report shows, beginning with `best` if it is measured.
 
     Measures of single sensors, such as "events NAME", are only in the table.
     """
@@ -212,16 +224,20 @@ def main_measures(results: Results, best: str = "") -> list[str]:
 
 
 def rank_settings(results: Results, value: pandas.Series[float], way: str) -> pandas.DataFrame:
-    """Return the settings that have a value, best first; `way` is "most" or "least"."""
+    """Return the combinations of varied values that have a `value`, best first.
+
+    If `way` is "least", small values are best; if it is "most", large ones are.
+    """
     order = (value if way == "least" else -value).dropna().sort_values(kind="stable")
     return results.settings.loc[order.index]
 
 
 def results_to_plot(results: Results, ranked: pandas.DataFrame) -> Results:
-    """Return the results with only the keys that pictures can show.
+    """Return the results with only those varied keys that pictures can show.
 
-    Many sets of sensors are replaced by the number of enabled sensors, with the best set of each
-    number. Other text keys with many values are left out.
+    If there are many sets of sensors, the number of enabled sensors takes the place of the set. For
+    each number only the best set is kept. Other keys are left out if they have many values that are
+    text.
     """
     rows = results.rows
     many = {k for k in results.varied if rows[k].nunique() > FEW and not is_numeric(rows[k])}
@@ -245,7 +261,7 @@ class Plot(NamedTuple):
 
 
 def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
-    """Return the page and the pictures in it."""
+    """Return the page, and the pictures in it."""
     light, dark = (
         "".join(f"--{name}:{colours[number]};" for name, colours in INKS.items())
         for number in (0, 1)
@@ -277,7 +293,7 @@ def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
 
 
 def _fact_rows(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, str]]:
-    """Yield the rows of the table of facts."""
+    """Yield the rows of the table that describes the study: what and how much of it."""
     yield "home", ", ".join(facts["homes"])
     yield "what varied", ", ".join(facts["varied"]) or "nothing"
     yield "seeds for each setting", str(facts["seeds"])
@@ -291,7 +307,7 @@ def _fact_rows(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, s
 
 
 def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
-    """Return the parts of the page that show results."""
+    """Return the values of the template for the parts that show results."""
     measures = main_measures(results, best)
     settings = results.settings
     shown = [name for name in (*measures, "sensors_on") if name in results.measured]
@@ -334,7 +350,7 @@ def _curves(results: Results, measures: Sequence[str]) -> Iterator[Plot]:
 def _table(
     results: Results, settings: pandas.DataFrame, measures: Sequence[str], found: Means
 ) -> dict[str, Any]:
-    """Return a table of settings for the page."""
+    """Return a table of combinations of varied values, as the template needs it."""
     plain = settings[results.varied].map(_short) if results.varied else settings[[]]
     value, half = (table.loc[settings.index, measures].to_numpy() for table in found)
     cells = [map(_cell, *row) for row in zip(value.tolist(), half.tolist(), strict=True)]
@@ -343,12 +359,12 @@ def _table(
 
 
 def _short(value: str) -> str:
-    """Return a number in six digits, or other text as it is."""
+    """Return a number with six digits; return any other text as it is."""
     return f"{float(value):.6g}" if is_numeric([value]) else value
 
 
 def _cell(value: float, half: float) -> tuple[str, str]:
-    """Return a mean in full, for sorting, and as text with its confidence interval."""
+    """Return a mean as two texts: with all digits, for sorting, and with its interval, to show."""
     if math.isnan(value):
         return "", ""
     return repr(value), f"{value:.4g}" + ("" if math.isnan(half) else f" ± {half:.2g}")
@@ -358,9 +374,10 @@ def _cell(value: float, half: float) -> tuple[str, str]:
 
 
 def curves(results: Results, measures: Sequence[str], label: str) -> str:
-    """Plot the response of measures to each varied key, as SVG.
+    """Plot measures against each varied key, as SVG.
 
-    Points are means over all runs, with confidence intervals over seeds.
+    Points are means over all runs with a value of the key. Bars are confidence intervals over
+    seeds.
     """
     drawing, axes = _axes(len(results.varied))
     for axis, key in zip_longest(axes, results.varied):
@@ -397,7 +414,10 @@ def curves(results: Results, measures: Sequence[str], label: str) -> str:
 
 
 def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Plot:
-    """Plot the mean of a measure over two keys, with half its confidence interval."""
+    """Plot the mean of a measure for each pair of values of two keys.
+
+    Each cell also gives half the width of the confidence interval.
+    """
     across, up = (levels(results.rows[key]) for key in keys)
     found = means(results.rows, [up.number.rename("up"), across.number.rename("across")], [measure])
     values, halves = (
@@ -421,7 +441,7 @@ def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Plot:
 
 
 def _axes(count: int, height: float = HEIGHT) -> tuple[Any, Any]:
-    """Return a figure and `count` axes, in rows of three."""
+    """Return a figure with `count` axes, three in a row."""
     across = min(max(count, 1), ACROSS)
     down = -(-max(count, 1) // across)
     width = WIDTH if across > 1 else WIDTH * 0.6
@@ -430,9 +450,9 @@ def _axes(count: int, height: float = HEIGHT) -> tuple[Any, Any]:
 
 
 def _svg(drawing: Figure) -> str:
-    """Return a figure as an SVG element, with the same bytes for the same numbers.
+    """Return a figure as an SVG element.
 
-    Text remains text.
+    Text remains text, and the same numbers give the same bytes.
     """
     out = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": "angen", "svg.fonttype": "none"}):

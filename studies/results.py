@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stored results of a study: one line for each run in `runs.jsonl`, and the tables.
+"""The stored results of a study: `runs.jsonl` with a line for each run, and the tables.
 
 The tables are `results.csv` and `results.parquet`.
 """
@@ -38,9 +38,9 @@ Row = dict[str, Any]
 
 
 class Store:
-    """The result folder of a study, as a context.
+    """The result folder of a study, as a context manager.
 
-    Raises `InputError` if it cannot be written, or while another study writes into it.
+    Raise `InputError` if the folder cannot be written, or if another study is writing into it.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -76,7 +76,7 @@ class Store:
         )
 
     def read(self) -> None:
-        """Index the stored results, and cut off an incomplete last line."""
+        """Read which results are stored, and remove a last line that is incomplete."""
         self._file.seek(0)
         end = 0
         for line in self._file:
@@ -93,17 +93,20 @@ class Store:
                 self._file.truncate(end)
 
     def _index(self, row: Row, at: int) -> None:
-        """Remember the offset of a result, and whether its run failed."""
+        """Remember where in the file the result of a run is, and whether the run failed."""
         digest = row["digest"]
         self._at[digest] = at
         (self.failed.add if row["error"] else self.failed.discard)(digest)
 
     def has(self, digest: str) -> bool:
-        """Return whether a run has a result without an error."""
+        """Return whether a run has a stored result without an error."""
         return digest in self._at and digest not in self.failed
 
     def add(self, done: RunResult, versions: dict[str, str]) -> None:
-        """Store the result of a run; if that fails, raise `InputError` and store nothing of it."""
+        """Store the result of a run.
+
+        If that fails, raise `InputError`, and store no part of the line.
+        """
         row = {
             "digest": done.digest,
             "values": done.values,
@@ -128,7 +131,7 @@ class Store:
         self._index(row, at)
 
     def row(self, digest: str) -> Row | None:
-        """Return the stored result of a run, or None."""
+        """Return the stored result of a run, or None if there is none."""
         if digest not in self._at:
             return None
         self._file.seek(self._at[digest])
@@ -137,7 +140,7 @@ class Store:
 
 
 def _restore_file(file: Any, at: int) -> Any:
-    """Return the file cut to `at` bytes, after a line was only written in part."""
+    """Cut the file to `at` bytes, after a line was written only in part; return it opened anew."""
     path = file.name
     with contextlib.suppress(OSError):
         file.close()
@@ -146,9 +149,9 @@ def _restore_file(file: Any, at: int) -> Any:
 
 
 def write_tables(folder: Path, rows: Iterable[Row]) -> list[str]:
-    """Write both tables, and return a sentence for each that could not be written.
+    """Write both tables, and return sentences on those that could not be written.
 
-    Raises `InputError` if the folder cannot be written.
+    Raise `InputError` if the folder cannot be written.
     """
     table = pandas.DataFrame(list(rows), dtype=object)
     for name in ("seconds", "digest", "error"):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulate and measure runs in this process's Blender.
 
-A home stays open from one run to the next. A run is the home's own animation, or days that
+A home stays open from one run to the next. A run simulates the home's own animation, or days that
 residents live by a routine.
 """
 
@@ -69,17 +69,21 @@ _one_at_a_time = threading.Lock()
 
 
 def examine(home: File) -> HomeFacts:
-    """Return the facts of a home without simulating it; raise `AngenError` if it has no sensors."""
+    """Return what a study must know of a home, without simulating it.
+
+    Raise `AngenError` if the home has no sensors.
+    """
     with _one_at_a_time:
         _reopen(home)
         return _facts(home)
 
 
 def run(group: Sequence[Task]) -> list[RunResult]:
-    """Simulate runs that differ in their sensors only, so that they share one simulation.
+    """Simulate runs together and return their results.
 
-    Raises `AngenError` if this worker's versions are not those of the study. All other errors are
-    in the results.
+    The runs may only differ in their sensors, so that they can share one simulation. Raise
+    `AngenError` if this worker's versions are not those of the study. All other errors are in the
+    results.
     """
     differ = differences(group[0].versions, versions())
     if differ:
@@ -89,7 +93,7 @@ def run(group: Sequence[Task]) -> list[RunResult]:
 
 
 def _reopen(home: File) -> None:
-    """Open a home; raise `AngenError` if that fails."""
+    """Open the file of a home, even if it is open already; raise `AngenError` if that fails."""
     global _open
     _open = ""
     open_home_file(local_path(home))
@@ -97,7 +101,10 @@ def _reopen(home: File) -> None:
 
 
 def _facts(home: File) -> HomeFacts:
-    """Return the facts of the open home; raise `AngenError` if it has no sensors."""
+    """Return what a study must know of the open home.
+
+    Raise `AngenError` if the home has no sensors.
+    """
     sensors = all_sensors(bpy.context.view_layer)
     if not sensors:
         raise AngenError(f"{home.name} has no sensors in its scene")
@@ -111,10 +118,10 @@ def _facts(home: File) -> HomeFacts:
 
 
 def _independent_sensors(sensors: Sequence[Sensor]) -> frozenset[str]:
-    """Return the sensors whose settings change nothing but their own readings.
+    """Return the names of the sensors whose settings change nothing but their own readings.
 
-    Runs with other settings of such sensors can share one simulation. Light and forces are computed
-    for all sensors at once.
+    Runs with other settings of such sensors can share one simulation. Sensors that need light or
+    forces are not among them, because light and forces are computed for all sensors at once.
     """
     if are_driven("angen_sensor."):
         return frozenset()
@@ -127,7 +134,10 @@ def _independent_sensors(sensors: Sequence[Sensor]) -> frozenset[str]:
 
 
 def _run_group(group: Sequence[Task]) -> list[RunResult]:
-    """Return the results of runs in one simulation, or, if that fails, of each run alone."""
+    """Return the results of runs in one simulation.
+
+    If the simulation fails, simulate each run alone.
+    """
     global _open
     begin = time.perf_counter()
     try:
@@ -146,15 +156,15 @@ def _failed_run(task: Task, error: Exception, seconds: float = 0.0) -> RunResult
 
 
 def _one_line(error: Exception) -> str:
-    """Return the text of an error in one line."""
+    """Return the text of an error as one line."""
     text = str(error) if isinstance(error, AngenError) else f"{type(error).__name__}: {error}"
     return " ".join(text.split())
 
 
 def _simulate_together(group: Sequence[Task]) -> list[RunResult]:
-    """Return the results of runs in one simulation.
+    """Return the results of runs that share one simulation.
 
-    Raises `AngenError` if the home cannot be simulated.
+    Raise `AngenError` if the home cannot be simulated.
     """
     first, failed = group[0], []
     if _open != first.home.digest:
@@ -189,7 +199,19 @@ def _measure(
     measure: Callable[[Task, Sequence[Sensor]], Measurements],
     seconds: float,
 ) -> RunResult:
-    """Return the result of a run by calling `measure`."""
+    """Return the result of a run.
+
+    Parameters
+    ----------
+    task : Task
+        The run.
+    on : sequence of Sensor
+        The sensors that are enabled in this run.
+    measure : callable
+        Takes the task and its sensors, and returns the measurements.
+    seconds : float
+        The time that the simulation took for this run, s.
+    """
     try:
         found = measure(task, on)
     except Exception as error:
@@ -202,7 +224,10 @@ def _measure(
 
 
 def simulate_frames(sensors: list[Sensor], frames: tuple[int, int] | None) -> Readings:
-    """Simulate sensors of the open home, over `frames` or the scene's range."""
+    """Simulate sensors of the open home, and return their recording.
+
+    `frames` are the first and last frame, or None for the scene's range.
+    """
     scene = bpy.context.scene
     first, last = frames or (scene.frame_start, scene.frame_end)
     readings = Readings()
@@ -212,7 +237,10 @@ def simulate_frames(sensors: list[Sensor], frames: tuple[int, int] | None) -> Re
 
 
 def _measure_recording(together: Readings, task: Task, on: Sequence[Sensor]) -> Measurements:
-    """Measure one run from the recording of all runs."""
+    """Measure one run from `together`, the recording of all runs that shared the simulation.
+
+    `on` are the sensors that are enabled in this run.
+    """
     readings, sensors = recording_of_sensors(together, on), with_run_names(on)
     facts = {sensor.name: sensor_facts(sensor) for sensor in sensors}
     recording = Recording(readings, facts, about(bpy.context.scene))
@@ -237,7 +265,11 @@ def _measure_recording(together: Readings, task: Task, on: Sequence[Sensor]) -> 
 
 
 def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> float:
-    """Return the rms error of the light sensors against many light paths, relative to the mean."""
+    """Return the error of the light sensors of a run.
+
+    The reference is a simulation with many light paths. The error is the rms difference from it,
+    divided by its mean.
+    """
     lights = [sensor for sensor in sensors if sensor.kind.requires(LIGHT)]
     if not lights:
         raise AngenError("no light sensor is switched on")
@@ -262,8 +294,8 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
 def _make_household(task: Task) -> Household | None:
     """Return the people of the open home, or None for a task without a routine.
 
-    It is made before a run changes the sensors, because they name the rooms. Raises `AngenError` if
-    the routine does not fit the home.
+    Call it before a run changes the sensors, because they name the rooms. Raise `AngenError` if the
+    routine does not fit the home.
     """
     if task.routine is None:
         return None
@@ -274,7 +306,7 @@ def _make_household(task: Task) -> Household | None:
 
 
 def _days(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[Day]:
-    """Return the days of a task as sensed by `sensors`; raise `AngenError` if that fails."""
+    """Return the days of a task with the events of `sensors`; raise `AngenError` if that fails."""
     household.sensors = list(sensors)
     household.causes = bool(task.keep or task.functions)
     kept = _DayCache(task, household)
@@ -285,9 +317,10 @@ def _days(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[D
 
 
 class _DayCache:
-    """Finished days, in memory and, if it can be reached, in the driver's folder.
+    """Simulated days of a task, kept in memory and in a folder of the driver.
 
-    With the folder, a killed worker only loses the day in progress.
+    The folder is left out if this worker cannot reach it. With it, a killed worker loses only the
+    day that it was simulating.
     """
 
     def __init__(self, task: Task, household: Household) -> None:
@@ -298,7 +331,7 @@ class _DayCache:
         self._folder = folder / self._digest if task.days_in and folder.is_dir() else None
 
     def day(self, number: int) -> Day | None:
-        """Return a stored day, or None."""
+        """Return the day with this number, or None if it was not kept."""
         if number not in self.days and self._folder is not None:
             with suppress(OSError, ValueError):
                 text = (self._folder / f"{number}.json").read_text(encoding="utf-8")
@@ -308,7 +341,7 @@ class _DayCache:
         return self.days.get(number)
 
     def keep(self, number: int, day: Day) -> None:
-        """Store a day."""
+        """Keep a day in memory and in the folder."""
         self.days[number] = day
         if self._folder is not None:
             # A day that cannot be written only costs time.
@@ -318,7 +351,10 @@ class _DayCache:
 
 
 def _measure_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) -> Measurements:
-    """Measure one run from the days of all runs."""
+    """Measure one run from `together`, the days of all runs that shared the simulation.
+
+    `on` are the sensors that are enabled in this run.
+    """
     # Imported here because pandas takes some 50 MB of a worker's memory.
     from . import truth
 
@@ -361,8 +397,14 @@ def _measure_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) -> 
 class Measurements:
     """The measures of a run.
 
-    `values` are by column. `errors` has a text for each measure that failed. `files` are the logs
-    to keep, by name.
+    Attributes
+    ----------
+    values : dict
+        The value of each column.
+    errors : list of str
+        A text for each measure that failed.
+    files : dict of str to str
+        The logs to keep, by name.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -376,14 +418,14 @@ class Measurements:
         recording: Any,
         truth: Any,
     ) -> None:
-        """Add the measures that a task wants.
+        """Add the measures that a task asks for.
 
         Parameters
         ----------
         task : Task
             The run.
         known : mapping of str to callable
-            The built-in measures by name; each returns values by column.
+            The built-in measures by name; each returns the values of its columns.
         recording, truth
             The arguments of the user's own functions.
         """
@@ -394,7 +436,7 @@ class Measurements:
             self._add(label, partial(self._call_function, task, name, source, recording, truth))
 
     def _add(self, name: str, measure: Callable[[], Mapping[str, Any]]) -> None:
-        """Add the columns of a measure, or its error."""
+        """Add the columns that `measure` returns, or the text of its error."""
         try:
             self.values.update(measure())
         except Exception as error:
@@ -403,7 +445,10 @@ class Measurements:
     def _call_function(
         self, task: Task, name: str, source: str, recording: Any, truth: Any
     ) -> dict[str, Any]:
-        """Return the values of a user's function; raise `AngenError` if it fails."""
+        """Return the values that a user's function returns, by column.
+
+        Raise `AngenError` if the function fails, or if a value is no number.
+        """
         try:
             answer = _function(name, source)(recording, truth)
         except Exception as error:
@@ -422,7 +467,7 @@ class Measurements:
 
 
 def _columns(column: str, whole: float, each: Mapping[str, float]) -> dict[str, Any]:
-    """Return the value of all sensors, and one column for each sensor."""
+    """Return a column with the value of all sensors, and one column for each sensor."""
     return {column: whole, **{f"{column} {name}": value for name, value in each.items()}}
 
 
@@ -433,14 +478,14 @@ def _mean(values: Mapping[str, float]) -> float:
 # Cached for the process: without the cache each run takes 0.1 ms more.
 @cache
 def _function(name: str, source: str) -> Any:
-    """Return the function of a user's source text."""
+    """Return the function `name` that a user's source text defines."""
     space: dict[str, Any] = {"__name__": "angen_study_measure"}
     exec(compile(source, f"{name}.py", "exec"), space)
     return space[name]
 
 
 def coverage(sensors: Sequence[Sensor]) -> float:
-    """Return the share of the floor that the motion detectors cover, for a walking person."""
+    """Return the share of the floor on which the motion detectors notice a walking person."""
     try:
         seen = detectors(sensors)
     except AngenError:

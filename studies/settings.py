@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Resolve the keys of a study to parameters of a home's sensors, and check the values."""
+"""Translate the keys of a study to parameters of a home's sensors, and check the values."""
 
 from __future__ import annotations
 
@@ -25,10 +25,20 @@ Settings = dict[str, dict[str, Any]]
 
 @dataclass(frozen=True)
 class HomeFacts:
-    """The facts of a home that a study needs before it is simulated.
+    """What a study must know of a home before the home is simulated.
 
-    `kinds` are the kinds of its sensors by name, in order. `digest` covers its file and all that
-    the file links. `free` are the sensors whose settings change nothing but their own readings.
+    Attributes
+    ----------
+    name : str
+        The name of the home's file.
+    kinds : mapping of str to str
+        The kind of each sensor, by the sensor's name and in the order of sensors.
+    digest : str
+        A digest of the file and of all files that it links.
+    frame_start : int
+        The scene's first frame.
+    free : frozenset of str
+        The sensors whose settings change nothing but their own readings.
     """
 
     name: str
@@ -38,7 +48,10 @@ class HomeFacts:
     free: frozenset[str] = frozenset()
 
     def fitting(self, pattern: str) -> list[str]:
-        """Return the sensors that match a name or patterns; none if a pattern has no match."""
+        """Return the names of the sensors that match a name or a pattern.
+
+        `pattern` can have several patterns. If one of them matches no sensor, return an empty list.
+        """
         if pattern in self.kinds:
             return [pattern]
         found: set[str] = set()
@@ -51,7 +64,10 @@ class HomeFacts:
 
 
 def check(study: Study, homes: Iterable[HomeFacts]) -> None:
-    """Raise `InputError` for keys that a home does not have, and for values out of limits."""
+    """Raise `InputError` if a study does not fit its homes.
+
+    This is so for keys that name no sensor or parameter of a home, and for values out of limits.
+    """
     for home in homes:
         with explained(home.name, InputError):
             study.choice.of(home.kinds)
@@ -70,13 +86,13 @@ def check(study: Study, homes: Iterable[HomeFacts]) -> None:
 
 
 def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> InputError:
-    """Return the error for a pattern that matches no sensor."""
+    """Return the error that says that a pattern matches no sensor."""
     found = not_found(pattern, home.kinds, f" of {home.name}")
     return InputError(f"{study.where(key)}: {found}")
 
 
 def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...] | Range) -> None:
-    """Raise `InputError` if a key or one of its values does not fit a home."""
+    """Raise `InputError` if a key names no sensor or parameter of a home, or a value is invalid."""
     pattern, _, parameter = key.rpartition(".")
     names = home.fitting(pattern)
     if not names:
@@ -98,7 +114,10 @@ def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...
 
 
 def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
-    """Return why a value is not valid for a parameter, or "" if it is."""
+    """Return why a value is not valid for a parameter, or "" if it is valid.
+
+    `is_range` tells that the value is from a range which is not limited to whole numbers.
+    """
     if parameter == PRESET:
         known = [preset.identifier for preset in kind.presets]
         return "" if value in known else f"'{value}' is unknown: {hint(str(value), known)}"
@@ -117,7 +136,10 @@ def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
 
 
 def _wanted(like: Any, value: Any, above_0: bool) -> str:
-    """Return what a value must be if it has not the type of `like`, or "" if it has."""
+    """Return what a value must be, such as "a number", or "" if the value has the type of `like`.
+
+    If `above_0`, it must be a number above 0.
+    """
     if isinstance(like, bool):
         return "" if isinstance(value, bool) else "true or false"
     if not isinstance(like, (int, float)):
@@ -138,8 +160,8 @@ def settings_of(
 ) -> Settings:
     """Return the settings of a run, by sensor and parameter.
 
-    If two keys set the same parameter, the later one counts. Sensors that are not in the key
-    `sensors`, or not in `choice`, are disabled.
+    If two keys set the same parameter, the later one counts. Sensors that are not in the value of
+    the key `sensors`, or not in `choice`, are disabled.
     """
     found: Settings = {}
     on = values.get(SENSORS)
@@ -160,7 +182,7 @@ def settings_of(
 
 
 def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
-    """Return the parameters that a key sets; a preset sets several."""
+    """Return the parameters that one key sets, with their values; a preset sets several."""
     if parameter == PRESET:
         return dict(next(p.values for p in kind.presets if p.identifier == value))
     if parameter in specs(kind.parameters) and _is_number(value):
@@ -170,9 +192,10 @@ def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
 
 
 def shared_settings(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
-    """Return the settings that can change other sensors' readings.
+    """Return those settings of a run that can change other sensors' readings.
 
-    These are poses, because housings block rays, and all settings of sensors that are not `free`.
+    These are the poses of sensors, because housings block rays, and all settings of sensors that
+    are not `free`.
     """
     found = {
         name: {

@@ -54,9 +54,18 @@ SEEDS = 2**31
 
 @dataclass(frozen=True)
 class Range:
-    """Numbers from `first` to `last`, evenly spaced or, with `log`, by equal factors.
+    """Numbers between two limits, from which a study takes values.
 
-    With `whole` they are whole numbers. `steps` is their count in a grid.
+    Attributes
+    ----------
+    first, last : float
+        The smallest and the largest number.
+    steps : int
+        How many numbers a grid takes, limits included.
+    log : bool
+        Whether numbers are taken evenly on a logarithmic scale, and not on a linear one.
+    whole : bool
+        Whether only whole numbers are taken.
     """
 
     first: float
@@ -66,7 +75,7 @@ class Range:
     whole: bool = False
 
     def at(self, share: float) -> float:
-        """Return the number at a share from 0 to 1."""
+        """Return the number at a share of the range: 0 is the first number, 1 the last."""
         # Exactly the last number, without rounding errors.
         if share == 1.0:
             return self.last
@@ -75,13 +84,13 @@ class Range:
         return self.first + share * (self.last - self.first)
 
     def values(self) -> list[Value]:
-        """Return the values of a grid."""
+        """Return the values that a grid takes."""
         found = [self.at(step / (self.steps - 1)) for step in range(self.steps)]
         # Rounding can give the same whole number twice.
         return list(dict.fromkeys(map(round, found))) if self.whole else list(found)
 
     def drawn(self, share: float) -> Value:
-        """Return the value for a random share from 0 to below 1."""
+        """Return the value for a random number `share`, which is from 0 to below 1."""
         if not self.whole:
             return self.at(share)
         # All whole numbers are equally likely, also the ends.
@@ -91,7 +100,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Function:
-    """A measure by a user's own function; `source` is the text of its file."""
+    """A measure that is a user's own function; `source` is the text of the function's file."""
 
     file: Path
     name: str
@@ -99,7 +108,7 @@ class Function:
 
     @property
     def label(self) -> str:
-        """The file and function, as in the study."""
+        """The names of the file and of the function, as written in the study."""
         return f"{self.file.name}:{self.name}"
 
 
@@ -107,14 +116,42 @@ class Function:
 class Study:
     """A study as read from its file.
 
-    `vary` has the values, or the range, of each varied key, and `fixed` the value of each other
-    key. `lines` has the position of each key in the file. Paths are absolute.
-
-    With `routines`, each run simulates `days` from midnight of `start`. A sensor that switches on
-    gives a false alarm if its room is empty for `empty_for` s before and after.
-
-    `best` is the main measure and "most" or "least". With `together`, runs that differ in their
-    sensors only share one simulation. Sensors that are not in `choice` are disabled in all runs.
+    Attributes
+    ----------
+    name : str
+        The name of the study's file.
+    homes, routines : tuple of Path
+        The files of the homes and routines, as absolute paths.
+    start : date or None
+        With routines: the date at whose midnight each run begins.
+    days : int
+        With routines: how many days each run simulates.
+    vary : dict
+        For each varied key, its values or their range.
+    fixed : dict
+        For each other key, its value.
+    lines : dict of str to str
+        The position of each key in the file.
+    measure, functions : tuple
+        The names of the measures, and the measures that are a user's own functions.
+    draw : str
+        How values are combined to runs: "grid", "list", "random" or "sobol".
+    runs, draw_seed : int
+        How many combinations are drawn at random, and the seed for that.
+    seeds : tuple of int
+        The seeds with which each combination is run.
+    frames : tuple of 2 ints, or None
+        Without routines: the first and last frame, or None for the scene's range.
+    keep : tuple of str
+        The logs to keep, such as "events".
+    best : tuple of 2 str, or None
+        The main measure, and whether "most" or "least" of it is best.
+    empty_for : float
+        How long a room is empty before and after a false alarm, s.
+    together : bool
+        Whether runs that differ only in their sensors share one simulation.
+    choice : SensorChoice
+        The sensors to use. All others are disabled in all runs.
     """
 
     name: str
@@ -139,12 +176,12 @@ class Study:
     choice: SensorChoice = ALL_SENSORS
 
     def where(self, key: str) -> str:
-        """Return the position in the file of a key of [vary] or [set]."""
+        """Return the position in the file of a key of [vary] or [set], for errors."""
         return self.lines.get(key, self.name)
 
 
 def read(path: Path) -> Study:
-    """Read a study from a file; raise `InputError` for errors."""
+    """Read a study from a file; raise `InputError` if it is invalid."""
     try:
         content = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -155,7 +192,7 @@ def read(path: Path) -> Study:
 
 
 def _study(top: TomlTable, folder: Path) -> Study:
-    """Return the study in a table; paths are relative to `folder`."""
+    """Return the study that a TOML table describes; its paths are relative to `folder`."""
     homes = top.take("home", lambda value: _files(value, folder))
     routines = top.take("routine", lambda value: _files(value, folder), ())
     measure, functions = top.take(
@@ -206,7 +243,10 @@ def _study(top: TomlTable, folder: Path) -> Study:
 
 
 def _keys(top: TomlTable, name: str) -> TomlTable:
-    """Return the table [vary] or [set]; raise `InputError` for keys that are not parameters."""
+    """Return the table [vary] or [set].
+
+    Raise `InputError` if one of its keys is no parameter of sensors.
+    """
     table = top.below(top.take(name, dict, {}), name)
     for key in table.values:
         if "." not in key and key != SENSORS:
@@ -219,7 +259,10 @@ def _keys(top: TomlTable, name: str) -> TomlTable:
 
 
 def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
-    """Return the values of a key of [vary]; raise `InputError` if there are none."""
+    """Return the values of a key of [vary], or their range.
+
+    Raise `InputError` if there are none.
+    """
     found = table.values[key]
     if isinstance(found, dict):
         below = table.below(found, key)
@@ -246,7 +289,10 @@ def _scalar(value: Any) -> Value:
 
 
 def _names(value: Any, what: str = "") -> tuple[str, ...]:
-    """Return one or several names; with `what`, raise `ValueError` if there is none."""
+    """Return a text, or the texts of a list, as a tuple of names.
+
+    If `what` is given, raise `ValueError` for an empty list; the error says what it should name.
+    """
     found = (text(value),) if isinstance(value, str) else texts(value)
     if what and not found:
         raise ValueError(f"it names no {what}")
@@ -254,9 +300,10 @@ def _names(value: Any, what: str = "") -> tuple[str, ...]:
 
 
 def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
-    """Return all choices of `least` to `most` sensors, small ones first.
+    """Return all choices of at least `least` and at most `most` of the named sensors.
 
-    Raises `InputError` for errors in the table, and for too many choices.
+    Choices with fewer sensors come first. Raise `InputError` if the table is invalid, or if there
+    are too many choices.
     """
     names = table.take("of", texts)
     if not names:
@@ -281,7 +328,7 @@ def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
 
 
 def _range(table: TomlTable) -> Range:
-    """Return the range in a table; raise `InputError` for errors."""
+    """Return the range that a table describes; raise `InputError` if it is invalid."""
     any_number = number(-1e12, 1e12)
     found = Range(
         table.take("from", any_number),
@@ -299,7 +346,10 @@ def _range(table: TomlTable) -> Range:
 
 
 def _check_ranges(study: Study) -> None:
-    """Raise `InputError` if the varied values do not fit the way of drawing."""
+    """Raise `InputError` if a study's `draw` cannot use the varied values.
+
+    A grid needs ranges with steps, and "list" needs lists of one length.
+    """
     lists = {key: values for key, values in study.vary.items() if not isinstance(values, Range)}
     for key, values in study.vary.items():
         if isinstance(values, Range) and study.draw == "list":
@@ -374,7 +424,7 @@ def _is_measured(column: str, measure: tuple[str, ...]) -> bool:
 
 
 def _seeds(value: Any) -> tuple[int, ...]:
-    """Return the given seeds, or seeds from 1 on for a number of seeds."""
+    """Return the seeds of a list or, for a number n, the seeds from 1 to n."""
     if isinstance(value, list):
         found = tuple(map(_whole(0, SEEDS - 1), value))
         if not found or len(set(found)) < len(found):
@@ -394,7 +444,10 @@ def _frames(value: Any) -> tuple[int, int]:
 
 
 def _whole(low: int, high: int) -> Any:
-    """Return a reader for whole numbers from `low` to `high`."""
+    """Return a function that reads a whole number from `low` to `high`.
+
+    This function raises `ValueError` for anything else.
+    """
 
     def read_whole(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
@@ -410,7 +463,7 @@ Setting = dict[str, Value]
 
 
 class Run(NamedTuple):
-    """A run: its number from 1, its varied values, and its seed."""
+    """A run of a study: its number from 1, its values of the varied keys, and its seed."""
 
     number: int
     setting: Setting
@@ -418,7 +471,7 @@ class Run(NamedTuple):
 
 
 def count_of(study: Study) -> int:
-    """Return the number of runs; raise `InputError` if there are too many."""
+    """Return how many runs a study has; raise `InputError` if there are too many."""
     if study.draw in ("random", "sobol"):
         settings = study.runs
     elif study.draw == "list":
@@ -432,7 +485,7 @@ def count_of(study: Study) -> int:
 
 
 def runs_of(study: Study) -> Iterator[Run]:
-    """Yield all runs in order: each setting with every seed."""
+    """Yield all runs in order: each combination of varied values with every seed."""
     number = itertools.count(1)
     for setting in _settings(study):
         for seed in study.seeds:
@@ -440,7 +493,7 @@ def runs_of(study: Study) -> Iterator[Run]:
 
 
 def _settings(study: Study) -> Iterator[Setting]:
-    """Yield the combinations of varied values."""
+    """Yield the combinations of varied values, each as values by key."""
     ways = list(study.vary.values())
     rows: Iterable[tuple[Value, ...]]
     if study.draw == "grid":
@@ -455,12 +508,12 @@ def _settings(study: Study) -> Iterator[Setting]:
 
 
 def _values_of(way: Sequence[Value] | Range) -> Sequence[Value]:
-    """Return the values of a list, or the values of a range in a grid."""
+    """Return the values of a list, or the values that a grid takes from a range."""
     return way.values() if isinstance(way, Range) else way
 
 
 def _drawn(way: Sequence[Value] | Range, share: float) -> Value:
-    """Return the value of a list or range at a share from 0 to below 1."""
+    """Return the value of a list or range for a random number, from 0 to below 1."""
     return way.drawn(share) if isinstance(way, Range) else way[int(share * len(way))]
 
 

@@ -28,9 +28,9 @@ _received: dict[str, Path] = {}
 
 
 def digest_of(facts: Mapping[str, Any]) -> str:
-    """Return a digest of plain data in 24 hexadecimal digits, which identifies a run.
+    """Return a digest of plain data, such as of all that a run depends on.
 
-    The order of keys does not change it; the order of lists does.
+    It has 24 hexadecimal digits. It depends on the order of lists, but not on that of keys.
     """
     text = json.dumps(facts, sort_keys=True, ensure_ascii=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:24]
@@ -43,7 +43,7 @@ def digest_of_bytes(content: bytes) -> str:
 
 @dataclass(frozen=True)
 class File:
-    """A file that runs need: its path at the driver, and its digest."""
+    """A file that runs need: its path on the driver's machine, and its digest."""
 
     path: str
     digest: str
@@ -58,9 +58,31 @@ class File:
 class Task:
     """All that a worker needs for a run.
 
-    `shared_settings` are the `settings` that can change other sensors' readings. `functions` are
-    the user's measures as (label, name, source). All workers of the study have these `versions`.
-    `days_in` is the driver's folder for unfinished days.
+    Attributes
+    ----------
+    digest : str
+        Identifies the run.
+    home, routine : File
+        The blend file, and the routine's file or None.
+    seed : int
+        The seed of the run.
+    settings, shared_settings : dict
+        The settings of sensors. The shared ones are those of them that can change the readings of
+        other sensors.
+    measure, functions : tuple
+        The names of the measures, and the user's own as (label, name, source).
+    keep : tuple of str
+        The logs to keep.
+    versions : dict of str to str
+        The versions that all workers of the study have.
+    frames : tuple of 2 ints, or None
+        The first and last frame of a run without a routine.
+    start, days : str and int
+        The date of the first day, and the number of days.
+    empty_for : float
+        How long a room is empty before and after a false alarm, s.
+    days_in : str
+        The driver's folder for the simulated days of runs that are not finished.
     """
 
     digest: str
@@ -84,8 +106,18 @@ class Task:
 class RunResult:
     """The result of a run.
 
-    `values` are the measures by name. `error` names the measures that failed, or is empty. `files`
-    are the logs to keep, by name.
+    Attributes
+    ----------
+    digest : str
+        Identifies the run.
+    values : dict
+        The value of each column.
+    seconds : float
+        The time that the run took.
+    error : str
+        The errors of the measures that failed, or "".
+    files : dict of str to str
+        The logs to keep, by name.
     """
 
     digest: str
@@ -98,19 +130,19 @@ class RunResult:
 # Cached for the process, which removes it: without the cache each file would get a folder.
 @cache
 def _folder() -> tempfile.TemporaryDirectory[str]:
-    """Return the folder of received files."""
+    """Return the folder for files that this worker receives."""
     return tempfile.TemporaryDirectory(prefix="angen-study-")
 
 
 class FilesOfStudy(distributed.WorkerPlugin):
-    """A plugin that brings files to each worker which cannot read the driver's disk."""
+    """A Dask plugin that brings files to each worker that cannot read the driver's disk."""
 
     def __init__(self, name: str, files: Mapping[File, bytes]) -> None:
         self.name = name
         self._files = dict(files)
 
     def setup(self, worker: Any) -> None:
-        """Store the files on a worker that has just connected."""
+        """Store the files on a worker that has just connected, if it does not have them."""
         for file, content in self._files.items():
             try:
                 local_path(file)
@@ -121,7 +153,10 @@ class FilesOfStudy(distributed.WorkerPlugin):
 
 
 def local_path(file: File) -> Path:
-    """Return the path of a file here; raise `AngenError` if it is missing or differs."""
+    """Return the path of a file on this machine.
+
+    Raise `AngenError` if the file is missing, or if its content is not that of the driver's file.
+    """
     path = Path(file.path)
     if path.is_file() and _digest(path, path.stat().st_mtime_ns) == file.digest:
         return path
@@ -133,14 +168,20 @@ def local_path(file: File) -> Path:
 # Cached for the process: without the cache each run takes 1 ms a megabyte more.
 @cache
 def _digest(path: Path, changed: int) -> str:
-    """Return the digest of a file; `changed` is its time stamp, part of the cache's key."""
+    """Return the digest of a file.
+
+    `changed` is the file's time stamp. It is an argument only so that the cache notices a change.
+    """
     return digest_of_bytes(path.read_bytes())
 
 
 # Cached for the process: without the cache each run takes 11 ms more.
 @cache
 def versions(_: None = None) -> dict[str, str]:
-    """Return the versions that results depend on; raise `AngenError` without Blender's module."""
+    """Return the versions on which results depend.
+
+    Raise `AngenError` if Blender's Python module is missing.
+    """
     try:
         import bpy
         import numpy
@@ -157,7 +198,10 @@ def versions(_: None = None) -> dict[str, str]:
 
 
 def _code() -> str:
-    """Return a digest of the source, because one version number has many states in development."""
+    """Return a digest of the source code.
+
+    While developing, the code changes without a new version number.
+    """
     root = Path(__file__).resolve().parents[1]
     found = hashlib.sha256()
     for folder in ("sensor_logic", "angen_addon", "residents", "studies"):
@@ -167,7 +211,7 @@ def _code() -> str:
 
 
 def differences(ours: dict[str, str], theirs: dict[str, str]) -> str:
-    """Return the versions that differ, in words, or ""."""
+    """Return a text with the versions that differ, or ""."""
     return ", ".join(
         f"{name} {ours.get(name)} and {theirs.get(name)}"
         for name in sorted({*ours, *theirs})

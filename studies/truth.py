@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Score the sensors' reports of days against what people did."""
+"""Score what sensors report on days against what people did."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PRESENCE_QUANTITIES = ("motion", "opening", "occupancy", "proximity")
 
 
 class CausedEvent(NamedTuple):
-    """A row of events.csv; `time_s` is since the first midnight."""
+    """A row of events.csv; `time_s` is the time since the first midnight."""
 
     time_s: float
     sensor: str
@@ -32,7 +32,7 @@ class CausedEvent(NamedTuple):
 
 
 class Activity(NamedTuple):
-    """A row of activities.csv, in seconds since the first midnight."""
+    """A row of activities.csv, with times in seconds since the first midnight."""
 
     start_s: float
     end_s: float
@@ -42,7 +42,10 @@ class Activity(NamedTuple):
 
 
 class Where(NamedTuple):
-    """A row of people.csv: the room of a person from that time on, empty while away."""
+    """A row of people.csv: where a person is from the time `time_s` on.
+
+    The room is "" while the person is away.
+    """
 
     time_s: float
     person: str
@@ -52,7 +55,7 @@ class Where(NamedTuple):
 
 @dataclass(frozen=True)
 class Truth:
-    """The argument `truth` of a user's own function: what people did, and where they were."""
+    """What people did, and where they were: the argument `truth` of a user's own function."""
 
     activities: tuple[Activity, ...]
     people: tuple[Where, ...]
@@ -60,9 +63,9 @@ class Truth:
 
 @dataclass(frozen=True)
 class StudyDays:
-    """The argument `recording` of a user's own function for days, and their truth.
+    """The events of `days` whole days, and their truth.
 
-    They are `days` whole days.
+    For runs with a routine, it is the argument `recording` of a user's own function.
     """
 
     events: tuple[CausedEvent, ...]
@@ -71,7 +74,10 @@ class StudyDays:
 
 
 def days_from_rows(rows: DayRows, days: int) -> StudyDays:
-    """Return the events and truth of `days` whole days, to the millisecond as in the tables."""
+    """Return the events and truth of `days` whole days.
+
+    Times are cut to milliseconds, as in the tables.
+    """
     events = (
         CausedEvent(
             _seconds(e.time), e.sensor, e.kind, e.field, format_value(e.value), e.person, e.because
@@ -105,20 +111,21 @@ def scores(
     rooms : mapping of str to str
         The room of each sensor.
     empty_for : float
-        Time before and after for which the room of a false alarm is empty, s.
+        A sensor that switches on gives a false alarm if its room is empty from this long before
+        until this long after, s.
 
     Returns
     -------
     noticed
-        Share of the activities at home during which some sensor of their room is on.
+        Share of the activities at home during which a sensor in their room is on.
     missed_per_day
-        The other activities.
+        Number of the other activities at home, per day.
     delay_s
         Mean time from the start of a noticed activity until such a sensor is on.
     false_alarms_per_day
-        Times that a sensor switches on while its room is empty.
+        Number of false alarms, per day.
     activities_per_day
-        Activities at home.
+        Number of activities at home, per day.
     """
     on = on_spans(recording)
     room = on["by"].map(lambda sensor: rooms.get(sensor, ""))
@@ -141,10 +148,10 @@ def scores(
 
 
 def on_spans(recording: StudyDays) -> pandas.DataFrame:
-    """Return when each sensor was on, by any of its fields that show people.
+    """Return when each sensor was on, from those of its fields that show people.
 
-    The columns are `by` (the sensor's name), `start` and `end` in s. Spans of a sensor do not
-    touch.
+    The columns are `by` (the sensor's name), `start` and `end` in s. Spans of a sensor that touch
+    or overlap are joined into one.
     """
     presence_fields = {
         (kind.identifier, field.name)
@@ -164,7 +171,10 @@ def on_spans(recording: StudyDays) -> pandas.DataFrame:
 
 
 def _occupied(recording: StudyDays) -> pandas.DataFrame:
-    """Return when each room was occupied: `by` (the room), `start` and `end` in s."""
+    """Return when each room was occupied.
+
+    The columns are `by` (the room), `start` and `end` in s.
+    """
     table = pandas.DataFrame(list(recording.truth.people), columns=Where._fields)
     ends = table.groupby("person")["time_s"].shift(-1).fillna(recording.days * DAY_S)
     at_home = table["room"] != ""
@@ -174,7 +184,7 @@ def _occupied(recording: StudyDays) -> pandas.DataFrame:
 def _merge_spans(
     by: Iterable[str], start: Iterable[float], end: Iterable[float]
 ) -> pandas.DataFrame:
-    """Return sorted spans, in which touching spans of the same `by` are one."""
+    """Return the spans, sorted; those of the same `by` that touch or overlap become one."""
     spans = _typed(by=by, start=start, end=end).sort_values(["by", "start", "end"])
     ended = spans.groupby("by")["end"].cummax().groupby(spans["by"]).shift(fill_value=-math.inf)
     number = (spans["start"] > ended).cumsum()
@@ -184,12 +194,12 @@ def _merge_spans(
 def _make_windows(
     by: Iterable[str], since: Iterable[float], until: Iterable[float]
 ) -> pandas.DataFrame:
-    """Return sorted windows of time."""
+    """Return a table of windows of time, sorted by their start `since`."""
     return _typed(by=by, since=since, until=until).sort_values("since")
 
 
 def _typed(by: Iterable[str], **seconds: Iterable[float]) -> pandas.DataFrame:
-    """Return a table whose columns have the same types with and without rows."""
+    """Return a table whose columns have the same types, whether or not it has rows."""
     times = {name: pandas.Series(list(column), dtype=float) for name, column in seconds.items()}
     return pandas.DataFrame({"by": pandas.Series(list(by), dtype=object), **times})
 
@@ -197,9 +207,10 @@ def _typed(by: Iterable[str], **seconds: Iterable[float]) -> pandas.DataFrame:
 def _next_span(
     windows: pandas.DataFrame, spans: pandas.DataFrame, touching: bool
 ) -> pandas.DataFrame:
-    """Return the windows that a span of the same `by` overlaps, each with the first such span.
+    """Return the windows that a span of the same `by` overlaps.
 
-    With `touching` it is enough that they touch.
+    Each comes with the first such span. If `touching`, it is enough that the span touches the
+    window.
     """
     found = pandas.merge_asof(
         windows,

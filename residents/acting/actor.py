@@ -352,7 +352,7 @@ class Actor:
         self.is_ignored = posture == AWAY or self.build.is_cat
 
     def end_stay(self) -> None:
-        """Record the time spent in the present posture and place."""
+        """End the stay at the present place in the present posture, and record it."""
         if self.now > self._posed_since:
             stay = Stay(self._posed_since, self.now, self.name, self.place, self.posture)
             self.stays.append(stay)
@@ -361,13 +361,16 @@ class Actor:
     # Clips, gestures and walking.
 
     def add_clip(self, seconds: float, pose: Callable[[Array], BodyPose]) -> None:
-        """Append a clip; `pose` takes the seconds since its start."""
+        """Append a clip of `seconds` s.
+
+        `pose` takes the seconds (n,) since the start of the clip and returns the poses.
+        """
         self.timeline.clips.append(Clip(self.now, self.now + seconds, pose))
         self.now += seconds
         self.pose = pose(np.array([seconds]))
 
     def stay_until(self, until: float) -> None:
-        """Keep still until a time."""
+        """Keep still until a time; do nothing if it is over."""
         if until <= self.now:
             return
         if (
@@ -424,7 +427,10 @@ class Actor:
         self.timeline.gestures.append(Gesture(start, start + seconds, rise, fall, apply))
 
     def walk(self, path: Array, yaw: float | None) -> None:
-        """Walk along closely spaced points (n, 2), then turn to `yaw`."""
+        """Walk along closely spaced points (n, 2), then turn until looking along `yaw` (rad).
+
+        If `yaw` is None, do not turn at the end.
+        """
         build = self._walks_as
         steps = footsteps(self.stand, path, yaw, build)
         if len(steps) <= 2:
@@ -493,7 +499,7 @@ class Actor:
         self.walk(resample(path) if far else path[:1], yaw)
 
     def lie(self, place: Place) -> None:
-        """Lie down from sitting on the edge of the bed."""
+        """Lie down on a bed, from sitting on its edge."""
         assert self._seated is not None
         seated, flat = self._seated, lying(self._seated, place.target, place.yaw)
         self.add_clip(LIE_DOWN, lambda t: lying_down(seated, flat, t / LIE_DOWN))
@@ -520,7 +526,7 @@ class Actor:
         self.last_place = place.name
 
     def rise(self) -> None:
-        """Get up and stand before the seat or bed."""
+        """Get up from a seat or bed and stand before it; do nothing while standing."""
         if self._seated is None or self._seat is None:
             return
         seated, flat = self._seated, self.pose
@@ -625,14 +631,14 @@ class Actor:
         self.stay_until(self.now + seconds)
 
     def take(self, thing: str, point: Array) -> None:
-        """Take a thing at a point into a hand."""
+        """Touch a thing at a point and take it into the hand."""
         side = self.free_hand_for(point)
         at = self.touch(point)
         self.hands[thing] = side, at
         self.home.holds.setdefault(thing, []).append(Hold(at, side, person=self.name))
 
     def put(self, thing: str, place: Place) -> None:
-        """Put a thing down at a place."""
+        """Put a thing that the person holds down at a place."""
         at = self.touch(place.target)
         self._let_go(thing, at)
         self.home.holds[thing].append(Hold(at, None, self.home.put_position(thing, place)))
@@ -658,9 +664,10 @@ class Actor:
     # Doors and drawers.
 
     def move_leaf(self, door: Door, after: float) -> None:
-        """Open or close a leaf, with a hand on the handle.
+        """Move a leaf to the opening `after`, with a hand on the handle.
 
-        When opening, the hand follows the first part of the movement; when closing, the last part.
+        While the leaf opens, the hand follows the first part of the movement. While it closes, the
+        hand follows the last part.
         """
         hand = self.free_hand_for(door.handle_at(door.closed))
         opening = abs(after - door.closed) > 0.02

@@ -260,7 +260,7 @@ def _acted(home: HomeInUse, people: list[Performer]) -> Acted:
 
 
 def _of_day(found: list[T]) -> list[T]:
-    """Return the entries within the day, cut at midnight."""
+    """Return those entries that overlap the day, cut at both midnights."""
     inside = [one for one in found if one.end > 0.0 and one.start < DAY]
     return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
 

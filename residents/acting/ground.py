@@ -424,7 +424,7 @@ def _leaf(door: Door, opening: float) -> Array:
 
 
 def _block(floor: Floor, free: NDArray[np.bool_], points: Array) -> None:
-    """Mark the cells at points as not free."""
+    """Mark the cells of the mask `free` that have one of the points (n, 2) as not free."""
     index = np.floor((points - floor.low) / floor.size).astype(int)
     index = index[((index >= 0) & (index < free.shape)).all(axis=1)]
     free[index[:, 0], index[:, 1]] = False

@@ -101,7 +101,7 @@ class HomeInUse:
         return self.openings.get(door.name, 0.0)
 
     def is_open(self, door: Door) -> bool:
-        """Return whether a leaf is open at all."""
+        """Return whether a leaf is at least a little open."""
         return abs(self.opening(door) - door.closed) > 0.02
 
     def stands_open(self, door: Door, occupant: Occupant) -> bool:
@@ -123,12 +123,12 @@ class HomeInUse:
         self.openings[door.name] = after
 
     def record_switch(self, object: str, on: bool, time: float, person: str) -> None:
-        """Record that a person switches a lamp."""
+        """Record that a person switches the lamp `object` on or off."""
         self.switches.append(Switch(time, object, on, person))
         self.lamps[object] = on
 
     def state(self) -> tuple[dict[str, bool], dict[str, float], dict[str, str]]:
-        """Return copies of the present lamps, openings and things."""
+        """Return copies of `lamps`, `openings` and `things`."""
         return dict(self.lamps), dict(self.openings), dict(self.things)
 
     def record_initial_state(

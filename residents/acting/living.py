@@ -58,7 +58,7 @@ class Performer(Navigator):
         self.rest_at(place, posture)
 
     def start_away(self) -> None:
-        """Start the day out of the home, before an entrance."""
+        """Start the day outside the home, in front of an entrance."""
         door = self.home.places.entrances[0]
         side = self.home.ground.inner_side(door, self.radius)
         spot = self.home.ground.spot_or_estimate(door, -side, self.radius)
@@ -102,7 +102,7 @@ class Performer(Navigator):
             self._current = activity, self.now
 
     def _end_activity(self) -> None:
-        """Record the present activity as done."""
+        """End the present activity, and record it as done."""
         if self._current is not None and self.now > self._current[1]:
             activity, start = self._current
             self.done.append(ActedActivity(start, self.now, self.name, activity, ""))
@@ -225,7 +225,7 @@ class Performer(Navigator):
             self.lie(place)
 
     def _carry(self, step: ActivityStep) -> Process:
-        """Take a thing, or put it down."""
+        """Take a thing, or put it down, as the step says."""
         where = step.at or self.home.things.get(step.name, step.name)
         if step.word == "take" and step.name in self.hands:
             return
@@ -243,7 +243,7 @@ class Performer(Navigator):
             self.home.things[step.name] = where
 
     def _drink(self, step: ActivityStep) -> Process:
-        """Drink from a cup; put it back if the person did not hold it before."""
+        """Drink from a cup; if the person did not hold it before, take it and put it back."""
         held = step.name in self.hands
         if not held:
             yield from self._carry(replace(step, word="take"))

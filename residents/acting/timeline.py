@@ -158,7 +158,7 @@ class Timeline:
         return pose
 
     def poses(self, times: Array) -> BodyPose:
-        """Return the poses at times (n,), n > 0."""
+        """Return the poses at times (n,), gestures included; n must be above 0."""
         times = np.asarray(times, float)
         pose = self.base(times)
         first, last = times.min(), times.max()
@@ -183,7 +183,7 @@ class Timeline:
 
 
 def merge_spans(spans: Sequence[tuple[float, float]]) -> Array:
-    """Return the union (k, 2) of spans, sorted, without overlaps."""
+    """Return spans (k, 2) that cover the same times as `spans`, sorted and without overlaps."""
     result: list[list[float]] = []
     for start, end in sorted(spans):
         if result and start <= result[-1][1]:
@@ -205,7 +205,7 @@ OVER = 0.4
 
 @dataclass(frozen=True)
 class LeafSwing(Swing):
-    """A movement of a leaf by a person's hand; openings in rad or m as in `Door`."""
+    """A movement of a leaf by the hand of a person; see `Door` for the openings."""
 
     person: str
 

@@ -76,7 +76,7 @@ class Floor:
 
 
 def _distance(free: NDArray[np.bool_]) -> Array:
-    """Return the Euclidean distance to the nearest cell that is not free, in cells.
+    """Return the distance of each cell to the nearest cell that is not free, in cells.
 
     References
     ----------
@@ -178,7 +178,10 @@ def _cheapest(
     last: tuple[int, int],
     radius: float,
 ) -> list[tuple[int, int]]:
-    """Return the cells of the cheapest path; raise `NoPath` if there is none."""
+    """Return the cells of the cheapest path from `first` to `last` within the mask `wide`.
+
+    Raises `NoPath` if there is none.
+    """
     easy = np.clip((radius + EASY_M - floor.clearance) / EASY_M, 0.0, 1.0)
     price = (1.0 + (EASY - 1.0) * easy).tolist()
     free = wide.tolist()
@@ -235,7 +238,7 @@ def _straighten(floor: Floor, points: Array, radius: float) -> Array:
 
 
 def _clearances(floor: Floor, points: Array) -> Array:
-    """Return the clearances at points (n, 2), m."""
+    """Return the distances from points (n, 2) to the nearest obstacle, m."""
     index = np.floor((points - floor.low) / floor.size).astype(int)
     x, y = np.clip(index, 0, np.array(floor.free.shape) - 1).T
     found: Array = floor.clearance[x, y]

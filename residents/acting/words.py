@@ -78,9 +78,9 @@ class ActivityStep:
 
 
 def parse_step(text: str, where: str, places: Places) -> ActivityStep:
-    """Parse a step; raise `InputError` for an unknown word or name.
+    """Parse the text of a step; raise `InputError` for an unknown word or name.
 
-    `where` is its position in the file.
+    `where` is the step's position in the file, for errors.
     """
     word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
     if word is None:
@@ -114,7 +114,7 @@ def parse_step(text: str, where: str, places: Places) -> ActivityStep:
 
 
 def _check_thing(step: ActivityStep, thing: Place) -> None:
-    """Raise `InputError` for a thing that nobody can carry."""
+    """Raise `InputError` if a thing is not marked as Use, or is too large to carry."""
     if thing.use != USE:
         raise step.error(
             f"its Use is {thing.use.title()}, and only what is marked as Use can be carried"
@@ -180,7 +180,7 @@ class ActivitySteps:
 
     @property
     def places(self) -> set[str]:
-        """The places that the steps name."""
+        """The names of the places at which a step has the person stand, sit, lie or work."""
         return {step.name for step in self.all_steps if step.word in POSTURES}
 
     @property
@@ -190,7 +190,7 @@ class ActivitySteps:
 
 
 def read_activities(routine: Routine, places: Places) -> Mapping[str, ActivitySteps]:
-    """Return the steps of all activities by name, including being away.
+    """Return the steps of each activity by its name; the activity of being away is added.
 
     Raises `InputError` for a step that cannot be parsed.
     """

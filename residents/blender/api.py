@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A home with residents, opened by a script: their places, a part of a day, days."""
+"""A home with residents, opened by a script: its places, days, and parts of a day."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ from .settings import add_resident
 
 
 def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
-    """Return the household of the open home from a date on. Raise AngenError."""
+    """Return the people of a plan in the open home, for days from the date `start` on.
+
+    Raise `AngenError` if an argument is invalid.
+    """
     with explained("start", InputError):
         first = parse_date(start) if isinstance(start, str) else start
     return Household(bpy.context.scene, sensors, plan, first, seed)

@@ -93,8 +93,8 @@ class Causes:
     def explain_left(self) -> None:
         """Find the causes of the events that `note` has kept, by simulating their frames again.
 
-        Call it while the scene still has the keys for the time of these events, and no sensor is
-        sensing.
+        Call it while the scene still has the keyframes for the time of these events, and no sensor
+        is sensing.
         """
         if not self.wanted:
             self.events += (event for name in self._sensors for event in self.new.take_of(name))

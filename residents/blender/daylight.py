@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sun and sky of a home, keyed by date, hour and place on Earth.
+"""The sun and sky of a home, animated by date, hour and place on Earth.
 
 The strengths of sun and sky in the blend file hold for the sun's altitude in the file. At another
 altitude both change in the proportion that `residents/days/sun.py` computes. Sun and sky change in
@@ -35,7 +35,7 @@ LOWEST = math.radians(5.0)
 
 
 class Daylight:
-    """Context manager that keys sun and sky over a day, and removes the keys at the end.
+    """Context manager that animates sun and sky over a day, and removes the keyframes at the end.
 
     Sun and sky stay as in the file if the home has no sun, or if no light sensor is simulated. The
     same holds if the place on Earth is not set.
@@ -68,7 +68,7 @@ class Daylight:
             yield from _skies(self._scene.world)
 
     def insert_keys(self) -> None:
-        """Insert the keys, and store the frames at which references of light are measured.
+        """Insert the keyframes, and store the frames at which references of light are measured.
 
         The caller restores the earlier values.
         """
@@ -121,7 +121,7 @@ class Daylight:
             self._key(tree, path, frames, socket.default_value * skies[:, None])
 
     def _key(self, owner: Any, path: str, frames: Array, values: Array) -> None:
-        """Insert keys with `values`, shape (n, k), at n frames; each column has its own curve."""
+        """Insert keyframes with `values`, shape (n, k), at n frames; each column has its own curve."""
         curves = Curves(owner, "Daylight")
         self._keyed.append(owner)
         for index, column in enumerate(values.T):

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Key a stretch of a day in the open home: bodies, door leaves, lamps, and carried things.
+"""Insert keyframes for a stretch of a day: for bodies, door leaves, lamps, and carried things.
 
 Frame 1 is midnight, and a second has 10 frames, unless `KeyedStretch` gets other values. An object
-has keys only at the frames at which it moves. In between, and outside the stretch, its values are
-constant.
+has keyframes only where it moves. In between, and outside the stretch, its values are constant.
 """
 
 from __future__ import annotations
@@ -59,16 +58,18 @@ class Curves:
         self, path: str, index: int, frames: ArrayLike, values: ArrayLike,
         interpolation: ArrayLike = LINEAR,
     ) -> None:  # fmt: skip
-        """Replace the keys of a curve.
+        """Replace the keyframes of a curve.
 
         Parameters
         ----------
+        path, index
+            Data path and array index of the curve.
         frames
-            The frames of the keys, strictly increasing, shape (n,).
+            The frames of the keyframes, strictly increasing, shape (n,).
         values
             The values, shape (n,).
         interpolation
-            CONSTANT or LINEAR, one for all keys or one for each, shape (n,).
+            CONSTANT or LINEAR: one for all keyframes, or one for each, shape (n,).
         """
         at = np.stack([np.asarray(frames, np.float32), np.asarray(values, np.float32)], 1)
         curve = self.curves.find(path, index=index) or self.curves.new(path, index=index)
@@ -110,7 +111,7 @@ class ReplacedAnimation:
         self.curves = Curves(owner, f"Day {owner.name}")
 
     def restore(self) -> None:
-        """Restore the former action, and the property values that the keys have changed."""
+        """Restore the former action, and the property values that the new action has changed."""
         data, (action, slot) = self.owner.animation_data, self._earlier or (None, None)
         data.action = action
         if action is not None and slot is not None:
@@ -123,7 +124,7 @@ class ReplacedAnimation:
 
 
 class KeyedStretch:
-    """Keys for one stretch of a day at a time, which replace the home's own animation.
+    """Keyframes for one stretch of a day at a time, which replace the home's own animation.
 
     `clear` restores the home.
 
@@ -158,7 +159,7 @@ class KeyedStretch:
         self._replaced.clear()
 
     def show(self, acted: Acted, start: float, end: float) -> None:
-        """Key the home from `start` to `end` (s of the day), in place of the former stretch."""
+        """Insert keyframes from `start` to `end` (s of the day), in place of the former stretch."""
         first, last = self._frame_at(start), self._frame_at(end)
         frames = np.arange(ceil(first - 1e-6), floor(last + 1e-6) + 1)
         scene = bpy.context.scene
@@ -182,9 +183,10 @@ class KeyedStretch:
     def _show_body(
         self, person: str, line: Timeline, frames: Index
     ) -> tuple[Array, BodyPose, Bones]:  # fmt: skip
-        """Key a resident's armature and walking frame.
+        """Insert keyframes for a resident's armature and walking frame.
 
-        Return the keyed frames, the poses at them, and the bones of these poses.
+        Return the frames that have keyframes, the poses at these frames, and the bones of the
+        poses.
         """
         rig = self._residents[person]
         at = self._moving_frames(frames, line.moving())
@@ -257,10 +259,10 @@ class KeyedStretch:
         self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
         shown: Mapping[str, tuple[Array, BodyPose, Bones]],
     ) -> None:  # fmt: skip
-        """Key a thing that is carried, put down or drunk from.
+        """Insert keyframes for a thing that is carried, put down or drunk from.
 
-        In a hand, the centre of its bounding box is in the palm. Put down, the middle of its
-        underside is at the place.
+        While it is in a hand, the centre of its bounding box is in the palm. When it is put down,
+        the middle of its underside is at the place.
         """
         obj = bpy.data.objects[name]
         before = self._world_of(obj)
@@ -304,11 +306,11 @@ class KeyedStretch:
         return self._begins + (frames - 1) / self._fps
 
     def _moving_frames(self, frames: Index, spans: Array) -> Array:
-        """Return those of `frames` at which a body needs keys.
+        """Return those of `frames` at which a body needs keyframes.
 
-        Each movement has keys from the frame before it to the frame after it. The first and the
-        last of `frames` have keys too, and so has the first one after each gap in them. `spans` are
-        start and end of the movements, shape (n, 2), in s.
+        Each movement has keyframes from the frame before it to the frame after it. The first and
+        the last of `frames` have one too, and so has the first one after each gap in `frames`.
+        `spans` are start and end of the movements, shape (n, 2), in s.
         """
         keyed = np.zeros(len(frames), bool)
         keyed[[0, -1]] = True
@@ -326,15 +328,15 @@ class KeyedStretch:
         return self._replaced[owner].curves
 
     def _world_of(self, obj: Any) -> Matrix:
-        """Return an object's world matrix as in the file, before any keys were written."""
+        """Return the world matrix that an object has in the file, before keyframes are inserted."""
         if obj.name not in self._world:
             self._world[obj.name] = obj.matrix_world.copy()
         return self._world[obj.name]
 
     def _write_placed(self, obj: Any, at: Array, worlds: list[Matrix]) -> None:
-        """Key location and rotation of an object, so that it has the world matrices `worlds`.
+        """Insert keyframes for location and rotation, so that an object has given world matrices.
 
-        There is one matrix for each of the frames `at`.
+        `worlds` has one matrix for each of the frames `at`.
         """
         above = Matrix()
         if obj.parent is not None:
@@ -369,7 +371,7 @@ def _carried(
 
 
 def _yaw_interpolation(yaw: Array) -> Index:
-    """Return the interpolation to use after each key of a yaw, shape (n,).
+    """Return the interpolation to use after each keyframe of a yaw, shape (n,).
 
     It is constant where the yaw jumps by a whole turn, and linear elsewhere.
     """
@@ -388,7 +390,7 @@ def lights_of(lamp: Any) -> set[Any]:
 def _power(light: Any) -> float:
     """Return the power that a light has when it is on.
 
-    This is the largest of its present power and the values that the file's own keys give it.
+    This is the largest of its present power and the values in the file's own keyframes.
     """
     data = light.animation_data
     if data is None:

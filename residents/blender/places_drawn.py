@@ -102,7 +102,7 @@ def _leaf(obj: Any, metres: float) -> Array:
 def _signature(obj: Any) -> tuple[Any, ...]:
     """Return all values on which the lines of a marked object depend.
 
-    A leaf with keys is drawn shut, so its present matrix is left out.
+    A leaf with keyframes is drawn shut, so its present matrix is left out.
     """
     mark, keyed = obj.angen_place, obj.animation_data is not None and obj.animation_data.action
     at = obj.matrix_world if not (keyed and mark.use in (DOOR, CURTAIN)) else Matrix()

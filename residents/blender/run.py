@@ -123,7 +123,7 @@ class DayRun:
     residents
         The object of each person.
     keys
-        Keys what the residents do, one stretch of the day after the other.
+        Inserts the keyframes for this, one stretch of the day after the other.
     number
         The number of the day, from 0.
     between
@@ -400,9 +400,9 @@ class Household:
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:
-        """Context manager in which keys of what residents move replace the home's own animation.
+        """Context manager in which what residents move can be animated in place of the home's story.
 
-        It yields the object that writes these keys, for residents, doors, lamps and things.
+        It yields the object that inserts the keyframes, for residents, doors, lamps and things.
         """
         # Keep the keys of lamps: they say with what power a lamp shines when it is on.
         lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]

@@ -171,7 +171,7 @@ def _state_of_animation(owner: Any) -> dict[str, Any]:
 
 
 def _values(part: Any) -> dict[str, Any]:
-    """Return the values of the properties that keys change."""
+    """Return the values of those properties that keyframes of a day change."""
     found = {name: getattr(part, name) for name in MOVED if hasattr(part, name)}
     return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
 

@@ -214,13 +214,14 @@ def spline(points: Array, at: Array) -> Array:
     Parameters
     ----------
     points : array, shape (k, d)
-        Control points; the first and last are repeated.
+        Control points. The first and the last one are repeated.
     at : array, shape (n,)
-        Parameters: i is near control point i.
+        Parameters of the curve; at the parameter i it is near the control point i.
 
     Returns
     -------
     array, shape (n, d)
+        The points of the curve.
     """
     i = np.floor(at).astype(int)
     t = (at - i)[:, None]
@@ -416,7 +417,10 @@ def rolled_foot(
 
 
 def standing(stand: Stance, floor: float, build: Build = ADULT) -> BodyPose:
-    """Return the single pose with both feet flat and the arms down, as a walk begins and ends."""
+    """Return the single pose of a standing person, in which a walk begins and ends.
+
+    Both feet are flat on the floor, and the arms hang down.
+    """
     x, y = stand.centre
     scale = build.scale
     steps = (stand.left, stand.right)

@@ -343,7 +343,10 @@ def _with_wrist_at(pose: BodyPose, side: int, wrist: Array, weight: Array) -> Bo
 
 
 def drinking(pose: BodyPose, side: int, weight: Array) -> BodyPose:
-    """Return the poses with a hand at the mouth and the head tilted back."""
+    """Return the poses with a hand at the mouth and the head tilted back.
+
+    A `weight` (n,) of 0 leaves the pose as it is, 1 is the whole movement.
+    """
     bones = trunk(pose)
     offset = _MOUTH * (1.0, SIGN[side], 1.0) * pose.build.scale
     pose = _with_wrist_at(
@@ -354,7 +357,10 @@ def drinking(pose: BodyPose, side: int, weight: Array) -> BodyPose:
 
 
 def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
-    """Return the poses with the forearm held level."""
+    """Return the poses with the forearm of one side held level.
+
+    A `weight` (n,) of 0 leaves the pose as it is, 1 is the whole movement.
+    """
     arms = pose.arms
     level = arms.one(
         side, forward=0.12 + 0.3 * (arms.forward[:, side] - 0.03), away=0.10, inward=0.30,
@@ -364,5 +370,8 @@ def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
 
 
 def upright(pose: BodyPose, tilt: Array) -> Array:
-    """Return the rotations (n, 4) of a carried thing, its top tilted towards the face."""
+    """Return the rotations (n, 4) of a carried thing that is tilted by `tilt` (n,), rad.
+
+    The thing turns with the body's heading, and its top is tilted towards the face.
+    """
     return compose_all(rotation_z(pose.heading), rotation_y(-tilt))

@@ -109,7 +109,11 @@ class Leg:
 
 
 class Skeleton:
-    """The bones of a person or cat, with each bone's head at rest and its parent, by name."""
+    """The bones of a person or cat.
+
+    `head` has the position (3,) of each bone's head at rest, and `parent` the name of its parent,
+    both by the bone's name.
+    """
 
     def __init__(
         self, bones: tuple[Bone, ...], legs: tuple[tuple[tuple[str, ...], float], ...]

@@ -349,7 +349,7 @@ def _shoes_and_hands() -> list[Part]:
 
 
 def _step(t: ArrayLike) -> Array:
-    """Return a smooth step from 0 at −1 to 1 at +1."""
+    """Return a smooth step of `t`, which rises from 0 at −1 to 1 at +1."""
     return ease(np.asarray(t) * 0.5 + 0.5)
 
 

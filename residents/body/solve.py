@@ -33,7 +33,11 @@ _ARM_HINGE = np.array([0.0, -1.0, 0.0])
 
 @dataclass(frozen=True)
 class Bones:
-    """The rotation (n, 4) of each bone and the position (n, 3) of its head, in the world."""
+    """The solved bones of a pose, by name.
+
+    `turn` has the rotation (n, 4) of each bone, and `at` the position (n, 3) of its head, in the
+    world.
+    """
 
     turn: dict[str, Array]
     at: dict[str, Array]
@@ -141,7 +145,7 @@ def joint(bones: Bones, pose: BodyPose, bone: str) -> Array:
 
 
 def solve(pose: BodyPose) -> Bones:
-    """Return the rotations and positions of all bones."""
+    """Return the rotations and positions of all bones in a pose."""
     pose = pose.take(slice(None))
     bones = trunk(pose)
     for number, leg in enumerate(skeleton_of(pose.build).legs):

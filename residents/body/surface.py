@@ -19,9 +19,9 @@ Corner = tuple[float, float, float]
 
 
 def ball(centre: ArrayLike, radii: ArrayLike) -> Shape:
-    """Return an ellipsoid with half axes `radii`, m.
+    """Return the shape of an ellipsoid with half axes `radii`, m.
 
-    The distance is exact only near the surface.
+    Its distance is exact only near the surface.
     """
     c, r = np.asarray(centre, float), np.broadcast_to(np.asarray(radii, float), (3,))
 
@@ -35,7 +35,7 @@ def ball(centre: ArrayLike, radii: ArrayLike) -> Shape:
 
 
 def capsule(a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Shape:
-    """Return a cone with round ends.
+    """Return the shape of a cone with round ends.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def loft(
 
 
 def smooth_table(x: Array, y: Array, at: Array) -> Array:
-    """Interpolate a table with monotone cubics, held constant beyond both ends.
+    """Interpolate a table with monotone cubics; beyond its ends the values are constant.
 
     Parameters
     ----------
@@ -130,14 +130,14 @@ def smooth_table(x: Array, y: Array, at: Array) -> Array:
 
 
 def smooth_min(a: Array, b: Array, k: float) -> Array:
-    """Return the smaller of two distances, with the edge between them rounded.
+    """Return the smaller of two distances, with a smooth transition where they are similar.
 
     Parameters
     ----------
     a, b : array, shape (n,)
         Distances to two surfaces, m.
     k : float
-        Range of differences over which the minimum is smooth, m.
+        Difference of the distances up to which the transition is smooth, m.
     """
     h = np.maximum(k - np.abs(a - b), 0.0) / k
     result: Array = np.minimum(a, b) - h * h * k / 4

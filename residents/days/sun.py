@@ -28,9 +28,14 @@ RADIUS = math.radians(0.267)
 class Site:
     """A place on Earth.
 
-    `latitude` and `longitude` are in rad, north and east positive. `utc_offset` is in hours,
-    positive if local clocks are ahead of UTC. `north` is the angle from the home's +y to north, in
-    rad, counter-clockwise seen from above.
+    Attributes
+    ----------
+    latitude, longitude : float
+        North and east are positive, rad.
+    utc_offset : float
+        Positive if local clocks are ahead of UTC, h.
+    north : float
+        The angle from the home's +y to north, counter-clockwise seen from above, rad.
     """
 
     latitude: float

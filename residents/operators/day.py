@@ -35,7 +35,7 @@ _computed: ComputedDay | None = None
 
 @dataclass(frozen=True)
 class ComputedDay:
-    """A day computed with the panel's settings; `key` identifies these settings."""
+    """A day computed with the panel's settings; `key` has the values that identify these."""
 
     key: Any
     acted: Acted

@@ -52,7 +52,7 @@ class ANGEN_UL_done(UIList):
 
 
 def _draw_run(layout: Any, settings: Any) -> None:
-    """Draw the settings of a run of whole days, in a subpanel that is closed at first."""
+    """Draw the settings for running whole days, in a subpanel that is closed at first."""
     header, body = layout.panel("ANGEN_day_run", default_closed=True)
     header.label(text="Run into a Folder")
     if body is None:

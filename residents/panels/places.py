@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panels of the active object as a place for residents, and of all places (Physics, sidebar)."""
+"""Panels on the places of residents (Physics tab and sidebar).
+
+One is for the active object as a place, the other for all places.
+"""
 
 from __future__ import annotations
 

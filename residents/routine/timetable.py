@@ -86,7 +86,7 @@ class Draws:
     first: date
 
     def stream(self, person: str, day: int, purpose: str) -> Stream:
-        """Return the stream of a person, day and purpose."""
+        """Return the random numbers for a person, day and purpose."""
         return Stream(self.seed, person, day_number(self.first) + day, purpose)
 
 
@@ -345,7 +345,10 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
 
 
 def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]:
-    """Return start, end, person and activity of a row; raise `InputError` for errors."""
+    """Return start, end, person and activity of a diary's row.
+
+    Raise `InputError` if the row is invalid.
+    """
     with explained(where, ValueError):
         start, end = (datetime.fromisoformat((row[key] or "").strip()) for key in ("start", "end"))
     person, activity = ((row[key] or "").strip() for key in ("person", "activity"))

@@ -337,7 +337,7 @@ def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
 
 
 def _curves(results: Results, measures: Sequence[str]) -> Iterator[Plot]:
-    """Yield the response curves of all measures."""
+    """Yield pictures with the curves of each measure against what was varied."""
     for measure in measures:
         yield Plot(f"{measure} against what varied", curves(results, [measure], measure))
     for measure in ("events", "active"):

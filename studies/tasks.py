@@ -50,7 +50,7 @@ class File:
 
     @property
     def name(self) -> str:
-        """The file's name without folders."""
+        """The file's name without its folder."""
         return Path(self.path).name
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the sensor that panels and handles show: the active one, or one in an active instance."""
+"""Find the sensor that panels and handles show: the active object, or one in an active instance."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from ..scene.sensors import Sensor, sensor_of
 def active_sensor(context: Any) -> Sensor | None:
     """Return the active sensor, or None.
 
-    An active housing stands for its sensor. For a collection instance it is the sensor inside that
-    was last shown, or else the first one.
+    If a housing is the active object, it is the sensor of that housing. If a collection instance
+    is, it is the sensor inside that was shown last, or else the first one.
     """
     obj = stands_for(context.view_layer.objects.active)
     if obj is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a kind of sensor looks in Blender, and what panels and explanations say of it."""
+"""What each kind of sensor defines for Blender: housing, figures, panel rows and explanations."""
 
 from __future__ import annotations
 
@@ -16,60 +16,62 @@ from .overlay.figures import Figure, beams, plain_figure
 
 
 def model_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return the rays that the model casts."""
+    """Return the rays that the model casts: the default of `Appearance.plan_rays`."""
     return sight.rays(metres)
 
 
 def no_rows(layout: Any, context: Any, sensor: Any, seen: Any) -> None:
-    """Add no rows to the panel."""
+    """Add no rows to the panel: the default of `Appearance.details`."""
 
 
 def no_reading_figure(pose: Any, fields: Mapping[str, Any], metres: float) -> None:
-    """Draw no figure for a reading."""
+    """Return no figure: the default of `Appearance.reading_figure`."""
 
 
 def no_more_facts(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Return an explanation without further facts."""
+    """Return the explanation `found` unchanged: the default of `Appearance.lacking`."""
     return found
 
 
 def no_scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> None:
-    """Draw no figure for the last update."""
+    """Return no figure: the default of `Appearance.scan_figure`."""
 
 
 def no_lit_figure(seen: Any, number: int, met: RaysMet, before: Any, metres: float) -> None:
-    """Draw no figure for a change since the update before."""
+    """Return no figure: the default of `Appearance.lit_figure`."""
 
 
 @dataclass(frozen=True)
 class Appearance:
-    """The appearance of a kind. Each attribute has a default, which a kind may replace.
+    """The appearance of a kind of sensor. Each attribute has a default, which a kind may replace.
 
     Attributes
     ----------
     housings
-        Functions that return the housing of a preset's part; "" for all other presets. Default: a
-        cube.
+        Functions that return a housing, by the identifier of a preset. The function of "" is for
+        all presets that have none. Default: a cube.
     stand
-        How a sensor is turned on a surface. Default: it looks away from the surface.
+        Function that turns a new sensor on a surface. Default: it looks away from the surface.
     plan_rays
-        The rays that the floor plan shows. Default: the rays of the model.
+        Function that returns the rays of the floor plan. Default: the rays of the model.
     figure
         Draws a sensor (a `DrawnSensor`). Default: a cross if it casts no rays.
     rays_figure
         Draws a bundle of its rays, given the number of the bundle and its hits. Default: beams.
     scan_figure
-        Draws a bundle that was cast at the last update.
+        Draws a bundle of rays that the sensor cast at its last update. Default: nothing.
     lit_figure
-        Draws what moved in that bundle, given the ranges (n,) of the scan before.
+        Draws where such a bundle met movement, given the ranges (n,) of the scan before. Default:
+        nothing.
     reading_figure
-        Draws a reading that has the `drawn_fields`.
+        Draws a reading that has the `drawn_fields`. Default: nothing.
     drawn_fields
         Names of the fields that `reading_figure` needs.
     handles
         The handles to drag in 3D views.
     outlined
-        Whether the sensor senses with the upper side of its body, which is then outlined.
+        Whether the sensor senses with the upper side of its body, such as a pad. The view outlines
+        that side.
     explain
         Explains an update. Default: its fields and parameters.
     lacking

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draw the handles of the active sensor in 3D views: gizmos to drag, as for cameras and lamps.
 
-Each handle moves along a path, on which each place stands for a value. Dragging sets the value
-whose place is nearest to the mouse. Ctrl snaps, Shift makes small steps, Esc and the right button
-restore the value.
+Each handle moves along a path in the world, and each point of the path stands for a value. Dragging
+sets the value whose point is nearest to the mouse. Ctrl snaps, Shift makes small steps, Esc and the
+right button restore the value.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ COLOUR, HIGHLIGHT = (1.0, 1.0, 1.0), (1.0, 0.85, 0.3)
 ROUND = 20
 # Font, and sizes in pixels at an interface scale of 1.
 TEXT_FONT, TEXT_SIZE, TEXT_OFF = 0, 12.0, 12.0
-# Newton's method along a path: the most steps; a small change as a share of the value; the least
-# value (m, rad) that changes are shares of; and the least pixels along the path that double the
-# value. With fewer pixels the mouse cannot set it.
+# Newton's method along a path: the greatest number of steps, a small change relative to the value,
+# and the least value (m, rad) that changes are relative to. If doubling the value moves the handle
+# by fewer than LEAST_PIXELS, the mouse cannot set it.
 STEPS, SMALL, LARGE, LEAST_PIXELS = 12, 1e-3, 0.1, 2.0
 PRECISE = 0.1
 
@@ -58,7 +58,10 @@ def _shape() -> list[tuple[float, float, float]]:
 
 
 def sensor_with_handles(context: Any) -> Sensor | None:
-    """Return the active sensor if it is selected and editable, else None."""
+    """Return the active sensor if its handles are shown, or None.
+
+    It must be selected, editable and in no instance, in Object Mode and not during a run.
+    """
     settings, obj = context.scene.angen_overlay, context.view_layer.objects.active
     if not (settings.show and settings.handles) or context.mode != "OBJECT" or obj is None:
         return None
@@ -70,7 +73,7 @@ def sensor_with_handles(context: Any) -> Sensor | None:
 
 
 def handles_of(sensor: Sensor) -> list[Handle | SizeHandle]:
-    """Return the handles that a sensor's present settings use."""
+    """Return the handles whose parameters the sensor uses with its present settings."""
     return [handle for handle in appearance_of(sensor.kind).handles if handle.is_used(sensor)]
 
 
@@ -85,7 +88,8 @@ def in_world(
 ) -> Callable[[float], Array]:
     """Return a function from a handle's value to its place (3,) in the world, in Blender units.
 
-    The sensor's scale has no effect. Raise `AngenError` if the sensor has no valid pose.
+    The place does not depend on the sensor's scale. `metres` are the metres in a Blender unit.
+    Raise `AngenError` if the sensor has no valid pose.
     """
     with explained(f"'{sensor.name}'", ValueError, raised=AngenError):
         pose = _pose(sensor.object.matrix_world.copy().freeze(), metres)
@@ -98,7 +102,7 @@ def in_world(
 
 
 def pixels_of_handles(context: Any) -> list[Pixel]:
-    """Return the pixels at which a 3D view shows handles."""
+    """Return the pixels at which the present 3D view shows handles."""
     sensor = sensor_with_handles(context) if context.space_data.show_gizmo else None
     if sensor is None:
         return []
@@ -115,14 +119,14 @@ def pixels_of_handles(context: Any) -> list[Pixel]:
 def drag_value(
     project: Callable[[float], Pixel | None], value: float, target: Pixel, low: float, high: float
 ) -> float:
-    """Return the value whose pixel is nearest to a target pixel, within limits.
+    """Return the value from `low` to `high` whose pixel is nearest to a target pixel.
 
-    Newton's method starts at `value`. Where the path hardly moves on the screen the value stays.
+    The search is Newton's method. It ends where a change of the value hardly moves the pixel.
 
     Parameters
     ----------
     project
-        Function from a value to its pixel, None behind the eye.
+        Function from a value to its pixel. It returns None behind the viewer.
     value
         The value to start from.
     target
@@ -213,7 +217,7 @@ class ANGEN_GT_handle(Gizmo):
 
 
 def _write(context: Any, matrix: Matrix, text: str) -> None:
-    """Write a text beside the handle that has this matrix."""
+    """Write a text on the screen, beside the handle that has this matrix."""
     import blf
     import gpu
 
@@ -272,7 +276,7 @@ class ANGEN_GGT_handles(GizmoGroup):
 
 
 def matrix_of(context: Any, sensor: Sensor, handle: Handle | SizeHandle) -> Matrix:
-    """Return the matrix of a handle at its place, facing the eye, with X along its path.
+    """Return the world matrix of a handle. It faces the viewer, with its X axis along its path.
 
     Raise `AngenError` if the sensor has no valid pose.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The handles that a kind of sensor may have: the place of each, and the value that it changes.
+"""The handles that a kind of sensor can have: where each is, and which value dragging it changes.
 
 Each kind lists its handles in its `Appearance`. `gizmos.py` draws them and follows the mouse.
 """
@@ -28,7 +28,7 @@ Point = Sequence[float]
 
 
 class _Override:
-    """Parameters of a sensor, with another value for one of them."""
+    """The parameters of a sensor, of which one has another value."""
 
     def __init__(self, parameters: Any, name: str, value: float) -> None:
         self._parameters, self._name, self._value = parameters, name, value
@@ -39,9 +39,10 @@ class _Override:
 
 @dataclass(frozen=True)
 class Handle:
-    """The handle of one parameter.
+    """The handle that changes one parameter.
 
-    `at` returns the place (3,) of the handle in m, in the sensor's axes, from the parameters.
+    `parameter` is its name. `at` is a function of all parameters. It returns the place (3,) of the
+    handle in m, in the sensor's axes.
     """
 
     parameter: str
@@ -72,11 +73,17 @@ class Handle:
         return max(spec.minimum, LEAST if spec.positive else 0.0), spec.maximum
 
     def point(self, sensor: Sensor, value: float) -> Array:
-        """Return the place (3,) in m of the handle for a value, in the sensor's axes."""
+        """Return the place (3,) of the handle if the parameter has this value.
+
+        It is in m, in the sensor's axes.
+        """
         return np.array(self.at(_Override(sensor.parameters, self.parameter, value)), np.float64)
 
     def set(self, sensor: Sensor, value: float, snap: bool = False) -> None:
-        """Set the parameter within its limits, in few digits; with `snap`, in fewer."""
+        """Set the parameter to a rounded value within its limits.
+
+        With `snap`, round it more coarsely.
+        """
         low, high = self.limits(sensor)
         is_angle = self._spec(sensor).unit == "rad"
         rounded = _rounded_angle(value, snap) if is_angle else _rounded_length(value, snap)
@@ -89,16 +96,16 @@ class Handle:
 
 @dataclass(frozen=True)
 class SizeHandle:
-    """The handle at an edge of a body, in the middle of its upper side.
+    """A handle in the middle of an edge of the upper side of a sensor's body.
 
-    Its value is the distance of the edge from the origin along `axis` (0 or 1), in m. Dragging it
-    scales the object.
+    Its value is the distance of that edge from the origin, along `axis` (0 for X, 1 for Y), in m.
+    Dragging it scales the object.
     """
 
     axis: int
 
     def _edge(self, sensor: Sensor) -> Array:
-        """Return the place (3,) of the handle in the object's axes, in Blender units."""
+        """Return the middle (3,) of the edge in the object's axes, in Blender units."""
         corners = np.array(sensor.object.bound_box, np.float64)
         low, high = corners.min(axis=0), corners.max(axis=0)
         edge: Array = (low + high) / 2.0
@@ -106,7 +113,7 @@ class SizeHandle:
         return edge
 
     def _scale(self, sensor: Sensor) -> Array:
-        """Return the metres in a unit of each of the object's axes, shape (3,)."""
+        """Return how many metres (3,) a unit of each of the object's axes is in the world."""
         metres = unit_scale(bpy.context.scene)
         return np.array(sensor.object.matrix_world.to_scale(), np.float64) * metres
 
@@ -120,7 +127,7 @@ class SizeHandle:
         return f"Size {'XY'[self.axis]}"
 
     def text(self, sensor: Sensor, lengths: Lengths) -> str:
-        """Return the size from edge to edge, with its unit."""
+        """Return the size of the body from edge to edge, with its unit."""
         across = float(np.ptp(np.array(sensor.object.bound_box, np.float64)[:, self.axis]))
         return format_quantity(across * self._scale(sensor)[self.axis], "m", lengths)
 
@@ -133,19 +140,22 @@ class SizeHandle:
         return LEAST, math.inf
 
     def point(self, sensor: Sensor, value: float) -> Array:
-        """Return the place (3,) in m of the handle for a value, in the sensor's axes."""
+        """Return the place (3,) of the handle if the edge is at this distance from the origin.
+
+        It is in m, in the sensor's axes.
+        """
         point: Array = self._edge(sensor) * self._scale(sensor)
         point[self.axis] = value
         return point
 
     def set(self, sensor: Sensor, value: float, snap: bool = False) -> None:
-        """Set the distance in few digits; with `snap`, in fewer."""
+        """Set the distance to a rounded value; with `snap`, round more coarsely."""
         self.put(sensor, max(_rounded_length(value, snap), LEAST))
 
     def put(self, sensor: Sensor, value: float) -> None:
         """Set the distance to exactly this value."""
         sensor.object.scale[self.axis] *= value / self.value(sensor)
-        # Evaluate the world matrix, from which the value is read.
+        # Evaluate the world matrix: the value of this handle is computed from it.
         bpy.context.view_layer.update()
 
 
@@ -167,15 +177,23 @@ def _rounded_angle(radians: float, snap: bool) -> float:
 
 
 def ahead(name: str) -> Handle:
-    """Return the handle of a distance along the view."""
+    """Return the handle of a distance that the parameter `name` gives; it lies on the view axis."""
     return Handle(name, lambda parameters: (0.0, 0.0, -getattr(parameters, name)))
 
 
 def edge(name: str, aside: tuple[float, float], share: float, reach: str = "range_max") -> Handle:
     """Return the handle of an angle from edge to edge of the field of view.
 
-    Its place is at half of the `reach`. The direction to it is turned from the axis of the view by
-    `share` of the angle, towards `aside` (x, y).
+    Parameters
+    ----------
+    name
+        The parameter that has the angle.
+    aside
+        The direction (x, y) from the view axis to the handle.
+    share
+        The angle between the view axis and the handle, relative to the parameter's value.
+    reach
+        The parameter with the range. The handle is at half of it.
     """
 
     def at(parameters: Any) -> Point:

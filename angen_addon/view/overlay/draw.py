@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draw the fields of view and the states of sensors in 3D views, on the GPU.
 
-Drawing never does long work and writes nothing. If something is missing, it is left out, and
-`refresh.soon` is called for it.
+Drawing never does long work and writes nothing to the scene. A figure that is missing is left out,
+and `refresh.soon` has it made for a later redraw.
 """
 
 from __future__ import annotations
@@ -19,13 +19,16 @@ from .figures import Figure
 from .picture import DrawnSensors, Primitives, SensorRow, changing_figures, joined, picture
 
 THIN, BOLD = 1.2, 2.2
-# Draws after which an unchanged figure is joined with other unchanged ones.
+# After this many draws without a change a figure is joined with other unchanged ones.
 SETTLED = 12
 ORDER = ("fills", "thin", "bold", "top_fills", "top")
 
 
 def _sensors_to_draw(context: Any) -> DrawnSensors | None:
-    """Return the sensors to draw in this view; call for them if they are missing."""
+    """Return the sensors to draw in this view, or None.
+
+    If they are missing or outdated, `refresh.soon` has them made for a later redraw.
+    """
     scene, space = context.scene, context.space_data
     if not refresh.wanted(scene) or not space.overlay.show_overlays:
         return None
@@ -57,7 +60,7 @@ def rows_to_draw(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]
 
 
 def draw_fields() -> None:
-    """Draw fields of view in the world, before Blender draws over them."""
+    """Draw fields of view in the world: a draw handler, after Blender has drawn the scene."""
     context = bpy.context
     try:
         drawn = _sensors_to_draw(context)
@@ -92,7 +95,7 @@ def draw_labels() -> None:
 
 
 def _drop() -> None:
-    """Drop the overlay after undo has freed its objects."""
+    """Discard the overlay after undo has freed the objects that it refers to."""
     state.CACHE.overlay = None
     refresh.soon()
 
@@ -100,19 +103,23 @@ def _drop() -> None:
 class JoinedBatches:
     """What one view draws, in few GPU batches.
 
-    The figures of sensors that have not changed for a while are joined in a batch, which is kept
-    until one of them changes. All other figures are joined in a batch that is kept until any of
-    them changes. Drawing each figure alone would take 1 ms longer per frame.
+    The figures that have not changed for a while are joined in one batch, which is kept until one
+    of them changes. All other figures are joined in a second batch, which is made again whenever
+    one of them changes. Drawing each figure by itself would take 1 ms longer per frame.
     """
 
     def __init__(self) -> None:
         self._draws = 0
-        # By uid of a sensor: its last look, and the draw since which it has had that.
+        # By uid of a sensor: what it looked like last, and the number of the first draw of that.
         self._since: dict[Any, tuple[Any, int]] = {}
         self._kept: dict[str, tuple[Any, dict[str, Any]]] = {}
 
     def batches(self, rows: list[SensorRow], metres: float) -> list[dict[str, Any]]:
-        """Return the batches of these sensors, by the way they are drawn."""
+        """Return two groups of batches for these sensors: of settled figures, and of all others.
+
+        Each group has its batches by their names in `picture`. `metres` are the metres in a Blender
+        unit.
+        """
         self._draws += 1
         still: list[tuple[Figure, str, bool]] = []
         rest: list[tuple[Figure, str, bool]] = []

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines and surfaces of what a sensor sees, in the world, in Blender units.
+"""Lines and surfaces that show what a sensor sees, in the world, in Blender units.
 
-A kind names the meaning of each part of a figure. `picture.py` decides the look of each meaning.
+Each part of a figure has a meaning, such as the end of a ray. `picture.py` decides how each meaning
+is drawn.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ Lines = NDArray[np.float32]
 OFF_SURFACE = 0.01
 # m. Half of the size of the cross that stands for a sensor without rays.
 CROSS = 0.05
-# A point is left out if it is this near to the line between its neighbours, as on a flat wall: as a
-# share of the length of the line, and in m.
+# A point is left out if it is nearly on the line between its neighbours, as on a flat wall. The
+# greatest distance from that line, relative to the length of the line, and in m.
 STRAIGHT, EXACT = 2e-4, 2e-5
-# The hits of a zone form no plane if one is off the plane by more than this share of its range. An
-# edge then ends by this many rays beside it.
+# The hits of a zone lie in no plane if one is off it by more than this fraction of its range. The
+# length of an edge then follows from this many rays beside it.
 FLAT, BESIDE = 0.03, 3
 DASHES = 9
 DASHES_AT = np.linspace(0.0, 1.0, 2 * DASHES)[:, None]
@@ -36,7 +37,7 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 @dataclass(eq=False)
 class Figure:
-    """A figure: lines (n, 2, 3) and triangles `fills` (n, 3, 3), by their meaning."""
+    """A figure: lines (n, 2, 3) and triangles `fills` (n, 3, 3) in the world, by their meaning."""
 
     lines: dict[str, Lines] = field(default_factory=dict)
     fills: dict[str, Lines] = field(default_factory=dict)
@@ -85,10 +86,10 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
 def corners_of(
     met: RaysMet, apex: Array, edges: Array, metres: float, farthest: float = math.inf
 ) -> Array:
-    """Return the points where pyramids with a common apex end.
+    """Return the ends of the edges of pyramids that have a common apex.
 
-    The edges of a pyramid end on the plane that the rays within it hit. If their hits form no
-    plane, each edge ends with the nearest hit of the rays beside it, so that no edge goes through a
+    The edges of a pyramid end on the plane that the rays within it hit. If these hits lie in no
+    plane, each edge is as long as the nearest hit of the rays beside it. So no edge goes through a
     wall.
 
     Parameters
@@ -134,7 +135,7 @@ def corners_of(
 def straight(
     points: Array, drawn: NDArray[np.bool_], metres: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Merge steps between points into straight lines.
+    """Find the straight lines that steps between neighbouring points form.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def straight(
     Returns
     -------
     first, last : (rows, n − 1) array of bool
-        The drawn steps that begin and that end a straight line.
+        The drawn steps with which a straight line begins, and those with which it ends.
     """
     way, middle = points[:, 2:] - points[:, :-2], points[:, 1:-1] - points[:, :-2]
     square = np.maximum((way * way).sum(axis=2), 1e-24)
@@ -163,7 +164,7 @@ def straight(
 
 
 def plain_figure(seen: Any, metres: float) -> Figure:
-    """Draw a cross for a sensor that casts no rays."""
+    """Return the figure of a sensor that casts no rays: a cross."""
     figure = Figure()
     if not CAST & seen.sensor.kind.needs.keys():
         axes = seen.pose.axes.T * CROSS
@@ -172,7 +173,7 @@ def plain_figure(seen: Any, metres: float) -> Figure:
 
 
 def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw each ray up to its end."""
+    """Return the figure of a bundle of rays: each ray as a line up to its hit or its range."""
     figure = Figure()
     starts, ends, _ = ends_of(met, metres)
     figure.add("beam", pairs(starts, ends))
@@ -180,7 +181,10 @@ def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def surface_outline(evaluated: Any, place: Any) -> Array:
-    """Return the corners (4, 3) in the world of the upper side of an object's bounds."""
+    """Return the corners (4, 3) in the world of the upper side of an object's bounding box.
+
+    `evaluated` is the evaluated object, and `place` its world matrix.
+    """
     corners = np.array(evaluated.bound_box, np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     upper = [(lo[0], lo[1]), (hi[0], lo[1]), (hi[0], hi[1]), (lo[0], hi[1])]
@@ -190,7 +194,7 @@ def surface_outline(evaluated: Any, place: Any) -> Array:
 
 
 def pairs(one: Any, two: Any) -> Array:
-    """Return lines (…, 2, 3) from points to points."""
+    """Return lines (…, 2, 3) from the points `one` to the points `two`."""
     return np.stack([one, two], axis=-2)
 
 
@@ -200,11 +204,11 @@ def triangles(one: Any, two: Any, three: Any) -> Array:
 
 
 def dashes(one: Array, two: Array) -> Array:
-    """Return dashes (DASHES, 2, 3) from one point to another."""
+    """Return a dashed line as DASHES short lines (DASHES, 2, 3) between two points."""
     return (one + (two - one) * DASHES_AT).reshape(DASHES, 2, 3)
 
 
 def circle(middle: Array, x: Array, y: Array, radius: float) -> Array:
-    """Return the points (ROUND, 3) of a circle in the plane of the unit vectors `x` and `y`."""
+    """Return points (ROUND, 3) on a circle in the plane of the unit vectors `x` and `y`."""
     angles = np.arange(ROUND) * 2 * math.pi / ROUND
     return middle + radius * (np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y))

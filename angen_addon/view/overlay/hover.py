@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the sensor whose sign is below the mouse.
 
-Only gizmos learn where the mouse is. The gizmo here draws nothing and is never hit, so that clicks
-go to Blender and to `operators/sign_select.py`.
+Blender tells only gizmos where the mouse is. The gizmo here draws nothing and never counts as hit.
+Clicks therefore go to Blender and to `operators/sign_select.py`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ REACH = 11.0
 
 
 class ANGEN_GT_hover(Gizmo):
-    """An invisible gizmo that learns the position of the mouse."""
+    """An invisible gizmo that gets the position of the mouse."""
 
     bl_idname = "ANGEN_GT_hover"
 
@@ -56,7 +56,7 @@ def is_drawn(context: Context) -> bool:
 
 
 def sensor_at(context: Context, place: Any) -> Sensor | None:
-    """Return the sensor whose sign or label is at a place (pixels) of the region, or None."""
+    """Return the sensor whose sign or label is at `place`, in pixels of the region, or None."""
     drawn = state.CACHE.overlay
     if drawn is None or context.region is None or not is_drawn(context):
         return None
@@ -67,7 +67,7 @@ def sensor_at(context: Context, place: Any) -> Sensor | None:
 
 
 def note_hovered(context: Context, location: Any) -> None:
-    """Note the sensor whose sign is at a place (pixels), so that its label is shown in full."""
+    """Note the sensor whose sign is at `location` (pixels), so that its label is shown in full."""
     drawn = state.CACHE.overlay
     if drawn is None or context.region is None:
         return

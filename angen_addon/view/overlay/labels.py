@@ -20,7 +20,7 @@ Point = tuple[float, float]
 # Left, low, right and high, in pixels.
 Rect = tuple[float, float, float, float]
 
-# A label is at least this many times as far from other markers as from its own.
+# A label is at least this many times as far from other signs as from its own.
 APART = 2.0
 # Directions (sideways, upwards) from a marker to its label, in the order in which they are tried.
 SIDES = ((1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1))
@@ -37,33 +37,34 @@ def arrange(
     off: float,
     first: frozenset[int] = frozenset(),
 ) -> dict[int, Rect]:
-    """Find places for labels beside their markers, where it is plain which marker each belongs to.
+    """Find places for labels beside their markers, so that it is plain which belong together.
 
-    Labels lie in `free`, on nothing that is `covered`, on no other label, and near no other marker.
+    A marker is the point of a sensor's sign. Labels lie within `free`, on nothing that is
+    `covered`, on no other label, and not near the marker of another label.
 
     Parameters
     ----------
     markers
         The markers (2,) in pixels.
     sizes
-        Width and height (2,) of the label of each marker.
+        Width and height (2,) of the label of each marker, in pixels.
     order
         The numbers of the markers that may have a label, in the order in which places are found.
     wanted
-        The numbers of labels that come first. They may overlap other labels.
+        The numbers of the labels to place before all others. They may overlap other labels.
     free
         The part of the region for labels.
     covered
         The parts of the region that something else covers.
     off
-        The distance between a marker and its label.
+        The distance between a marker and its label, in pixels.
     first
-        The numbers of labels that come next. They may be near other markers.
+        The numbers of the labels to place after those. They may be near other markers.
 
     Returns
     -------
     dict of int to Rect
-        The places of the labels that fit, by their number.
+        The places of the labels that fit, by number of the marker.
     """
     placed: dict[int, Rect] = {}
     turns = list(order)
@@ -82,12 +83,12 @@ def arrange(
 
 
 def _count_other_markers(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
-    """Return the number of other markers near a label."""
+    """Return how many markers besides the label's `own` one are near a label."""
     return sum(n != own and _near(plate, m, APART * off) for n, m in enumerate(markers))
 
 
 def _plates_beside(marker: Point, size: Point, off: float) -> list[Rect]:
-    """Return the places for a label around its marker."""
+    """Return the places that a label of this size may have around its marker."""
     (x, y), (width, height) = marker, size
     found = []
     for aside, up in SIDES:
@@ -109,7 +110,7 @@ def _overlaps(one: Rect, two: Rect) -> bool:
 
 
 def _near(plate: Rect, point: Point, distance: float) -> bool:
-    """Return whether a point is less than a distance away from a label."""
+    """Return whether a point is less than `distance` pixels away from a label."""
     x = max(plate[0] - point[0], 0.0, point[0] - plate[2])
     y = max(plate[1] - point[1], 0.0, point[1] - plate[3])
     return x * x + y * y < distance * distance
@@ -122,7 +123,7 @@ TEXT_WIDTH, TEXT_HEIGHT, STATISTICS = 230.0, 46.0, 150.0
 
 
 def covered_rects(area: Any, region: Any, space: Any, preferences: Any) -> list[Rect]:
-    """Return the parts of the region (WINDOW) of a 3D view that something else covers."""
+    """Return the parts of a 3D view's main region that something else covers."""
     scale = preferences.system.ui_scale
     found = [rect for other in area.regions if (rect := _overlap_with(other, region)) is not None]
     left, right, top = 0.0, float(region.width), float(region.height)
@@ -153,7 +154,7 @@ def _overlap_with(other: Any, region: Any) -> Rect | None:
 
 
 def _navigation_rects(right: float, top: float, view: Any, scale: float) -> list[Rect]:
-    """Return the places of the axes, and of the buttons below them."""
+    """Return the parts that Blender's navigation axes, and the buttons below them, cover."""
     size = AXES_ONLY
     if view.mini_axis_type == "GIZMO":
         size = view.gizmo_size_navigate_v3d + ROUND_AXES
@@ -168,13 +169,13 @@ def _navigation_rects(right: float, top: float, view: Any, scale: float) -> list
 # Pixels at an interface scale of 1. HANDLE is half of the room for a handle.
 HANDLE = 12.0
 SIGN, FONT, GAP, PADDING = 5.0, 11.0, 6.0, 3.0
-# A sensor has no label if a metre at its place takes fewer pixels than this.
+# A sensor has no label if it is so far away that a metre there is shorter than this (pixels).
 LEAST_PIXELS_A_METRE = 22.0
 # Radius of the dark disc behind a sign, in radii of the sign.
 BACK = 1.7
 # Radius of the ring around a selected or hovered sign, in radii of the sign.
 RING = 2.1
-# At most this many sensors have labels, the nearest to the eye first.
+# At most this many sensors have labels: those nearest to the viewer.
 MOST_LABELS = 100
 PLATE = (0.06, 0.07, 0.08, 0.72)
 NAME = (0.95, 0.95, 0.95, 1.0)
@@ -193,22 +194,25 @@ class Word(NamedTuple):
 
 
 class RegionLabels:
-    """What one region shows, kept from frame to frame.
+    """The signs and labels of one region, kept from redraw to redraw.
 
     Attributes
     ----------
     markers, plates
         The places of signs and labels, by uid of the sensor.
     rooms
-        The places that were found for labels, by row.
+        The rectangles that were found for labels, by row. A label may be narrower than its
+        rectangle.
     words, batches
         The texts, and the GPU's copy of signs and labels.
     projected
-        The view and the matrices that were last projected, and the pixels.
-    places, widths, first
-        What the rooms were found for: markers and sizes, widths, and the active sensors.
+        The view and the matrices that were last projected, and the resulting pixels.
+    places
+        What `rooms` was found for: markers, sizes, the wanted labels, and what was covered.
+    widths, first
+        The widths and the active sensors that `rooms` was found for.
     picture
-        What the batches were made for.
+        What `words` and `batches` were made for.
     """
 
     def __init__(self) -> None:
@@ -225,9 +229,9 @@ class RegionLabels:
 
 
 def sign_at(board: RegionLabels, place: Point, reach: float) -> int | None:
-    """Return the uid of the sensor whose sign is nearest to a place and within reach, or None.
+    """Return the uid of the sensor whose sign is nearest to `place` and within `reach` pixels.
 
-    Without such a sign it is the sensor whose label is at the place.
+    If no sign is within reach, return the uid of the sensor whose label is at `place`, or None.
     """
     found = nearest(board.markers, place, reach)
     if found is not None:
@@ -236,7 +240,7 @@ def sign_at(board: RegionLabels, place: Point, reach: float) -> int | None:
 
 
 def nearest(markers: dict[int, Point], place: Any, reach: float) -> int | None:
-    """Return the key of the marker that is nearest to a place and within reach, or None."""
+    """Return the uid whose marker is nearest to `place` and within `reach` pixels, or None."""
     apart = {uid: (x - place[0]) ** 2 + (y - place[1]) ** 2 for uid, (x, y) in markers.items()}
     uid = min(apart, key=lambda u: apart[u], default=None)
     return uid if uid is not None and apart[uid] < reach * reach else None
@@ -259,7 +263,7 @@ def to_screen(
     Returns
     -------
     (n, 2) array
-        Pixels; NaN behind the eye.
+        Pixels; NaN for points behind the viewer.
     """
     clip = np.c_[points, np.ones(len(points))] @ matrix.T
     depth = np.where(clip[:, 3] > 1e-6, clip[:, 3], np.nan)
@@ -299,9 +303,10 @@ def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
 def _visible_rows(
     context: Any, board: RegionLabels, drawn: DrawnSensors, shown: list[SensorRow]
 ) -> tuple[list[SensorRow], list[Point], list[float]]:
-    """Return the rows in the view, their places, and the pixels of a metre at each.
+    """Return the sensors in the view, the pixels of their signs, and how long a metre is at each.
 
-    They are projected again only if the view or a sensor moved.
+    The length of a metre is in pixels. The signs are projected again only if the view or a sensor
+    moved.
     """
     region, view = context.region, context.region_data
     rows = [row for row in shown if row.seen.matrix is not None]
@@ -330,10 +335,25 @@ def _place_labels(
     wanted: frozenset[int],
     active: frozenset[int],
 ) -> None:
-    """Find the rooms for labels, unless the present ones still serve.
+    """Find the rectangles for labels (`board.rooms`), unless the present ones can be kept.
 
-    Labels stay in place while numbers change. New rooms are found if something moved, if a text is
-    longer than its room, or if an active sensor has no room.
+    They are kept while only numbers change, so that labels do not jump. They are found again if
+    something moved, if a text no longer fits, or if an active sensor has no label.
+
+    Parameters
+    ----------
+    board
+        The labels of the region.
+    markers
+        The signs in pixels, one for each row. The other lists have the same order.
+    near
+        The length of a metre at each sign, in pixels: greater for near sensors.
+    widths
+        The width of each label in pixels; 0 without a text.
+    wanted
+        The rows of selected and hovered sensors.
+    active
+        The rows of active sensors.
     """
     region, scale = context.region, context.preferences.system.ui_scale
     hidden = covered_rects(context.area, region, context.space_data, context.preferences)
@@ -349,7 +369,7 @@ def _place_labels(
         widths = [max(pair) for pair in zip(widths, board.widths, strict=True)]
     board.places, board.widths, board.first = places, widths, active
     height = (FONT + 2 * PADDING) * scale
-    # The nearest to the eye first, and equally near ones in the order of the list.
+    # Sensors near the viewer come first, and equally near ones in the order of the list.
     order = [
         n
         for n in sorted(range(len(near)), key=lambda n: -round(near[n], 3))
@@ -366,7 +386,7 @@ def _place_labels(
 
 
 def _plate(room: Rect, marker: Point, wide: float) -> Rect:
-    """Return the part of a room for a label of this width, next to its marker."""
+    """Return the rectangle of a label of this width, within its `room` and next to its marker."""
     left, low, right, high = room
     if right <= marker[0]:
         left = right - wide
@@ -376,9 +396,11 @@ def _plate(room: Rect, marker: Point, wide: float) -> Rect:
 
 
 def _texts(context: Any, name: str, one: ReadingText, full: bool) -> tuple[str, str]:
-    """Return the name and the reading; the full reading for a selected or hovered sensor.
+    """Return the name and the reading to write in a label; empty texts for what is not shown.
 
-    A sensor without a reading shows only its sign, unless it waits for the playhead to rest.
+    With `full` the reading is written in full, as for selected and hovered sensors. A sensor
+    without a reading shows only its sign. If its reading comes once the playhead rests, the label
+    says so.
     """
     settings = context.scene.angen_overlay
     is_nothing = one.icon == UNKNOWN and one.brief in ("", NOTHING)
@@ -387,7 +409,7 @@ def _texts(context: Any, name: str, one: ReadingText, full: bool) -> tuple[str, 
 
 
 def _plate_width(context: Any, texts: tuple[str, str]) -> float:
-    """Return the pixels of the plate of a label; 0 if it has no text."""
+    """Return the width of a label in pixels; 0 if it has no text."""
     if not any(texts):
         return 0.0
     scale = context.preferences.system.ui_scale
@@ -408,7 +430,7 @@ def _words(context: Any, plate: Rect, texts: tuple[str, str], one: ReadingText) 
 
 
 def _text_width(text: str, size: float) -> float:
-    """Return the pixels of a text in this size of the font."""
+    """Return the width of a text in pixels, in this size of the font."""
     import blf
 
     blf.size(TEXT_SIZE_FONT, size)
@@ -445,9 +467,11 @@ def _batches(
     marked: list[Point],
     sign: float,
 ) -> list[tuple[str, Any]]:
-    """Return the batches of signs, of rings around `marked` signs, and of the plates of labels.
+    """Return GPU batches of all signs and labels: the type of each, and the batch.
 
-    Each sign is drawn on a dark disc, so that it stands out from its background.
+    They have the signs at `markers`, rings around the signs at `marked`, and the dark ground of
+    labels (`plates`). Each sign is drawn on a dark disc, so that it stands out. `sign` is its
+    radius in pixels.
     """
     shapes = [_shape(row.shown.icon) for row in rows]
     ring = LOOKS[IDLE].lines.reshape(-1, 2) * np.float32(RING)

@@ -34,7 +34,7 @@ Points = NDArray[np.float32]
 
 
 def _ring(radius: float, parts: int = 16, gaps: int = 1) -> list[list[tuple[float, float]]]:
-    """Return a circle as lines; with `gaps` 2, every other line is missing."""
+    """Return a circle as `parts` lines; with `gaps` 2, every other line is missing."""
     at = [2 * math.pi * n / parts for n in range(parts + 1)]
     points = [(radius * math.cos(a), radius * math.sin(a)) for a in at]
     return [[points[n], points[n + 1]] for n in range(0, parts, gaps)]
@@ -55,10 +55,10 @@ def _array(shape: list[list[tuple[float, float]]], corners: int) -> Points:
 
 @dataclass(frozen=True)
 class Look:
-    """The look of a state.
+    """The look of a state of sensors.
 
-    `lines` (n, 2, 2) and `faces` (m, 3, 2) are those of its sign, about the origin, with a radius
-    of about 1. `strength` multiplies the opacity of the field of view.
+    `lines` (n, 2, 2) and `faces` (m, 3, 2) are the lines and triangles of the sign. They are about
+    the origin, with a radius of about 1. `strength` multiplies the opacity of the field of view.
     """
 
     colour: Colour
@@ -128,7 +128,10 @@ SELECTED, OTHER = 1.0, 0.8
 
 @dataclass(frozen=True)
 class Primitives:
-    """Points (n, 3) in the world with `colours` (n, 4); `corners`: 2 for lines, 3 for triangles."""
+    """Lines or triangles, with `points` (n, 3) in the world and their `colours` (n, 4).
+
+    `corners` is 2 for lines and 3 for triangles.
+    """
 
     points: Array32
     colours: Array32
@@ -136,10 +139,11 @@ class Primitives:
 
 
 def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]:
-    """Return the primitives of a figure, by the way they are drawn.
+    """Return the lines and triangles of a figure, by the name of their batch.
 
-    The ways are `fills`, `thin`, `bold`, `top_fills` and `top`. `icon` is that of the sensor's
-    state. The figure keeps the primitives of its last look.
+    The names are `fills`, `thin` and `bold`, and for what shows through walls `top_fills` and
+    `top`. `icon` is that of the sensor's state. The figure keeps the result for the icon and
+    selection that it was drawn with last.
     """
     look = icon, selected
     if figure.pictured is None or figure.pictured[0] != look:
@@ -176,7 +180,7 @@ def _join(parts: list[tuple[Array32, Array32]], corners: int) -> Primitives:
 
 
 def joined(pictures: Iterable[dict[str, Primitives]]) -> dict[str, Primitives]:
-    """Join the primitives of several figures that are drawn in the same way."""
+    """Return the pictures of several figures as one, by the name of their batch."""
     found: dict[str, list[Primitives]] = {}
     for one in pictures:
         for name, part in one.items():
@@ -194,10 +198,11 @@ def _one(parts: list[Primitives]) -> Primitives:
 def changing_figures(seen: Any, shown: ReadingText, metres: float) -> list[Figure]:
     """Return the figures of a sensor that change from update to update.
 
-    `seen` is a `DrawnSensor`, and `shown` its reading.
+    These are the figures of its last scan, of the movement seen in it, and of the reading. `seen`
+    is a `DrawnSensor`, and `shown` its reading.
     """
     found = [*seen.now]
-    # Only an active reading says that movement was seen.
+    # Movement is drawn only if the reading is active: the sensor may have ignored the movement.
     if shown.icon == ACTIVE:
         found += seen.lit
     of_reading = _reading_figure(seen, shown, metres)
@@ -205,9 +210,9 @@ def changing_figures(seen: Any, shown: ReadingText, metres: float) -> list[Figur
 
 
 def _reading_figure(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
-    """Return the figure that a valid reading adds, or None.
+    """Return the figure of a valid reading; None if the kind draws none.
 
-    It is the same object while the reading is equal.
+    While the drawn fields are equal, it is the same object.
     """
     look, fields = seen.appearance, shown.fields
     if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:
@@ -221,7 +226,7 @@ def _reading_figure(seen: Any, shown: ReadingText, metres: float) -> Figure | No
     return found
 
 
-# A frame that no scene has.
+# A frame number that no scene can have.
 NEVER = -(2**31)
 
 
@@ -233,17 +238,20 @@ class DrawnSensor:
     matrix
         World matrix.
     parameters, pose
-        What it senses with; None while it senses nothing.
+        The parameters and the pose that it senses with; None while it is switched off or
+        unreadable.
     rays
         The trace with the hits of its rays.
     outline
         Corners (n, 3) of the upper side of a pad.
     figures
-        What it sees.
-    now, lit
-        What it scanned at its last update, and where it saw movement then.
+        The figures of the sensor itself and of all its rays.
+    now
+        The figures of the rays that it cast at its last update.
+    lit
+        The figures of the movement that it saw at its last update.
     of_reading
-        The drawn fields of a reading, with the figure that they add.
+        The drawn fields of its reading, as texts, with the figure of the reading.
     revision
         Grows whenever `figures` change.
     """
@@ -261,10 +269,10 @@ class DrawnSensor:
         self.now: list[Figure] = []
         self.lit: list[Figure] = []
         self.of_reading: tuple[Any, Figure | None] | None = None
-        # The source of the texts of its reading, and the texts: making them takes 20 µs per frame.
+        # What the texts of its reading were made from, and the texts. Making them takes 20 µs.
         self.texts: tuple[Any, ReadingText] | None = None
         self.revision = 0
-        # The sources of the figures of the sensor itself, of its rays and of its last update.
+        # What the figures were made from: of the sensor itself, its rays and its last update.
         self._read_at: tuple[Any, ...] = ()
         self._sensor_figures: list[Figure] = []
         self._rays: tuple[Any, ...] = ()
@@ -278,7 +286,7 @@ class DrawnSensor:
         return self.sensor.selected
 
     def place(self, depsgraph: Any) -> None:
-        """Read the world matrix."""
+        """Read the world matrix of the sensor."""
         matrix = self.sensor.world_matrix(depsgraph)
         if matrix != self.matrix:
             self.matrix = matrix.copy()
@@ -286,7 +294,11 @@ class DrawnSensor:
     def follow(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> None:
-        """Make the figures again whose sensor, rays or readings have changed."""
+        """Make those figures again whose sensor, rays or readings have changed.
+
+        `edits` is the number of edits of the scene so far, and `metres` the metres in a Blender
+        unit.
+        """
         if not self._update_sensor(runner, depsgraph, edits, metres) or runner is None:
             self.rays = None
             return
@@ -312,7 +324,10 @@ class DrawnSensor:
     def _update_sensor(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> bool:
-        """Make the figures that need no rays. Return whether the sensor senses."""
+        """Make the figure of the sensor itself again if it has changed.
+
+        Return whether the sensor senses.
+        """
         if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
             return self.pose is not None
         self._read_at = runner, edits, metres
@@ -331,7 +346,7 @@ class DrawnSensor:
         return read is not None
 
     def _reset(self, parameters: Any, pose: Pose | None) -> None:
-        """Remove the figures of a sensor that has changed."""
+        """Remove all figures, and note the new parameters and pose of the sensor."""
         self.parameters, self.pose = parameters, pose
         self._rays, self._scan, self._drawn = (), (), {}
         self.of_reading, self._sensor_figures, self.figures, self.now, self.lit = (
@@ -346,7 +361,11 @@ class DrawnSensor:
     def _bundle_figures(
         self, draws: str, bundles: dict[int, RaysMet], metres: float
     ) -> list[Figure]:
-        """Return the figures of bundles; make those again whose hits have changed."""
+        """Return the figures of bundles of rays; make those again whose hits have changed.
+
+        `draws` is the name of the attribute of `Appearance` that draws a bundle. The keys of
+        `bundles` are the numbers of the bundles.
+        """
         found = []
         for number, met in bundles.items():
             known = self._drawn.get((draws, number))
@@ -369,8 +388,14 @@ class SensorRow(NamedTuple):
 class DrawnSensors:
     """The drawn sensors of a scene.
 
-    They were read at `frame`. `outdated` is set by an edit since then. `unseen` is set while some
-    rays were not cast at that frame.
+    Attributes
+    ----------
+    frame
+        The frame of the figures.
+    outdated
+        Whether the scene was edited since the figures were made.
+    unseen
+        Whether some rays were not cast at that frame, so that their figures are missing or old.
     """
 
     def __init__(self, scene: Any) -> None:
@@ -389,7 +414,7 @@ class DrawnSensors:
         self.joined: dict[int, Any] = {}
         # The uid of the sensor whose sign is below the mouse.
         self.hovered: int | None = None
-        # Whether the figures were made, and not only the places of the signs.
+        # Whether figures were made; without fields of view only the places of the signs are read.
         self.has_fields = False
 
     def fail(self, scene: Any) -> None:
@@ -399,7 +424,7 @@ class DrawnSensors:
         self.has_fields = True
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Bring all figures up to date with the evaluated scene, after its sensors have sensed."""
+        """Bring all figures up to date with the evaluated scene, when its sensors have sensed."""
         live = live_of(scene)
         edited = self.outdated
         self.frame, self.outdated = scene.frame_current, False
@@ -407,7 +432,7 @@ class DrawnSensors:
         if edited:
             self._list_sensors(view_layer)
         fields = self.has_fields = bool(scene.angen_overlay.fields)
-        # The live sensors know whether an edit moved them before the playhead moved.
+        # An edit may have moved sensors before the playhead moved. `places_are_kept` says if not.
         kept = live.places_are_kept(scene) and not edited
         for seen in self.seen:
             runner = live.runner(seen.uid)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Decide when the overlay is brought up to date: at a frame change, or shortly after an edit.
 
-Rays that a sensor does not cast at each update are cast then, and never while Blender draws.
+At a frame change most sensors cast only the rays of their present update. The rest are cast once
+the playhead rests or after an edit, and never while Blender draws.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ REST = 0.25
 
 
 def wanted(scene: Any) -> bool:
-    """Return whether anything is drawn at all. In the background there is no viewport."""
+    """Return whether the overlay is switched on and there is a window to draw it in."""
     return not bpy.app.background and scene.angen_overlay.show
 
 
@@ -35,7 +36,7 @@ def wants_rays(scene: Any) -> bool:
 
 
 def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
-    """Bring the overlay up to date after a frame change, once the sensors have sensed."""
+    """Bring the overlay up to date after a frame change, when the sensors have sensed."""
     if not wanted(scene):
         state.CACHE.overlay = None
         return
@@ -52,7 +53,7 @@ def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
 
 
 def note_edit(scene: Any) -> None:
-    """Note that the scene was edited."""
+    """Mark the overlay as outdated after an edit of the scene, and have it updated soon."""
     if wanted(scene):
         if state.CACHE.overlay is not None:
             state.CACHE.overlay.outdated = True
@@ -66,7 +67,10 @@ def soon() -> None:
 
 
 def _update_at_rest() -> float | None:
-    """Update if the playhead rests. Return the seconds until the next check, or None."""
+    """Update the overlay if the playhead rests: the function of a timer.
+
+    Return the seconds until Blender calls the function again, or None to end the timer.
+    """
     drawn = state.CACHE.overlay
     if drawn is None or not drawn.unseen:
         return None
@@ -78,7 +82,7 @@ def _update_at_rest() -> float | None:
 
 
 def _update() -> None:
-    """Bring the overlay up to date, with all rays."""
+    """Cast all rays of the sensors, and bring the overlay up to date."""
     context = bpy.context
     scene = context.scene
     if scene is None or state.CACHE.running or not wanted(scene):
@@ -105,14 +109,14 @@ def _drawn_sensors(scene: Any) -> DrawnSensors:
 
 
 def _give_up(scene: Any) -> None:
-    """Print the error, and draw nothing until the next edit."""
+    """Print the present exception, and draw nothing until the next edit."""
     traceback.print_exc(file=sys.stderr)
     if state.CACHE.overlay is not None:
         state.CACHE.overlay.fail(scene)
 
 
 def cancel() -> None:
-    """End the timers and drop the overlay."""
+    """End the timers of this module, and discard the overlay."""
     for timer in (_update, _update_at_rest):
         if bpy.app.timers.is_registered(timer):
             bpy.app.timers.unregister(timer)

@@ -11,7 +11,7 @@ from ...scene.lengths import property_group
 
 
 def redraw_views() -> None:
-    """Make Blender draw every 3D view again."""
+    """Have Blender redraw all 3D views."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

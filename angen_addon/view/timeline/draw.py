@@ -31,7 +31,7 @@ MOST_PAINTERS = 24
 
 
 class Painter:
-    """The picture of one region, kept as GPU batches while only the playhead moves."""
+    """Draws the picture of one region, and keeps its GPU batches while only the playhead moves."""
 
     def __init__(self) -> None:
         self._key: Any = None
@@ -39,7 +39,10 @@ class Painter:
         self._words: list[TimelineText] = []
 
     def paint(self, key: Any, make: Callable[[], TimelinePicture]) -> None:
-        """Draw the picture of this key; make it first if the key is new."""
+        """Draw a picture; call `make` for it if `key` differs from the key of the kept picture.
+
+        `key` is all that the picture depends on.
+        """
         import gpu
 
         if key != self._key:
@@ -61,7 +64,10 @@ _handles: list[tuple[Any, str]] = []
 
 
 def sensors_with_rows(settings: Any, sensors: list[Sensor], context: Any) -> list[Sensor]:
-    """Return the sensors that have a row."""
+    """Return the sensors that have a row by the setting `rows`.
+
+    The setting is all, the selected ones, or those in the room of the active sensor.
+    """
     active = stands_for(context.view_layer.objects.active)
     if settings.rows == "SELECTED":
         return [s for s in sensors if s.handle == active or s.selected]
@@ -72,7 +78,7 @@ def sensors_with_rows(settings: Any, sensors: list[Sensor], context: Any) -> lis
 
 
 def draw_window() -> None:
-    """Draw the strips: the handler of the region with the frames."""
+    """Draw the strips of the rows: the draw handler of the timeline's main region."""
     found = _rows_here()
     if found is None:
         return
@@ -90,7 +96,7 @@ def draw_window() -> None:
 
 
 def draw_channels() -> None:
-    """Draw the names: the handler of the list beside the frames."""
+    """Draw the names of the rows: the draw handler of the list of channels beside the timeline."""
     found = _rows_here()
     if found is None or bpy.context.region.width <= 1:
         return
@@ -126,13 +132,13 @@ def _rows_here() -> tuple[History, frozenset[Uid], Any] | None:
 
 def _painter(what: str) -> Painter:
     if len(_painters) > MOST_PAINTERS:
-        # Most of them belong to regions that were closed.
+        # Most painters belong to regions that no longer exist.
         _painters.clear()
     return _painters.setdefault((bpy.context.region.as_pointer(), what), Painter())
 
 
 def view_of(scene: Any, region: Any) -> TimelineRegion | None:
-    """Return the part of a region where rows go; None if it is too small."""
+    """Return size, limits and frames of the region to draw rows in; None if it is too small."""
     bottom, top, scale = _row_limits(scene, region)
     left, right = (region.view2d.region_to_view(x, 0)[0] for x in (0, region.width))
     if top <= bottom or right <= left:
@@ -141,7 +147,7 @@ def view_of(scene: Any, region: Any) -> TimelineRegion | None:
 
 
 def _row_limits(scene: Any, region: Any) -> tuple[float, float, float]:
-    """Return the bottom and the top of the rows, and the interface's scale."""
+    """Return the pixels of the bottom and the top of the rows, and the interface's scale."""
     scale = bpy.context.preferences.system.ui_scale
     bottom = SCROLL_BAR * scale
     if len(scene.timeline_markers):

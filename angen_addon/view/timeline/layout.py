@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Turn a recording into the history of its sensors, and the history into shapes in pixels.
 
-It draws nothing. The states differ by shape: active is solid, not valid hatched, off dotted, and
-idle a thin line.
+This module draws nothing. The states differ by shape: active is solid, not valid is hatched, off is
+dotted, and idle is a thin line.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from ....sensor_logic.recording.tracks import Recording, Track
 from ...scene.instances import Uid
 
 IDLE, ACTIVE, INVALID, OFF = 0, 1, 2, 3
-# A sensor was off if its next update comes later than this many of its usual intervals.
+# A sensor counts as off between two updates that are more than this many usual intervals apart.
 GAP = 1.5
 
 
 @dataclass(frozen=True)
 class Spans:
-    """States (n,) from frame `starts` (n,) to frame `ends` (n,), in order and without gaps."""
+    """The states (n,) of a sensor, each from frame `starts` (n,) to `ends` (n,), without gaps."""
 
     starts: Array
     ends: Array
@@ -44,15 +44,19 @@ class HistoryRow:
     ----------
     uid
         Session uid of the sensor's object.
+    spans
+        Its states.
     frames, values
-        The curve of a sensor that measures.
+        The curve of a sensor that measures a quantity; empty for all others.
     full
-        The value that is drawn as full height.
+        The value that is drawn as high as the row.
     log
-        The updates in the event log.
-    events, states
-        The update of each event, and of each event that is shown without measured values
-        (`sensor_logic/log.py`).
+        The indices of the updates in the event log.
+    events
+        The index of the update of each event.
+    states
+        The indices of the updates at which a state changed, as `shown_rows` in
+        `sensor_logic/log.py` returns them.
     """
 
     name: str
@@ -70,9 +74,9 @@ class HistoryRow:
 
 @dataclass(frozen=True)
 class History:
-    """The rows by room, kind and name, from frame `start` to frame `end`.
+    """The rows sorted by room, kind and name, from frame `start` to frame `end`.
 
-    The last recorded frame ends at `end`.
+    `end` is one more than the last recorded frame.
     """
 
     rows: tuple[HistoryRow, ...]
@@ -80,7 +84,7 @@ class History:
     end: float
 
     def only(self, uids: frozenset[Uid]) -> History:
-        """Return the history of some of the sensors."""
+        """Return a history with only the sensors of these session uids."""
         return replace(self, rows=tuple(row for row in self.rows if row.uid in uids))
 
     def row_of(self, uid: Uid) -> HistoryRow | None:
@@ -89,7 +93,7 @@ class History:
 
 
 def history_of(recording: Recording, sensors: Iterable[Any]) -> History:
-    """Return the history of sensors. A sensor without a track is shown as off."""
+    """Return the history of sensors. A sensor that the recording lacks is shown as off."""
     start, end = float(recording.frame_start), float(recording.frame_end + 1)
     rows = [_row(recording.track_of(sensor.uid), sensor, start, end) for sensor in sensors]
     # Sensors without a room come last.
@@ -121,9 +125,10 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> HistoryR
 
 
 def _full_scale(track: Track, sensor: Any) -> float:
-    """Return the value that is drawn as full height.
+    """Return the value that is drawn as high as the row.
 
-    It is 100 for percent, otherwise the peak, or the threshold if no value reaches it.
+    For a reading in percent it is 100. For any other it is the greatest recorded value, or the
+    threshold if that is greater.
     """
     if track.reading_at(0).unit == "%":
         return 100.0
@@ -132,7 +137,7 @@ def _full_scale(track: Track, sensor: Any) -> float:
 
 
 def spans_of(track: Track, start: float, end: float) -> Spans:
-    """Return the states of a track that has at least one update.
+    """Return the states of a track that has at least one update, from frame `start` to `end`.
 
     A state lasts from its first update to the first update of the next state.
     """
@@ -159,7 +164,7 @@ def spans_of(track: Track, start: float, end: float) -> Spans:
 class Histories:
     """The history of the last recording, kept until `clear`.
 
-    Making it takes 5 ms for the sample home, which each redraw would need.
+    Without it each redraw would make the history again, which takes 5 ms for the sample home.
     """
 
     def __init__(self) -> None:
@@ -168,7 +173,10 @@ class Histories:
         self._names: tuple[Any, ...] = ()
 
     def get(self, recording: Recording, sensors: list[Any]) -> History:
-        """Return the history; make it again if the sensors, their names or their rooms changed."""
+        """Return the history of the recording.
+
+        It is made again if the recording, the sensors, their names or their rooms have changed.
+        """
         names = tuple((s.uid, s.name, s.room) for s in sensors)
         known = self._recording() if self._recording is not None else None
         if self._history is None or known is not recording or names != self._names:
@@ -177,7 +185,7 @@ class Histories:
         return self._history
 
     def clear(self) -> None:
-        """Forget the history."""
+        """Discard the history."""
         self._recording, self._history, self._names = None, None, ()
 
 
@@ -213,9 +221,10 @@ LEAST_AREA = 0.2
 
 
 class TimelineRegion(NamedTuple):
-    """A region in pixels: its width, the bottom and top of its rows, and the interface's scale.
+    """The size of a region in pixels, the frames that it shows, and the interface's scale.
 
-    `left` and `right` are the frames at its edges.
+    `left` and `right` are the frames at its edges. `bottom` and `top` are the pixels between which
+    rows are drawn.
     """
 
     width: int
@@ -226,14 +235,14 @@ class TimelineRegion(NamedTuple):
     right: float
 
     def x(self, frame: Array) -> Array:
-        """Return the pixels, not rounded, of frames (n,)."""
+        """Return the horizontal positions of frames (n,) in pixels, not rounded."""
         return (frame - self.left) / (self.right - self.left) * self.width
 
 
 class TimelineText(NamedTuple):
-    """A text with the height of its letters.
+    """A text with the height of its letters in pixels.
 
-    `x` and `y` are its lower left corner, or its lower right one with `to_the_left`.
+    `x` and `y` are its lower left corner, or its lower right corner if `to_the_left` is set.
     """
 
     x: float
@@ -248,8 +257,8 @@ class TimelineText(NamedTuple):
 class TimelinePicture:
     """Shapes in pixels, with their colours.
 
-    `quads` are rectangles (x0, y0, x1, y1, colour), `lines` the same from end to end, and each of
-    the `words` is drawn on a dark ground.
+    `quads` are rectangles (x0, y0, x1, y1, colour). `lines` are the two ends of a line and its
+    colour, in the same form. Each of the `words` is drawn on a dark ground.
     """
 
     quads: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
@@ -260,7 +269,7 @@ class TimelinePicture:
 def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the columns of pixels that spans touch, as merged runs [from, to).
 
-    No span is lost, however short, and there are at most as many runs as columns.
+    However short, each span has at least one column. There are at most as many runs as columns.
 
     Parameters
     ----------
@@ -268,6 +277,11 @@ def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDA
         Spans (n,) in pixels.
     width
         Number of columns.
+
+    Returns
+    -------
+    first, end : array of int
+        The first column of each run, and the column after its last one.
     """
     seen = (ends > 0.0) & (starts < width)
     first = np.clip(np.floor(starts[seen] + 0.5), 0, width - 1).astype(np.int64)
@@ -281,7 +295,7 @@ def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDA
 
 
 class PlacedRow(NamedTuple):
-    """A row with its lower edge and its height."""
+    """A row of the timeline with its lower edge and its height in pixels."""
 
     row: HistoryRow
     y: float
@@ -289,7 +303,10 @@ class PlacedRow(NamedTuple):
 
 
 def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[PlacedRow]:
-    """Return the rows that fit, placed from the top down, with the last one at the bottom."""
+    """Return the rows that fit into the region, from the top down, in equal height.
+
+    The last of them is at the bottom of the region.
+    """
     if not rows:
         return []
     gap = BETWEEN_ROOMS * view.scale
@@ -311,7 +328,7 @@ def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[PlacedRow]
 
 
 def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> TimelinePicture:
-    """Return the picture of the rows of a history and their rooms.
+    """Return the picture of the strips of a history, and of the names of their rooms.
 
     `chosen` are the session uids of highlighted sensors.
     """
@@ -326,7 +343,7 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
         inside = [p for p in placed if p.row.room == room]
         _draw_room(picture, view, room, inside[-1].y, inside[0].y + inside[0].high, inside[0].high)
     left_out = len(history.rows) - len(placed)
-    # On the lowest row: above the highest one are the numbers of the frames.
+    # The text is on the lowest row, because the frame numbers are above the highest one.
     size, low = LETTER * view.scale, placed[-1].y if placed else view.bottom
     if left_out and (placed or view.top - low >= 2 * size):
         what = "more" if placed else "sensors"
@@ -338,7 +355,11 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
 def labels(
     history: History, view: TimelineRegion, chosen: frozenset[Uid], ground: bool
 ) -> TimelinePicture:
-    """Return the names of the rows if these are high enough; with `ground`, on a dark ground."""
+    """Return the picture of the rows' names, if the rows are high enough for letters.
+
+    With `ground`, the picture also has the dark ground of the rows. `chosen` are the session uids
+    of highlighted sensors.
+    """
     picture = TimelinePicture()
     placed = place(history.rows, view)
     if ground:
@@ -419,10 +440,15 @@ def _draw_curve(
     colour: Colour,
     active: tuple[NDArray[np.int64], NDArray[np.int64]],
 ) -> None:
-    """Draw the greatest value in each column of pixels, filled where the sensor is active."""
+    """Draw the greatest value in each column of pixels, filled where the sensor is active.
+
+    `y` is the lower edge of the row, and `high` its height. `active` are the runs of columns in
+    which the sensor is active.
+    """
     columns = np.arange(view.width + 1, dtype=np.float64)
     frames = view.left + columns / view.width * (view.right - view.left)
-    # A value holds until the next one. A column has the value at its left edge and all within it.
+    # A value holds until the next one. A column shows the greatest of the value at its left edge
+    # and of all values within it.
     at = np.searchsorted(row.frames, frames, side="right") - 1
     lo, hi = np.maximum(at[:-1], 0), np.maximum(at[1:], 0)
     padded = np.append(row.values, 0.0)
@@ -458,7 +484,7 @@ def _draw_curve(
 def _draw_hatch(
     picture: TimelinePicture, x0: float, y0: float, x1: float, y1: float, colour: Colour
 ) -> None:
-    """Draw diagonal lines within a rectangle, which continue in the next rectangle."""
+    """Draw diagonal lines within a rectangle. They meet those of a rectangle beside it."""
     high = y1 - y0
     begin = math.floor((x0 - high) / HATCH) * HATCH
     for c in range(int(begin), math.ceil(x1), HATCH):

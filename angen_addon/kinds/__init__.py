@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The appearance of each kind of sensor in Blender.
 
-The module or package of this folder that has the kind's name holds its `APPEARANCE`. A kind without
-such a module has the defaults of `Appearance`.
+This folder has a module or package for each kind, named after the kind, with its `APPEARANCE`. A
+kind without one has the defaults of `Appearance`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def appearance_of(kind: Kind) -> Appearance:
 # Each of the many calls in a redraw takes 2.5 µs longer without the cache.
 @cache
 def _appearance(name: str) -> Appearance:
-    # Imported here, since the modules of the kinds import the modules that call this function.
+    # Imported here, because the modules of the kinds import modules that import this one.
     if find_spec(f".{name}", __package__) is None:
         default: Appearance = import_module("..view.appearance", __package__).Appearance()
         return default

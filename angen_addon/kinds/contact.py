@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The appearance of door contacts: housing, rings, panel rows and explanations.
 
-The rings show the distances at which the magnet closes and opens the contact.
+The rings show the distances at which an approaching magnet closes the contact and a departing one
+opens it.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from ..view.overlay.figures import Figure, circle, pairs
 def figure(seen: Any, metres: float) -> Figure:
     """Draw a whole ring where the magnet closes the contact, and a dashed one where it opens it.
 
-    Each ring is drawn in two planes.
+    Each ring is drawn twice, in planes at right angles.
     """
     drawn = Figure()
     x, y, z = seen.pose.axes.T
@@ -45,7 +46,7 @@ def figure(seen: Any, metres: float) -> Figure:
 def _contact() -> Housing:
     """Return a housing of 27.5 × 13.6 × 9 mm, as sold with adhesive backs.
 
-    The size is from midlandelectronics.com. The magnet is another object.
+    The size is from midlandelectronics.com. The magnet is a separate object.
     """
     return Housing().box((-0.01375, -0.0068, 0.0), (0.01375, 0.0068, 0.009))
 
@@ -64,10 +65,18 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
 
 @dataclass(frozen=True)
 class ContactCause:
-    """Why a door contact is open or closed.
+    """Why a door contact is open or closed. Lengths are in m.
 
-    `magnet` is the name of the magnet and `distance` its distance. The contact closes nearer than
-    `closes` and opens farther than `opens`. Lengths are in m.
+    Attributes
+    ----------
+    magnet
+        The name of the magnet.
+    distance
+        The distance of the magnet.
+    closes
+        The contact closes once the magnet is nearer than this.
+    opens
+        The contact opens once the magnet is farther away than this.
     """
 
     magnet: str
@@ -119,7 +128,7 @@ def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:
 
 
 def _fine(length: float, lengths: Lengths) -> str:
-    """Return a length to a tenth of a millimetre, since contacts switch within millimetres."""
+    """Return a length to a tenth of a millimetre, because contacts switch within millimetres."""
     return measured(length, "m", 4, lengths)
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The appearance of distance sensors: housings, zones in the viewport, and explanations.
 
-On a wall a distance sensor looks level.
+Placed on a wall, a distance sensor looks horizontally.
 """
 
 from __future__ import annotations
@@ -32,9 +32,16 @@ NAMES_SHOWN = 3
 class DistanceCause:
     """Why a distance sensor reads what it reads.
 
-    `zone` is the number of the nearest zone, counted row by row from the upper left, or None. `met`
-    holds the objects that the rays of this zone hit with the number of rays, the most first.
-    `distance` is in m. `targets` is the number of zones with a hit.
+    Attributes
+    ----------
+    zone
+        The number of the nearest zone, counted row by row from the upper left; None without a hit.
+    met
+        The objects that the rays of this zone hit, each with the number of rays, the most first.
+    distance
+        The distance of this zone in m.
+    targets
+        The number of zones with a hit.
     """
 
     zone: int | None
@@ -131,9 +138,9 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw a frame where each zone ends, and the outer edges of all zones together.
+    """Draw a frame at the end of each zone, and the outer edges of all zones together.
 
-    A frame is filled if all rays of its zone hit something.
+    The frame of a zone is filled if all rays of the zone hit something.
     """
     drawn = Figure()
     across, up = seen.parameters.zones_across, seen.parameters.zones_up
@@ -154,7 +161,7 @@ def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 def zone_corners(parameters: Any, pose: Pose) -> Array:
     """Return unit vectors along the edges of each zone, shape (zones, 4, 3).
 
-    The edges of a zone go round from its upper left one.
+    The four edges of a zone are in circular order, from the upper left one.
     """
     across, up = parameters.zones_across, parameters.zones_up
     x = np.tan(parameters.horizontal_fov / 2) * np.linspace(-1.0, 1.0, across + 1)
@@ -167,11 +174,11 @@ def zone_corners(parameters: Any, pose: Pose) -> Array:
     return found
 
 
-# Housings. Chips have the sizes of ST's data sheets, boards have usual sizes.
+# Housings. The sizes of chips are from ST's data sheets, those of boards are usual ones.
 
 
 def _chip(across: float, up: float, deep: float) -> Housing:
-    """Return a chip of this size (m) on a board of 25 × 18 mm, as sold as a module."""
+    """Return a chip of this size (m) on a board of 25 × 18 mm, the usual size of such modules."""
     x, y = across / 2, up / 2
     housing = Housing().box((-x, -y, 0.0), (x, y, deep))
     return looking(housing.box((-0.0125, -0.009, deep), (0.0125, 0.009, deep + 0.0016)))
@@ -180,7 +187,7 @@ def _chip(across: float, up: float, deep: float) -> Housing:
 def _hc_sr04() -> Housing:
     """Return a board of 45 × 20 × 15 mm with two transducers of 16 mm, 26 mm apart.
 
-    The sizes are those of the modules that are sold (hackster.io).
+    These are the sizes of the modules on the market (hackster.io).
     """
     housing = Housing()
     for x in (-0.013, 0.013):

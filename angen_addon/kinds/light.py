@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The appearance of light sensors: housing, views or lobe, panel rows and explanations.
+"""The appearance of light sensors: housing, figures, panel rows and explanations.
 
-An explanation gives the share of each lamp, and names the lamp that changed.
+The figures are the views, or for an illuminance sensor a lobe. An explanation gives the light of
+each lamp, and names the lamp whose light changed.
 """
 
 from __future__ import annotations
@@ -31,18 +32,23 @@ from ..view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
 
 # An explanation lists at most this many lamps by name.
 SHOWN = 6
-# Shares of the whole light below this get no line.
+# Lamps that give a smaller fraction of all light get no line.
 LITTLE = 1e-3
-# A lamp is named as the changed one if its light changed by this share of the whole light.
+# A lamp counts as changed if its light changed by more than this fraction of all light.
 NOTABLE = 0.01
 
 
 @dataclass(frozen=True)
 class LightCause:
-    """The shares of the light at an update and at the update before, in the unit of `field`.
+    """How much light came from each lamp, in the unit of `field`.
 
-    They are empty where the engine does not tell lamps apart; `before` is also empty at the first
-    update.
+    Attributes
+    ----------
+    now, before
+        The light of each lamp at this update and at the previous one. Both are empty if the engine
+        cannot tell lamps apart. `before` is also empty at the first update.
+    field
+        The field of the reading.
     """
 
     now: tuple[LightShare, ...]
@@ -57,12 +63,15 @@ class LightCause:
 
     @property
     def given(self) -> float:
-        """The sum of the light that sources add, without what negative lamps take away."""
+        """The sum of the light that sources add.
+
+        Negative lamps, which take light away, do not count.
+        """
         return max(sum(max(share.light, 0.0) for share in self.now), 1e-9)
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add how much light is needed for the sensor to be lit, before the other facts."""
+    """Add to an explanation how much more light the sensor needs to be lit, as the first fact."""
     if found.cause is None:
         return found
     light = replay.sensor.parameters
@@ -72,7 +81,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def explain_light(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a light sensor by the shares of the lamps.
+    """Explain update `index` of a light sensor by how much light each lamp gives.
 
     Raise `AngenError` if the light cannot be measured.
     """
@@ -95,9 +104,9 @@ def explain_light(replay: Replay, index: int) -> Explanation:
 
 
 def _light(replay: Replay, index: int) -> LightSample | None:
-    """Return the light of an update; None where the sensor is off.
+    """Return the light at an update, lamp by lamp; None if the sensor is switched off there.
 
-    With EEVEE the light has no shares.
+    EEVEE cannot tell lamps apart, so its light has no parts.
     """
     taken = replay.take_update(index)
     if taken is None or taken.parameters.engine == "EEVEE":
@@ -108,7 +117,7 @@ def _light(replay: Replay, index: int) -> LightSample | None:
 
 
 def _share_facts(cause: LightCause) -> Facts:
-    """Return a line for each source that adds or takes light, and one for their sum."""
+    """Return a fact for each source that adds or takes away light, and one for their sum."""
     if not cause.now:
         return []
     text, whole = cause.field.text, cause.given
@@ -145,9 +154,9 @@ def _headline(cause: LightCause) -> str:
 
 
 def _most_changed(cause: LightCause) -> tuple[LightShare, LightShare] | None:
-    """Return the share that changed most, at the update before and at this one.
+    """Return the source whose light changed most: its light at the previous update and at this one.
 
-    Return None if no share changed notably.
+    Return None if no light changed notably.
     """
     if not cause.before or not cause.now:
         return None
@@ -174,7 +183,7 @@ LOBE = 0.25
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return the rays for the floor plan: of four views the axes, since the views are narrow."""
+    """Return the rays for the floor plan; for a sensor with four views, the axes of the views."""
     if sight.parameters.method != "FOUR_WALL":
         return sight.rays(metres)
     request = light_request(sight.sensor, sight.parameters, sight.pose, metres, False)
@@ -183,9 +192,10 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Draw the lobe of a sensor's face: by the cosine, how much light counts from each direction.
+    """Draw the lobe of a sensor with a face; a sensor with four views has none.
 
-    The four views are drawn by `view_figure`.
+    The lobe shows how much the light from each direction counts: by the cosine of its angle to the
+    face's normal. The four views are drawn by `view_figure`.
     """
     if seen.parameters.method == "FOUR_WALL":
         return Figure()
@@ -193,7 +203,7 @@ def figure(seen: Any, metres: float) -> Figure:
 
 
 def view_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw the axis of a view, and its picture where the view ends."""
+    """Draw the axis of a view, and the rectangle of its picture at the end of the view."""
     drawn = Figure()
     (start,), (end,), _ = ends_of(met, metres)
     drawn.add("dark", dashes(seen.pose.origin / metres, start[0]))
@@ -222,7 +232,8 @@ def _lobe(pose: Pose, metres: float) -> Figure:
 def _photoresistor() -> Housing:
     """Return a photoresistor GL55: a disk of 5 mm.
 
-    The diameter is from ednieuw.home.xs4all.nl, "GL55xx LDRs"; the thickness of 2 mm is chosen.
+    The diameter is from ednieuw.home.xs4all.nl, "GL55xx LDRs". The thickness of 2 mm is an
+    assumption.
     """
     return looking(Housing().lathe([(0.0025, 0.0), (0.0025, 0.002)]))
 
@@ -231,7 +242,7 @@ HOUSINGS = {"": _photoresistor}
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Show the note of the last live reading, such as on a view that is narrower than set."""
+    """Show the note of the last live reading, such as that a view is narrower than set."""
     note = seen.fields.get("note", "") if seen.fields is not None else ""
     if note:
         draw_lines(layout, capital(note), "INFO")

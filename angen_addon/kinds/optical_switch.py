@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The appearance of optical switches: forks, the beam in the viewport, and explanations.
 
-A fork stands on a surface, and its beam goes along the surface.
+A fork stands on a surface, and its beam runs parallel to the surface.
 """
 
 from __future__ import annotations
@@ -29,9 +29,18 @@ RANGE_TOLERANCE = 1e-6
 class Beam:
     """The beam at one update.
 
-    `range` is the nearest range (m) of its rays, and `name` the object that this ray hits, empty
-    for nothing. `light` is the share of the light that passes, and `rays` the number of rays. If an
-    object broke the beam only between two updates, it did so `ago` seconds before this one.
+    Attributes
+    ----------
+    range
+        The nearest range of its rays, in m.
+    name
+        The object that the ray with this range hits; empty for nothing.
+    light
+        The fraction of the light that passes.
+    rays
+        The number of rays.
+    ago
+        If an object broke the beam only between two updates: how many seconds before this update.
     """
 
     range: float
@@ -45,8 +54,14 @@ class Beam:
 class BeamCause:
     """Why an optical switch is open or closed.
 
-    `before` is the beam at the update before, if known, and `now` the beam at this update.
-    `threshold` is in m.
+    Attributes
+    ----------
+    before, now
+        The beam at the previous update, if it is known, and at this one.
+    open
+        Whether the switch is open at this update.
+    threshold
+        The range in m below which an object breaks the beam.
     """
 
     before: Beam | None
@@ -56,14 +71,14 @@ class BeamCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that breaks the beam, or did at the update before."""
+        """The name of the object that breaks the beam, or broke it at the previous update."""
         if not self.open:
             return self.now.name
         return self.before.name if self.before and self.before.range < self.threshold else ""
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add what would open the switch, before the other facts."""
+    """Add to an explanation what would open the switch, as the first fact."""
     return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
 
 
@@ -131,9 +146,9 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
 
 
 def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Replay update `index`, with all steps since the update before if the switch is swept.
+    """Replay update `index`. For a swept switch, first replay all steps since the previous update.
 
-    Return the parameters X
+    Return the parameters and the beam at the update; None if the sensor is switched off there.
     """
     earlier = replay.index_of(replay.update_number(index) - 1, index)
     if replay.runner.watches and earlier is not None:
@@ -143,7 +158,7 @@ def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, 
 
 
 def _replay_update(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Replay update `index` and return its parameters and beam; None where the sensor is off."""
+    """Return the parameters and the beam at update `index`; None if the sensor is switched off."""
     pending = replay.take_update(index)
     if pending is None:
         return None
@@ -213,9 +228,9 @@ LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 
 
 def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw the beam up to its hit, with a cross there and a dashed line behind.
+    """Draw the beam up to its hit, with a cross at the hit and a dashed line behind it.
 
-    A bar marks the range from which the switch is open.
+    A bar marks the threshold: the range from which the switch is open.
     """
     drawn = beams(seen, number, met, metres)
     _, (ends,), (hit,) = ends_of(met, metres)
@@ -233,8 +248,8 @@ def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     return drawn
 
 
-# Forks of slotted switches. The default fork fits around a flag on a door. Parts whose outer sizes
-# are unknown have the sizes of Vishay's part (data sheet 83764), with the gap of the part.
+# Forks of slotted switches. The default fork fits around a flag on a door. A part whose outer sizes
+# are unknown has its own gap, and the other sizes of Vishay's part (data sheet 83764).
 
 
 def fork(gap: float, across: float, along: float, height: float) -> Housing:
@@ -247,7 +262,7 @@ def fork(gap: float, across: float, along: float, height: float) -> Housing:
     across, along
         Outer sizes across the arms and along them, in m.
     height
-        Height above the surface, in m. The beam is a quarter of it below the open end.
+        Height above the surface, in m. The beam is below the open end by a quarter of it.
     """
     arm, x = (across - gap) / 2, along / 2
     tip, base = -height / 4, height * 3 / 4

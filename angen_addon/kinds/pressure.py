@@ -34,7 +34,7 @@ ARROW_PER_N, LEAST_ARROW, LONGEST_ARROW = 0.001, 0.06, 1.2
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Draw the outline of the pad. The force is drawn by `force_of_reading`."""
+    """Draw the outline of the pad. `force_of_reading` draws the force."""
     drawn = Figure()
     if seen.outline is not None:
         corners = seen.outline
@@ -44,7 +44,7 @@ def figure(seen: Any, metres: float) -> Figure:
 
 
 def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, float]) -> Figure:
-    """Draw an arrow that presses on a pad, and a dot at its foot.
+    """Draw an arrow that presses on a pad, with a dot where it touches.
 
     Parameters
     ----------
@@ -86,9 +86,10 @@ def force_of_reading(pose: Pose, fields: Mapping[str, Any], metres: float) -> Fi
 
 
 def _force_resistor(diameter: float, length: float, side: float = 0.0) -> Housing:
-    """Return a force-sensing resistor: a disk or a square, 0.45 mm thin, with a tail along −Y.
+    """Return a force-sensing resistor, 0.45 mm thin, with a tail along −Y.
 
-    The tail senses nothing, so it has lines and no surface. Its width is chosen.
+    It is a disk of the `diameter`, or a square if `side` is not 0. The tail senses nothing, so it
+    has lines and no surface. Its width is an assumption.
     """
     thin, half = 0.00045, (diameter or side) / 2
     housing = pad(side, thin) if side else Housing().lathe([(half, 0.0), (half, thin)])
@@ -103,7 +104,7 @@ def _fsr_402() -> Housing:
 
 HOUSINGS = {
     "": lambda: pad(0.3, 0.01),
-    # The thickness of these pads is chosen.
+    # The thickness of these pads is an assumption.
     "SMART_CAREGIVER_CHAIR": lambda: pad(0.254, 0.01, 0.381),
     "SMART_CAREGIVER_MAT": lambda: pad(0.6096, 0.01, 1.2192),
     **dict.fromkeys(("FSR_402_IDEAL", "FSR_402", "FSR_402_3K3"), _fsr_402),
@@ -116,7 +117,7 @@ HOUSINGS = {
 def centre_text(x: float, y: float, lengths: Lengths) -> str:
     """Return the text for a centre of pressure (m, from the pad's origin along its axes).
 
-    It is in centimetres where the scene's unit is metres, since pads are small.
+    If the scene's unit is metres, the text is in centimetres, because pads are small.
     """
     if math.isnan(x) or math.isnan(y):
         return NOTHING
@@ -125,7 +126,7 @@ def centre_text(x: float, y: float, lengths: Lengths) -> str:
     return f"X {along.text(x, fine)}, Y {along.text(y, fine)}"
 
 
-# Tolerance relative to the recorded force, or to 1 N if that is more.
+# Tolerance of forces, relative to the recorded force, or to 1 N if the force is less than 1 N.
 FORCE_TOLERANCE = 5e-3
 # N. Objects that press with less are left out.
 LEAST_FORCE = 5e-3
@@ -136,10 +137,22 @@ newtons = FORCE.text
 class PadCause:
     """Why a pad reads what it reads.
 
-    `partners` holds the objects that press and their forces in N, the greatest first, and `before`
-    the names of the partners at the update before. `force`, `threshold` and `own_weight` along the
-    pad's −Z are in N. `centre` is the centre of pressure in m along the pad's axes. `problem` says
-    why the forces are uncertain.
+    Attributes
+    ----------
+    partners
+        The objects that press on the pad and their forces in N, the greatest first.
+    force
+        The force of the reading, in N.
+    own_weight
+        The pad's own weight along its −Z axis, in N.
+    threshold
+        The force from which the pad counts as pressed, in N.
+    centre
+        The centre of pressure along the pad's axes, in m.
+    problem
+        Why the forces are uncertain; empty if they are not.
+    before
+        The names of the objects that pressed at the previous update.
     """
 
     partners: tuple[tuple[str, float], ...]
@@ -152,12 +165,15 @@ class PadCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that presses most, or did at the update before."""
+        """The name of the object that presses most, or did so at the previous update."""
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add which force is needed and the nearest object above, before the other facts."""
+    """Add to an explanation the force that is missing, before its other facts.
+
+    If nothing presses on the pad, also add the nearest object above it.
+    """
     cause = found.cause
     if cause is None:
         return found
@@ -168,7 +184,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def _nearest_above(replay: Replay, index: int) -> str:
-    """Return the nearest object above a pad and its distance; empty without one."""
+    """Return the name and the distance of the nearest object above a pad, or an empty text."""
     found = replay.solid_bounds(index, include_sensor=True)
     name = replay.sensor.object.name
     if name not in found:

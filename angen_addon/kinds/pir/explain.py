@@ -30,9 +30,9 @@ from ....sensor_logic.wording import Lengths, capital, percent, quoted
 from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay
 
-# A range scan: the ray whose range changed most.
+# Range scan: an update is explained by the ray whose range changed most.
 
-# m. A range has not changed if it changed by less than this without noise.
+# m. Only noise changed a range if the range without noise changed by less than this.
 SAME = 1e-6
 NAMES_SHOWN = 4
 NOISE = "noise"
@@ -42,8 +42,18 @@ NOISE = "noise"
 class Scan:
     """One update of a range scan.
 
-    `tilts` are the numbers of the scanned tilts. `ranges` (tilts, rays) are in m, and `clean` is
-    the same without noise. `names` are the objects that the rays hit, tilt by tilt.
+    Attributes
+    ----------
+    tilts
+        The numbers of the scanned tilts.
+    ranges
+        The ranges (tilts, rays) in m.
+    clean
+        The same ranges without noise.
+    names
+        The objects that the rays hit, tilt by tilt.
+    pose
+        The sensor's pose.
     """
 
     tilts: range
@@ -57,9 +67,24 @@ class Scan:
 class RayChange:
     """The ray that changed most between two scans, and what changed it.
 
-    Ranges and `threshold` are in m, angles in radians. `names` are the objects that the ray hit
-    before and after, empty for none. `culprit` is the object that changed the ray, or "noise".
-    `over` holds the number of rays that each culprit changed by more than the threshold.
+    Attributes
+    ----------
+    tilt, ray
+        The number of the tilt, and of the ray within it.
+    azimuth, elevation
+        The direction of the ray, in radians.
+    before, after
+        The ranges of the ray in the two scans, in m.
+    names
+        The objects that the ray hit before and after; empty for none.
+    culprit
+        The object that changed the ray, or "noise".
+    threshold
+        The change of a range that counts as movement, in m.
+    over
+        For each object, or "noise", the number of rays that it changed by more than the threshold.
+    triggered
+        Whether the scan triggers the detector.
     """
 
     tilt: int
@@ -86,7 +111,7 @@ class RayChange:
 
 
 def explain_range_scan(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a range scan by the ray that changed most.
+    """Explain update `index` of a range scan by the ray whose range changed most.
 
     Raise `AngenError` if the sensor cannot be read.
     """
@@ -126,7 +151,7 @@ def _tilts(replay: Replay) -> int:
 
 
 def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] | None:
-    """Replay an update of a range scan.
+    """Replay an update of a range scan; return None if the detector is switched off there.
 
     Returns
     -------
@@ -138,13 +163,11 @@ def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] 
         Whether the model finds movement in this scan.
     angle : float
         The tilt that the detector publishes, in radians.
-
-    All of them are None together where the detector is off.
     """
     pending = replay.take_update(index)
     if pending is None:
         return None
-    # Without hold, blocking and warm-up time the model reports this scan alone.
+    # Without hold, blocking and warm-up time the model reports whether this scan has movement.
     bare = replace(pending.parameters, hold_time=0.0, blocking_time=0.0, warm_up_time=0.0)
     reading = replay.runner.model.update(bare, pending.update)
     parameters: PirParameters = pending.parameters
@@ -195,7 +218,7 @@ def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) ->
 def _culprit(old: Scan, new: Scan, row: int, ray: int) -> str:
     """Return the object that changed a ray, or "noise".
 
-    It is the nearer of the two objects that the ray hit, since the nearer one came or left.
+    The ray hit one object before and one after the change. The nearer of the two came or left.
     """
     before, after = float(old.clean[row, ray]), float(new.clean[row, ray])
     if abs(before - after) <= SAME:
@@ -278,7 +301,10 @@ def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
 def _doubt(
     replay: Replay, index: int, parameters: PirParameters, triggered: bool, angle: float
 ) -> str:
-    """Return why the explanation may be wrong; empty if the replay agrees with the recording."""
+    """Return why the explanation may be wrong.
+
+    The text is empty if the replay agrees with the recording.
+    """
     track: Any = replay.track
     recorded = bool(track.active[index])
     delayed = parameters.hold_time or parameters.blocking_time or parameters.warm_up_time
@@ -291,7 +317,7 @@ def _doubt(
     return ""
 
 
-# A pyroelectric detector: the object that changed the power on its elements most.
+# Pyroelectric detector: an update is explained by the object that changed the power most.
 
 # s. Changes that are longer ago have mostly decayed in the amplifier.
 WINDOW = 0.5
@@ -304,11 +330,17 @@ THINGS_SHOWN = 4
 
 @dataclass(frozen=True)
 class WarmObject:
-    """An object that changed the power on the elements.
+    """An object that changed the power on the detector's elements.
 
-    `change` is the sum of the changes over the window, without sign, in W per m² of lenslet.
-    `temperature` is its mean temperature in K, and `rays` the number of rays that hit it at the
-    update.
+    Attributes
+    ----------
+    change
+        The sum of its absolute changes of the power, over all replayed updates. It is in W per m²
+        of lenslet.
+    temperature
+        Its mean temperature in K.
+    rays
+        The number of rays that hit it at the explained update.
     """
 
     name: str
@@ -321,9 +353,16 @@ class WarmObject:
 class WarmCause:
     """Why a pyroelectric detector reads what it reads.
 
-    `things` are the objects that changed the power, the greatest change first. `signal` is the
-    recorded signal in multiples of the threshold, `threshold` in W per m² of lenslet, `ambient` in
-    K.
+    Attributes
+    ----------
+    things
+        The objects that changed the power on the elements, the greatest change first.
+    signal
+        The recorded signal in multiples of the threshold.
+    threshold
+        The threshold in W per m² of lenslet.
+    ambient
+        The temperature of the surroundings in K.
     """
 
     things: tuple[WarmObject, ...]
@@ -333,16 +372,27 @@ class WarmCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that changed the power most, or empty below the threshold."""
+        """The name of the object that changed the power most; empty if the signal is too weak."""
         return self.things[0].name if self.things and abs(self.signal) > 1.0 else ""
 
 
 @dataclass(frozen=True)
 class _WarmUpdate:
-    """One update, with an entry for each ray (n,).
+    """What the rays of a pyroelectric detector hit at one update. Arrays are (n,), one entry a ray.
 
-    `power` on the elements above that of the room is in W per m² of lenslet, `temperature` in K and
-    `ranges` in Blender units. `names` are the objects hit. `ambient` is in K.
+    Attributes
+    ----------
+    power
+        The power on the elements, less the power from surroundings at `ambient`. It is in W per m²
+        of lenslet.
+    temperature
+        The temperature of the surface, in K.
+    ranges
+        In Blender units.
+    names
+        The objects hit.
+    ambient
+        The temperature of the surroundings in K.
     """
 
     power: Array
@@ -380,9 +430,9 @@ def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
 def _replay_window(
     replay: Replay, index: int, window: float
 ) -> list[tuple[PirParameters, _WarmUpdate]]:
-    """Replay updates of the last `window` seconds, at most MOST_UPDATES of them.
+    """Replay about MOST_UPDATES updates, evenly from the last `window` seconds before an update.
 
-    Updates before the detector was last off are left out.
+    If the detector was switched off meanwhile, only the updates since then are returned.
     """
     times = replay.track.times
     first = index
@@ -400,7 +450,10 @@ def _replay_window(
 
 
 def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpdate] | None:
-    """Replay update `index`; return its parameters and the warmth that its rays hit."""
+    """Replay update `index`; return the parameters and what the rays hit.
+
+    Return None if the detector is switched off there.
+    """
     pending = replay.take_update(index)
     if pending is None:
         return None
@@ -422,7 +475,7 @@ def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpda
 
 
 def _warm_objects(updates: list[_WarmUpdate]) -> tuple[WarmObject, ...]:
-    """Return the objects that changed the power, the greatest change first."""
+    """Return the objects that changed the power between the updates, the greatest change first."""
     changes: dict[str, float] = {}
     temperatures: dict[str, list[float]] = {}
     for old, new in pairwise(updates):
@@ -471,7 +524,7 @@ UNCHANGED = 1e-6
 
 
 def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a motion detector of either model.
+    """Explain update `index` of a motion detector, whichever of the two models it has.
 
     Raise `AngenError` if the sensor cannot be read.
     """
@@ -480,7 +533,7 @@ def explain_motion(replay: Replay, index: int) -> Explanation:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add what would have to change for the detector to fire, before the other facts."""
+    """Add to an explanation what would have to change for the detector to fire, as first facts."""
     headline, facts = found.headline, _missing_to_fire(replay, index, found) if found.cause else []
     held = _why_waiting(replay, index)
     if held:
@@ -490,7 +543,10 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def _why_waiting(replay: Replay, index: int) -> str:
-    """Return why the detector cannot report movement now, such as its warm-up; or empty."""
+    """Return why the detector cannot report movement now, such as its warm-up.
+
+    The text is empty if it can.
+    """
     track, pir = replay.track, replay.sensor.parameters
     now = track.times[index]
     on = np.flatnonzero(np.asarray(track.active)[:index])
@@ -502,7 +558,7 @@ def _why_waiting(replay: Replay, index: int) -> str:
 
 
 def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
-    """Return the facts on what would have to change for the detector to fire."""
+    """Return facts that say what would have to change for the detector to fire."""
     if replay.sensor.parameters.model == "PYROELECTRIC":
         share = abs(found.cause.signal)
         if share > 1.0:
@@ -525,7 +581,7 @@ def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
 
 
 def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
-    """Return the nearest object that has moved since the update before.
+    """Return the nearest object that has moved since the previous update, as a text.
 
     The text also says why the detector does not report it.
     """
@@ -564,7 +620,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
 
 
 def _noticed_names(found: Explanation) -> set[str]:
-    """Return the names of objects that changed something that the detector measures."""
+    """Return the names of the objects that changed what the detector measures."""
     cause = found.cause
     if isinstance(cause, WarmCause):
         return {thing.name for thing in cause.things}

@@ -24,17 +24,18 @@ from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
 from ...view.overlay.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
 
-# Neighbouring rays hit different surfaces if their ranges differ by more than a share of the nearer
-# range. The share is JUMP, or STEEPEST times the angle between the rays if that is more.
+# Neighbouring rays count as hitting different surfaces if their ranges differ by more than JUMP
+# times the nearer range. If STEEPEST times the angle between the rays is more, it replaces JUMP.
 JUMP, STEEPEST = 0.15, 4.0
 # At most this many tilts are drawn as surfaces, since surfaces are slow to draw.
 SHEETS = 4
 
 
 def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw each tilt as a sheet from the sensor to the ends of its rays, or the zones of a lens.
+    """Draw the tilts of a range scan, or the zones of a lens.
 
-    Nothing between two tilts is seen, so nothing is drawn there.
+    Each tilt is drawn as a surface from the sensor to the hits of its rays. The detector sees
+    nothing between two tilts, so nothing is drawn there.
     """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC":
@@ -62,9 +63,9 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
-    """Draw the end of each zone of a lens: filled for one element, empty for the other.
+    """Draw the end of each zone of a lens. The zones of one element are filled, the others empty.
 
-    A zone ends at its hit, or at the detection distance, although its rays reach farther.
+    A zone ends at its hit, or at the detection distance. Its rays can reach farther than that.
     """
     drawn, zones = Figure(), zones_of(seen.parameters)
     directions = zone_edges(zones) @ seen.pose.axes.T
@@ -98,7 +99,7 @@ def zone_edges(zones: Zones) -> Array:
 def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
     """Return whether neighbouring rays in a row end on different surfaces, shape (rows, n − 1).
 
-    All neighbours are the same angle apart.
+    The angle between neighbours must be the same everywhere.
     """
     ranges = met.ranges.reshape(rows, -1)
     apart = float(np.linalg.norm(met.directions[1] - met.directions[0]))
@@ -108,7 +109,7 @@ def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
 
 
 def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure | None:
-    """Draw the tilt of the last update, if the detector has more than one."""
+    """Draw the tilt of the last update; return None if the detector has only one tilt."""
     parameters = seen.parameters
     one_of_many = len(met.reach) == parameters.rays > 1 and parameters.tilt_count > 1
     if parameters.model == "PYROELECTRIC" or not one_of_many:
@@ -124,9 +125,10 @@ def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure |
 
 
 def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: float) -> Figure | None:
-    """Draw the rays that saw a movement since the scan before, without noise.
+    """Draw the rays whose range changed by more than the threshold since the scan before.
 
-    `before` holds the ranges (n,) of that scan. Return None if there was no movement.
+    Noise does not count. `before` holds the ranges (n,) of that scan. Return None if there was no
+    movement.
     """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC" or before.shape != met.ranges.shape:
@@ -146,8 +148,8 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
 def _hc_sr501() -> Housing:
     """Return a board of 32 × 24 × 25 mm with a lens of 23 mm.
 
-    The sizes are from innovatorsguru.com and purplebearsshopnearn.com. The share of the lens in the
-    depth is chosen.
+    The sizes are from innovatorsguru.com and purplebearsshopnearn.com. How much of the depth is the
+    lens is an assumption.
     """
     lens = [(0.0115 * math.sin(a), 0.0115 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
@@ -167,7 +169,7 @@ def _pmod_pir() -> Housing:
 def _wall_detector() -> Housing:
     """Return a detector for walls, as in the sample home.
 
-    It is a flat body of 68 × 110 mm with a bulging lens, 40 mm deep.
+    It has a flat body of 68 × 110 mm and a bulging lens, and is 40 mm deep.
     """
     lens = [(0.026 * math.sin(a), 0.014 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
@@ -220,7 +222,10 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def _across(zone: Zone) -> list[tuple[float, float, float]]:
-    """Return unit vectors across a zone at its middle height, in the sensor's axes."""
+    """Return unit vectors that fan out over the width of a zone, at its middle height.
+
+    They are in the sensor's axes.
+    """
     level, rise = math.cos(zone.elevation), math.sin(zone.elevation)
     sides = np.linspace(-zone.width / 2, zone.width / 2, RAYS_A_ZONE) + zone.azimuth
     return [(-math.sin(a) * level, rise, -math.cos(a) * level) for a in sides.tolist()]

@@ -39,7 +39,10 @@ from .settings import motion_of
 
 
 def add_coverage(verbs: Any, every: argparse.ArgumentParser) -> None:
-    """Add the options of `angen coverage`."""
+    """Add the command `angen coverage` to `verbs`, the subparsers of the command line.
+
+    `every` is the parser of the options that every command has.
+    """
     verb = verbs.add_parser(
         "coverage", parents=[_common(every)], help="map where motion detectors notice a movement"
     )
@@ -47,7 +50,7 @@ def add_coverage(verbs: Any, every: argparse.ArgumentParser) -> None:
 
 
 def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    """Return the options that both commands have."""
+    """Return a parser of the options that `angen coverage` and `angen place` both have."""
     common = argparse.ArgumentParser(add_help=False, parents=[every])
     common.add_argument(
         "--motion",
@@ -90,7 +93,7 @@ def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
 
 
 def add_place(verbs: Any, every: argparse.ArgumentParser) -> None:
-    """Add the options of `angen place`."""
+    """Add the command `angen place` to `verbs`; the parameters are those of `add_coverage`."""
     place = verbs.add_parser(
         "place",
         parents=[_common(every)],
@@ -170,7 +173,7 @@ def picture(
     title: str,
     proposed: Sequence[SensorInPlan] = (),
 ) -> str:
-    """Return the SVG of a map with its detectors and the proposed ones."""
+    """Return the SVG of a map with its detectors; `proposed` detectors are drawn too."""
     home = EvaluatedHome(depsgraph)
     chosen = [s for s in sensors if s.name in coverage.sensors]
     seen = [p for p in (sensor_in_plan(home, sensor) for sensor in chosen) if p is not None]
@@ -207,14 +210,14 @@ def _height(home: EvaluatedHome, sensors: Sequence[Sensor], name: str) -> float:
 
 
 def _check_files(options: argparse.Namespace) -> None:
-    """Raise `AngenError` if the results could not be written."""
+    """Raise `AngenError` if one of the output files cannot be written."""
     check_outputs({"--csv": options.csv, "--picture": options.picture, "--save": options.save})
     if options.picture is not None and options.picture.suffix.lower() != ".svg":
         raise InputError(f"--picture: {options.picture.name} must end in .svg")
 
 
 def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
-    """Make the map that the options describe, and print a table of its rooms."""
+    """Compute the map that the options describe, and print a table of its rooms."""
     selected = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
     for sensor in selected:
         if options.sensor and sensor.kind is not DETECTOR:
@@ -236,7 +239,7 @@ def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: O
 
 
 def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
-    """Propose the places that the options describe, and print a table of them."""
+    """Search the places that the options describe, and print a table of them."""
     if options.like and options.preset:
         raise AngenError("--like and --preset both set the parameters: give only one of them")
     like = chosen(list(sensors), SensorChoice((options.like,)))[0] if options.like else None
@@ -278,7 +281,7 @@ def plan_marks(proposal: Proposal) -> list[SensorInPlan]:
 
 
 def _run_with_progress(run: Iterator[Any], options: argparse.Namespace) -> Any:
-    """Run a generator with progress on standard error, and return the last thing it yields.
+    """Run a generator with progress on standard error, and return what it yields last.
 
     Raise `KeyboardInterrupt` at Ctrl-C.
     """
@@ -306,7 +309,10 @@ PLACE_COLUMNS = ("name", "room", "on", "x_m", "y_m", "z_m", "yaw_deg", "gain_m2"
 
 
 def _place_rows(proposal: Proposal) -> list[tuple[str, ...]]:
-    """Return a row for each place, with the floor (m²) that it adds to the places before it."""
+    """Return a row of texts for each proposed place.
+
+    Its last column is the floor (m²) that the place adds to what the places before it cover.
+    """
     covered, area = proposal.map.covered, proposal.map.cells.size**2
     before = np.zeros(len(proposal.map.cells), bool)
     rows = []
@@ -336,7 +342,10 @@ def _table_of_places(proposal: Proposal) -> str:
 
 
 def _with_outputs(work: Callable[..., None]) -> Callable[[argparse.Namespace, Outputs], int]:
-    """Return a function that checks the output files and then does the work."""
+    """Return a function that first checks the output files, and then calls `work`.
+
+    The function takes the parsed options and the outputs, and returns the exit status.
+    """
 
     def run(options: argparse.Namespace, outputs: Outputs) -> int:
         _check_files(options)

@@ -34,13 +34,25 @@ MOST_CELLS = 250_000
 CASTS_AT_ONCE = 2000
 
 T = TypeVar("T")
-# Work in steps, between which it can be ended. It returns its result.
+# A generator that yields between steps of its work, so that it can be ended. It returns its result.
 Steps = Generator[None, None, T]
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The cells (nx × ny) of a storey, row by row; `low` (2,) is its corner in m."""
+    """The cells (nx × ny) of a storey, row by row.
+
+    Attributes
+    ----------
+    low
+        The corner (2,) of the grid with the least x and y, in m.
+    shape
+        The number of cells along x and along y.
+    size
+        Side of a cell in m.
+    floor
+        Height of the floor in m.
+    """
 
     low: Array
     shape: tuple[int, int]
@@ -48,7 +60,7 @@ class Grid:
     floor: float
 
     def at(self, height: float) -> Array:
-        """Return the centres (n, 3) of all cells at a height above the floor."""
+        """Return the centres (n, 3) of all cells, at a height (m) above the floor."""
         x = self.low[0] + (np.arange(self.shape[0]) + 0.5) * self.size
         y = self.low[1] + (np.arange(self.shape[1]) + 0.5) * self.size
         xs, ys = np.meshgrid(x, y, indexing="ij")
@@ -59,7 +71,7 @@ class Grid:
 def cast_along(
     home: EvaluatedHome, points: Array, direction: Array, length: float
 ) -> Steps[tuple[Array, NDArray[np.int64]]]:
-    """Cast rays in one direction, CASTS_AT_ONCE rays in a step.
+    """Cast rays in one direction, CASTS_AT_ONCE rays in a step of the work.
 
     Parameters
     ----------
@@ -93,15 +105,19 @@ def cast_along(
 
 
 def free_ways(home: EvaluatedHome, points: Array, direction: Array, length: float) -> Steps[Array]:
-    """Return the free distances (n,) in m from points (n, 3) along one direction."""
+    """Return how far (n,) in m nothing is in the way from points (n, 3) along one direction.
+
+    The distances are at most `length`.
+    """
     ranges, _ = yield from cast_along(home, points, direction, length)
     return ranges
 
 
 def floors(home: EvaluatedHome, grid: Grid, start: float) -> Steps[Array]:
-    """Return the heights (n,) in m of the surfaces below the cells, above the storey's floor.
+    """Return the heights (n,) in m of the first surface below a point of each cell.
 
-    The rays start at the height `start`. A height is infinite where nothing is below.
+    The points are at the height `start`. All heights are above the floor of the storey. A height is
+    infinite if nothing is below the point.
     """
     deep = start + PIT_M
     ranges = yield from free_ways(home, grid.at(start), np.array([0.0, 0.0, -1.0]), deep)
@@ -111,10 +127,11 @@ def floors(home: EvaluatedHome, grid: Grid, start: float) -> Steps[Array]:
 def passable(
     home: EvaluatedHome, grid: Grid, height: float, among: Mask | None = None
 ) -> Steps[tuple[Mask, Mask]]:
-    """Return whether nothing is between neighbouring cells.
+    """Return for which pairs of neighbouring cells nothing is between their centres.
 
-    The shapes are (nx − 1, ny) along x and (nx, ny − 1) along y. With `among` (nx, ny), only these
-    cells are tested.
+    The first array (nx − 1, ny) is for neighbours along x, the second (nx, ny − 1) along y.
+    `height` is the height of the centres above the floor. With `among` (nx, ny), only pairs of
+    these cells are tested; all others count as blocked.
     """
     points = grid.at(height).reshape(*grid.shape, 3)
     included = np.ones(grid.shape, bool) if among is None else among
@@ -136,9 +153,10 @@ def passable(
 def flood(
     seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]
 ) -> Steps[NDArray[np.int64]]:
-    """Return labels (nx, ny) that spread step by step from `seeds`, where 0 is no label.
+    """Return the labels (nx, ny) of cells after a flood fill from the labelled cells `seeds`.
 
-    Where two labels reach a cell in the same step the smaller one wins.
+    A label of 0 is none. Labels spread to `allowed` cells along `ways`, which `passable` returns.
+    If two labels reach a cell in the same step, the cell gets the smaller one.
     """
     labels = np.where(allowed, seeds, 0)
     none = np.iinfo(np.int64).max
@@ -167,7 +185,7 @@ ASKEW = np.array([0.1234, 0.2345, 0.9642]) / np.linalg.norm([0.1234, 0.2345, 0.9
 
 
 class Volume:
-    """An object whose mesh marks the inside of a room."""
+    """An object whose mesh encloses a room, and so marks it."""
 
     def __init__(self, home: EvaluatedHome, obj: Any) -> None:
         self.name = room_of(obj) or obj.name
@@ -178,9 +196,9 @@ class Volume:
         self._tree = BVHTree.FromPolygons(points, [tuple(p.vertices) for p in obj.data.polygons])
 
     def holds(self, points: Array) -> Mask:
-        """Return whether points (n, 3) are inside, shape (n,).
+        """Return which of the points (n, 3) are inside the mesh, as a mask (n,).
 
-        A ray from inside leaves the mesh through an odd number of faces.
+        A ray from a point inside leaves the mesh through an odd number of faces.
         """
         inside = ((points >= self.lo) & (points <= self.hi)).all(axis=1)
         for i in np.flatnonzero(inside).tolist():
@@ -189,7 +207,10 @@ class Volume:
 
 
 def volumes(home: EvaluatedHome) -> list[Volume]:
-    """Return the meshes that mark rooms, by name. The doctor reports those without a place."""
+    """Return the meshes that mark rooms, by name.
+
+    Meshes that Blender does not evaluate are left out; the doctor reports them.
+    """
     marks = [
         obj
         for obj in home.depsgraph.view_layer.objects
@@ -210,9 +231,15 @@ def volumes(home: EvaluatedHome) -> list[Volume]:
 class Labels:
     """The rooms of the cells.
 
-    `number` (nx, ny) is the number of the room of each cell in `names`, from 1, or 0 for none.
-    `guessed` (nx, ny) are the cells of rooms that are open to another room, so that only the
-    sensors decide where they end.
+    Attributes
+    ----------
+    number
+        The number (nx, ny) of each cell's room; 0 for none. Room 1 is the first of `names`.
+    names
+        The names of the rooms.
+    guessed
+        A mask (nx, ny): the cells of rooms that are open to another room. Only the distances from
+        the sensors decide where such rooms end.
     """
 
     number: NDArray[np.int64]
@@ -223,7 +250,10 @@ class Labels:
 def labels_of(
     home: EvaluatedHome, grid: Grid, members: Sequence[Sensor], marked: Sequence[Volume]
 ) -> Steps[Labels]:
-    """Return the rooms of the cells of a storey with these sensors and marks."""
+    """Return the rooms of the cells of a storey.
+
+    `members` are the sensors of the storey, and `marked` its meshes that mark rooms.
+    """
     names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
     floor_there = ((yield from floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
     middle = grid.at(OVER_M / 2)
@@ -254,7 +284,7 @@ def labels_of(
 def _open_rooms(
     number: NDArray[np.int64], loose: Mask, ways: tuple[Mask, Mask]
 ) -> NDArray[np.int64]:
-    """Return the numbers of rooms that lead to another room without a wall between."""
+    """Return the numbers of rooms that are open to another room: no wall is between two cells."""
     rooms = np.where(loose, number, 0)
     found = []
     for way, one, two in (
@@ -267,7 +297,10 @@ def _open_rooms(
 
 
 def _cells_near(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[int]]:
-    """Return the cells that are visible from below a sensor, in front of its wall."""
+    """Return the cells near a sensor with nothing between them and the point below the sensor.
+
+    The point is a little in front of the wall that the sensor is on.
+    """
     matrix = sensor.world_matrix(home.depsgraph)
     at = np.array(matrix.translation) * home.metres
     looks = -np.array(matrix.col[2])[:2]
@@ -292,7 +325,7 @@ def _cells_near(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[lis
 
 # Rooms reach at most this far (m) from their sensors.
 BEYOND_M = 10.0
-# Rays look for obstacles around a body at heights that are at most this far apart (m).
+# Obstacles around a body are searched with rays at several heights, at most this far apart (m).
 EVERY_M = 0.4
 
 
@@ -310,7 +343,7 @@ def cells_of(
     home
         The evaluated scene.
     sensors
-        The sensors, which say where rooms are.
+        The sensors of the home. Their rooms tell which cells belong to which room.
     motion
         The motion.
     size
@@ -358,7 +391,7 @@ def cells_of(
 def storeys_of(
     home: EvaluatedHome, sensors: Sequence[Sensor], marked: Sequence[Volume]
 ) -> list[tuple[float, list[Sensor]]]:
-    """Return the heights of floors in m, each with the sensors above it."""
+    """Return the height of the floor of each storey in m, with the sensors of the storey."""
     inside = [s for s in sensors if s.kind.in_room]
     seen = [p for p in (sensor_in_plan(home, sensor) for sensor in inside) if p is not None]
     by_name = {s.name: s for s in inside}
@@ -384,7 +417,11 @@ def _grid(
     marked: Sequence[Volume],
     size: float,
 ) -> Grid:
-    """Return the grid of a storey, up to BEYOND_M around its sensors and marks."""
+    """Return the grid of a storey.
+
+    It has the meshes that mark rooms, and the surroundings of the sensors up to BEYOND_M, as far as
+    the home extends.
+    """
     near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
     low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
     high = np.array([p + BEYOND_M for p in near] + [v.hi[:2] for v in marked]).max(axis=0)
@@ -406,7 +443,7 @@ def _grid(
 def _storey_cells(
     home: EvaluatedHome, grid: Grid, labels: Labels, motion: Motion, number: int
 ) -> Steps[Cells]:
-    """Return the cells of the rooms of a storey where the body has room."""
+    """Return the cells in the rooms of a storey where the body of the motion has room."""
     top = min(motion.top + 0.02, OVER_M)
     limit = max(motion.bottom, RUG_M)
     in_room = labels.number > 0
@@ -434,7 +471,10 @@ def _storey_cells(
 
 
 def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
-    """Return the free distances (n, 8) in m around cells, over the height of the body."""
+    """Return how far (n, 8) in m a body can move from each cell in each of 8 directions.
+
+    All of its height must be free.
+    """
     low, high = max(motion.bottom, RUG_M), motion.top
     heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))
     reach = (motion.step if motion.walks else 0.0) + max(
@@ -451,7 +491,7 @@ def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
 
 
 def _join(parts: Sequence[Cells], size: float) -> Cells:
-    """Join the cells of all storeys."""
+    """Return the cells of all storeys as one `Cells`."""
     names: tuple[str, ...] = sum((part.room for part in parts), ())
     if not parts:
         return Cells(size, np.empty((0, 3)), (), np.empty(0, np.intp), np.empty((0, DIRECTIONS)))

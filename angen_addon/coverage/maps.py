@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The coverage map of the detectors of a scene at the present frame.
 
-The operator, the command line and the tests all use the generator `cover`.
+The operator, the command line and the tests all use the generator `cover`. A view (`DetectorView`)
+tells how strongly a detector notices a motion.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ from ..scene.surfaces import Warmth, kelvin
 from .floor import cells_of
 
 BUNDLE = -10
-# The moving body is as warm as a person with clothing, which is also about right for a cat.
+# The moving body is as warm as a person with clothes; a cat is about as warm.
 BODY = Walker()
 
 
@@ -60,7 +61,7 @@ def detectors(sensors: Sequence[Sensor]) -> list[Sensor]:
 
 
 def view_of(home: EvaluatedHome, sensor: Sensor) -> DetectorView:
-    """Return the view of a sensor of the scene. Raise `AngenError` if it cannot be read."""
+    """Return the view of a sensor in the scene. Raise `AngenError` if the sensor cannot be read."""
     check(sensor)
     evaluated = sensor.object.evaluated_get(home.depsgraph)
     check_evaluated(sensor, home.depsgraph)
@@ -79,7 +80,7 @@ def view_from(
     rate: float,
     uid: Uid,
 ) -> DetectorView:
-    """Return the view of a detector, with rays that were cast once through the scene.
+    """Return the view of a detector; its rays are cast through the scene here.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def view_from(
     rate
         Its update rate in Hz.
     uid
-        The rays pass through the object of this session uid.
+        Session uid of the detector's object, which its rays pass.
     """
     if parameters.model == "PYROELECTRIC":
         return _warm_view(home, warmth, parameters, pose, rate, uid)
@@ -161,7 +162,7 @@ def _cast(home: EvaluatedHome, uid: Uid, origins: Any, directions: Any, reach: A
 SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0
 # The number of motions that are computed between two reports of progress.
 AT_ONCE = 4000
-# The share of the work that finding the floor takes.
+# The part of the work that finding the floor takes, from 0 to 1.
 FLOOR_SHARE = 0.3
 
 
@@ -180,9 +181,9 @@ def cover(
     depsgraph
         The evaluated depsgraph.
     sensors
-        All sensors, which say where rooms are.
+        All sensors of the home. Their rooms tell which cells belong to which room.
     chosen
-        The sensors whose detectors are mapped.
+        The sensors to map. Those that are no motion detectors are left out.
     motion
         The motion that is tested in each cell.
     size
@@ -215,7 +216,10 @@ def cover(
 def strengths(
     views: Mapping[str, DetectorView], cells: Cells, motion: Motion
 ) -> Iterator[Doing | CoverageMap]:
-    """Compute how strongly each view notices the motions; yield the progress, last the map."""
+    """Compute how strongly each detector notices the motion in each cell and direction.
+
+    `views` are by the name of the detector. Yield the progress, and last the map.
+    """
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
     for row, (name, view) in enumerate(views.items()):
@@ -228,16 +232,16 @@ def strengths(
 
 
 def whole_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
-    """Return the map of `strengths`, without progress."""
+    """Return the exact map, as `strengths` yields it last."""
     *_, last = strengths(views, cells, motion)
     assert isinstance(last, CoverageMap)
     return last
 
 
 def upper_bound_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
-    """Return a map that covers at least the cells that the views cover.
+    """Return a map that covers at least the cells of the exact map, and perhaps more.
 
-    It is far quicker to make than the exact map.
+    Making it is far quicker than making the exact map.
     """
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
@@ -247,7 +251,7 @@ def upper_bound_map(views: Mapping[str, DetectorView], cells: Cells, motion: Mot
 
 
 def check_cell(size: float) -> None:
-    """Raise `AngenError` if a cell of this size (m) is too small or too large."""
+    """Raise `AngenError` if cells with sides of `size` (m) are too small or too large."""
     if not SMALLEST_CELL <= size <= LARGEST_CELL:
         raise AngenError(
             f"the cell is {size:g} m: it must be from {SMALLEST_CELL:g} m to {LARGEST_CELL:g} m"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Propose poses for detectors in rooms, among candidates on walls and below ceilings.
 
-As for maps, the work is a generator.
+The work is a generator that yields its progress.
 """
 
 from __future__ import annotations
@@ -33,11 +33,12 @@ from .maps import check_cell, detectors, upper_bound_map, view_from, view_of, wh
 FAR_M, WIDE_M, OFF_M = 8.0, 0.5, 0.03
 # Two rays this far apart (m) give the direction of a wall.
 ASIDE_M = 0.04
-# A wall at a greater angle to the ray is left to rays in other directions.
+# A wall is used only if the angle between its normal and the ray is at most this: rays in other
+# directions find the others.
 STEEPEST = math.radians(40.0)
 # A detector looks straight away from the wall, or half-way to a side, as brackets allow.
 TURNS = (0.0, math.radians(45.0), math.radians(-45.0))
-# A detector below a ceiling looks down. Its fan or zones may be turned.
+# A detector below a ceiling looks down. These are its angles about the vertical.
 ROLLS = tuple(math.radians(a) for a in (0.0, 90.0, 180.0, 270.0))
 # m above the floor: the start of rays to the ceiling, and the greatest height of a ceiling.
 CEILING_FROM_M, CEILING_M = 1.5, 3.5
@@ -47,7 +48,7 @@ NOTHING_MET = -1
 
 @dataclass(frozen=True)
 class Candidate:
-    """A pose in m for a detector in a room, `on` a wall or a ceiling."""
+    """A possible pose of a detector, in m, with its room; `on` is "wall" or "ceiling"."""
 
     pose: Pose
     room: str
@@ -57,7 +58,7 @@ class Candidate:
     def yaw(self) -> float:
         """The direction in which the detector looks, in degrees from +X, counter-clockwise.
 
-        For a detector that looks down it is the direction of its +Y.
+        For a detector that looks down, it is the direction of the detector's +Y axis.
         """
         ahead = -self.pose.axes[:, 2] if self.on == "wall" else self.pose.axes[:, 1]
         return round(math.degrees(math.atan2(ahead[1], ahead[0])), 6) + 0.0
@@ -66,9 +67,9 @@ class Candidate:
 def candidates(
     home: EvaluatedHome, cells: Cells, mounting: str, height: float, spacing: float
 ) -> Steps[list[Candidate]]:
-    """Return candidate poses for the rooms of `cells`.
+    """Return candidate poses for the rooms of `cells`, about `spacing` m apart.
 
-    On walls they are `height` m above the floor. They are about `spacing` m apart.
+    `mounting` is WALL, CEILING or BOTH. On walls the poses are `height` m above the floor.
     """
     found: list[Candidate] = []
     if mounting in ("WALL", "BOTH"):
@@ -81,13 +82,13 @@ def candidates(
 def _on_walls(
     home: EvaluatedHome, cells: Cells, height: float, spacing: float
 ) -> Steps[list[Candidate]]:
-    """Return the candidates on walls."""
+    """Return the candidates on walls, `height` m above the floor."""
     spots: dict[tuple[Any, ...], tuple[float, Array, Array, str]] = {}
     for angle in np.arange(8) * math.pi / 4:
         way = np.array([math.cos(angle), math.sin(angle), 0.0])
         walls = yield from _wall_spots(home, cells, height, way)
         for spot, normal, cell in walls:
-            # Keep one spot for each stretch of wall and direction: the nearest to its middle.
+            # For each stretch of wall and each direction, keep the spot nearest to its middle.
             along = float(normal[0] * spot[1] - normal[1] * spot[0])
             off = float(normal[:2] @ spot[:2])
             room = cells.room[cell]
@@ -108,7 +109,11 @@ def _on_walls(
 def _wall_spots(
     home: EvaluatedHome, cells: Cells, height: float, way: Array
 ) -> Steps[list[tuple[Array, Array, int]]]:
-    """Return places on walls along `way`, with their normals and the cells that see them."""
+    """Return the places on walls that level rays from above the cells hit.
+
+    The rays have the direction `way`, and start `height` m above each cell. For each place return
+    the point, the normal of the wall, and the number of the cell.
+    """
     side = np.array([-way[1], way[0], 0.0]) * ASIDE_M
     start = cells.at + np.array([0.0, 0.0, height])
     first, met = yield from _cast_from(home, start, way)
@@ -130,7 +135,11 @@ def _wall_spots(
 
 
 def _mounting_test(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
-    """Return a function of a row and a cell: whether its solid can hold a sensor there."""
+    """Return a function that says whether a solid can hold a detector above a cell.
+
+    It gets the row of the solid and the number of the cell. `heights` are the heights of the
+    detector for each cell. A solid must reach up to `tops`, so that low furniture is no wall.
+    """
     lo, hi, solids = home.lo, home.hi, home.caster.solids.solids
     still: dict[int, bool] = {}
 
@@ -147,7 +156,10 @@ def _mounting_test(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
 def _cast_from(
     home: EvaluatedHome, start: Array, way: Array
 ) -> Steps[tuple[Array, NDArray[np.int64]]]:
-    """Return ranges (n,) in m, and the rows (n,) of the solids hit, −1 for none."""
+    """Cast rays from points (n, 3) in the direction `way`.
+
+    Return the ranges (n,) in m and the rows (n,) of the solids that are hit, −1 for none.
+    """
     ranges, numbers = yield from cast_along(home, start, way, FAR_M)
     by_number = {solid.number: solid.row for solid in home.caster.solids.solids}
     met = np.array([by_number.get(n, NOTHING_MET) for n in numbers.tolist()], np.int64)
@@ -155,7 +167,10 @@ def _cast_from(
 
 
 def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
-    """Return a level pose on a wall, turned from its normal by `turn` (rad)."""
+    """Return the pose of a detector on a wall that looks horizontally.
+
+    It is turned from the wall's normal by `turn` (rad).
+    """
     c, s = math.cos(turn), math.sin(turn)
     look = np.array([normal[0] * c - normal[1] * s, normal[0] * s + normal[1] * c, 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -186,7 +201,10 @@ def _under_ceilings(home: EvaluatedHome, cells: Cells, spacing: float) -> Steps[
 
 
 def _spread(cells: Cells, spacing: float) -> Sequence[int]:
-    """Return cells about `spacing` m apart: for each square the cell nearest to its middle."""
+    """Return the numbers of cells that are about `spacing` m apart.
+
+    For each square with this side, it is the cell nearest to the middle.
+    """
     found: dict[tuple[Any, ...], tuple[float, int]] = {}
     for i, at in enumerate(cells.at):
         square = np.floor(at[:2] / spacing)
@@ -200,12 +218,12 @@ def _spread(cells: Cells, spacing: float) -> Sequence[int]:
 # The rays of a candidate pass through no object, since it has none yet.
 NOBODY = -1
 MOST_CANDIDATES = 5000
-# The share of the time that the upper bounds of all candidates take in the sample home: for one
-# detector, and for several.
+# The part of the time that the upper bounds of all candidates take in the sample home, from 0 to 1:
+# for one detector, and for several.
 FIRST_SHARE, FIRST_OF_SEVERAL = 0.8, 0.6
-# The exact coverage of a candidate is on average this share of its upper bound.
+# The exact coverage of a candidate is on average its upper bound times this.
 SHRINKS = 0.8
-# This many candidates are computed exactly before the next choice, beside the chosen ones.
+# Besides the chosen candidates, this many are computed exactly before the next choice.
 NEXT_BEST = 4
 
 
@@ -228,9 +246,9 @@ class Wish:
     spacing
         Distance between candidates, in m.
     seed
-        Chooses among equally good candidates.
+        The seed of the random choice among equally good candidates.
     beside
-        Whether to count only the floor that the present detectors do not cover.
+        Whether the present detectors stay. Then only the floor that they do not cover counts.
     """
 
     count: int
@@ -248,9 +266,20 @@ class Wish:
 class Proposal:
     """The proposed detectors.
 
-    `chosen` are the candidates, the one with the largest gain first, and `names` their names. `map`
-    is the floor that they cover, `tried` the number of candidates, and `before` the number of cells
-    that are covered already. The weights of `choice` are cells.
+    Attributes
+    ----------
+    chosen
+        The chosen candidates, first the one that adds most covered floor.
+    names
+        The names of the proposed detectors.
+    choice
+        How much floor the chosen candidates cover, in cells, and an upper bound of any choice.
+    map
+        The map of the chosen candidates.
+    tried
+        The number of candidates.
+    before
+        The number of cells that the present detectors cover already.
     """
 
     chosen: tuple[Candidate, ...]
@@ -275,14 +304,14 @@ class Proposal:
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
 ) -> Generator[Doing | Proposal, None, None]:
-    """Search the places of detectors.
+    """Search for the places where new detectors cover most of the floor.
 
     Parameters
     ----------
     depsgraph
         The evaluated depsgraph.
     sensors
-        All sensors, which say where rooms are.
+        All sensors of the home. Their rooms tell which cells belong to which room.
     wish
         The detectors to place.
     motion
@@ -300,7 +329,7 @@ def propose(
     AngenError
         If there is no place, or a setting is wrong.
     Enough
-        If it was thrown into the work before any candidate was computed exactly.
+        If the caller threw it in before the exact coverage of any candidate was computed.
     """
     check_cell(size)
     _check(wish)
@@ -335,10 +364,10 @@ def propose(
 
 
 class _Search:
-    """The search for the candidates that together cover the most.
+    """The search for the candidates that together cover the most floor.
 
-    The upper bound of a candidate's coverage is far quicker to compute than the exact coverage.
-    Only the candidates that are the best by their bounds are computed exactly.
+    An upper bound of a candidate's coverage is far quicker to compute than the exact coverage.
+    Exact coverages are computed only for candidates that are among the best by their upper bounds.
     """
 
     def __init__(
@@ -360,14 +389,14 @@ class _Search:
         self._share = 0.0
 
     def view(self, candidate: Candidate) -> DetectorView:
-        """Return the view of a candidate."""
+        """Return the view of a detector at a candidate's pose."""
         wish = self._wish
         return view_from(
             self._home, self._warmth, wish.parameters, candidate.pose, wish.rate, NOBODY
         )
 
     def run(self) -> Generator[Doing, None, ChosenPlaces]:
-        """Run the search and return the choice."""
+        """Run the search; yield the progress and return the choice."""
         for i, candidate in enumerate(self._found):
             view = self.view(candidate)
             self._sets[i] = upper_bound_map({"": view}, self._cells, self._motion).covered[0]
@@ -386,13 +415,13 @@ class _Search:
                 return replace(best, bound=max(choice.bound, best.covered))
 
     def _choose(self, rows: NDArray[np.intp]) -> ChosenPlaces:
-        """Choose among these candidates."""
+        """Return the best choice among the candidates `rows`."""
         wish = self._wish
         choice = choose(self._sets[rows], wish.count, self._weights, wish.seed)
         return replace(choice, chosen=tuple(int(rows[i]) for i in choice.chosen))
 
     def _look_closely(self, choice: ChosenPlaces) -> Iterator[Doing]:
-        """Compute the chosen candidates exactly, and a few that may be chosen next."""
+        """Compute the exact coverage of the chosen candidates and of those that come next."""
         worth = np.where(self._exact, -1.0, self._sets @ self._weights)
         next_best = np.argsort(-worth, kind="stable")[:NEXT_BEST].tolist()
         for i in dict.fromkeys([*choice.chosen, *next_best]):
@@ -413,10 +442,11 @@ class _Search:
             )
 
     def _left(self, choice: ChosenPlaces) -> int:
-        """Estimate how many candidates are still to be computed exactly.
+        """Estimate for how many candidates the exact coverage must still be computed.
 
-        These are the candidates that may gain more than the weakest of the chosen ones, whose own
-        gain will shrink once it is exact.
+        These are the ones that may add more floor than the chosen candidate that adds least. The
+        floor that this one adds is estimated, since its exact coverage is less than its upper
+        bound.
         """
         *others, weakest = choice.chosen
         free = np.where(self._sets[others].any(axis=0), 0.0, self._weights)
@@ -424,13 +454,16 @@ class _Search:
         return int(((gains > gains[weakest] * SHRINKS) & ~self._exact).sum())
 
     def _percent(self, worth: float) -> str:
-        """Return the share of the floor for this many cells, with those covered already."""
+        """Return the covered floor in percent as a text, if new detectors add `worth` cells.
+
+        The floor that present detectors cover is included.
+        """
         before = float((self._weights == 0.0).sum())
         return f"{100 * min(1.0, (worth + before) / len(self._cells)):.0f} %"
 
 
 def _check(wish: Wish) -> None:
-    """Raise `AngenError` if a setting of the proposal is wrong."""
+    """Raise `AngenError` if a setting of `wish` is wrong."""
     if wish.count < 1:
         raise AngenError(f"the number of detectors is {wish.count}: it must be at least 1")
     if not 0.1 <= wish.spacing <= 5.0:

@@ -76,7 +76,7 @@ def _group() -> type:
 
 
 def motion_of(identifier: str, height: float) -> Motion:
-    """Return a motion, at a height (m) unless that is 0.
+    """Return the motion of this identifier; if `height` is not 0, for a body of that height in m.
 
     Raise `AngenError` if the motion is impossible at this height.
     """
@@ -87,7 +87,7 @@ def motion_of(identifier: str, height: float) -> Motion:
 
 
 def room_names(text: str) -> tuple[str, ...]:
-    """Return the names between commas."""
+    """Return the names in a text with commas between them."""
     return tuple(name for name in (part.strip() for part in text.split(",")) if name)
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Show coverage maps and proposals in the scene, and keep their figures for panels.
+"""Show coverage maps and proposals in the scene, and store their figures for the panels.
 
-A map is a mesh with a square for each cell, and a proposed detector is an empty.
+A map is a mesh with a square for each cell, and a proposed detector is an empty. The figures are
+numbers, such as the coverage of each room.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from ..scene.sensors import Sensor, decimal, read_parameters, unit_scale
 from .proposal import Proposal
 
 COLLECTION = "Coverage"
-# m. The map is this far above the floor, so that rugs do not hide it. Squares fill this share of
-# their cells, so that gaps separate them.
+# m. The map is this far above the floor, so that rugs do not hide it. The side of a square relative
+# to its cell: gaps separate the squares.
 ABOVE_M, FILLED = 0.03, 0.94
 CORNERS = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
 
 
 def show_map(scene: Any, coverage: CoverageMap) -> Any:
-    """Show a map and return its object, which replaces the map of the same motion.
+    """Show a map in the scene, in place of an earlier map of the same motion; return its object.
 
     No sensor sees the object, no render shows it, and no click selects it.
     """
@@ -55,7 +56,10 @@ def is_map(obj: Any) -> bool:
 
 
 def remove(scene: Any, motion: str = "") -> int:
-    """Remove the maps of a motion, or all maps, also those put aside; return their number."""
+    """Remove the maps of a motion, and return their number; without a motion, remove all maps.
+
+    All maps include those that are hidden while a proposal is shown.
+    """
     shown = [
         obj for obj in scene.objects if is_map(obj) and (not motion or obj[COVERAGE_MARK] == motion)
     ]
@@ -69,14 +73,14 @@ def remove(scene: Any, motion: str = "") -> int:
 
 
 def remove_own_collection(scene: Any) -> None:
-    """Remove the collection of maps if it is empty."""
+    """Remove the collection of maps and proposals if it is empty."""
     for child in list(scene.collection.children):
         if COVERAGE_MARK in child and not child.objects and not child.children:
             bpy.data.collections.remove(child)
 
 
 def collection(scene: Any) -> Any:
-    """Return the scene's collection for maps and proposals."""
+    """Return the scene's collection for maps and proposals; add it if it is missing."""
     for child in scene.collection.children:
         if COVERAGE_MARK in child:
             return child
@@ -130,10 +134,10 @@ LIKE, PRESET = "angen_like", "angen_preset"
 
 
 def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = "") -> list[Any]:
-    """Show empties at the proposed poses and the map of the proposal.
+    """Show empties at the proposed poses, and the map that the proposed detectors would have.
 
-    They replace those of an earlier proposal. `like` is the sensor, and `preset` the preset, whose
-    parameters the detectors get when they are accepted.
+    They replace those of an earlier proposal. Once accepted, the detectors get the parameters of
+    the sensor `like`, or else of the `preset`. Both are names.
     """
     discard(scene)
     made = []
@@ -161,7 +165,7 @@ def proposed(scene: Any) -> list[Any]:
 
 
 def discard(scene: Any) -> int:
-    """Remove a proposal and restore the map before it; return the number of its detectors."""
+    """Remove a proposal and show the earlier map again; return the number of proposed detectors."""
     found = proposed(scene)
     for ghost in found:
         bpy.data.objects.remove(ghost)
@@ -170,17 +174,17 @@ def discard(scene: Any) -> int:
     return len(found)
 
 
-# While a proposal shows its map, the map of the home is put aside.
+# While the map of a proposal is shown, the map of the home is hidden.
 BEFORE, ASIDE = "angen_coverage_before", "ASIDE "
 
 
 def is_of_proposal(scene: Any) -> bool:
-    """Return whether the map is that of a proposal."""
+    """Return whether the map shown is the map of a proposal."""
     return BEFORE in scene
 
 
 def put_aside(scene: Any, motion: str) -> None:
-    """Hide the map of this motion and store the figures of panels, until `bring_back`."""
+    """Hide the map of this motion, and keep its figures, until `bring_back` restores them."""
     for obj in scene.objects:
         if is_map(obj) and obj[COVERAGE_MARK] == motion:
             obj[COVERAGE_MARK] = ASIDE + motion
@@ -190,7 +194,7 @@ def put_aside(scene: Any, motion: str) -> None:
 
 
 def bring_back(scene: Any) -> None:
-    """Replace the map of a proposal by the map that was put aside, if any."""
+    """Remove the map of a proposal, and restore the map that `put_aside` hid, if there is one."""
     if not is_of_proposal(scene):
         return
     before = json.loads(scene.pop(BEFORE))
@@ -205,9 +209,10 @@ def bring_back(scene: Any) -> None:
 
 
 def accept_map(scene: Any, view_layer: Any, is_whole: bool) -> None:
-    """Make the map of a proposal the map of the home.
+    """Make the map of an accepted proposal the map of the home.
 
-    It is fresh if it was fresh until now and all places were accepted (`is_whole`).
+    `is_whole` says that all proposed places were accepted. Only then is the map marked as fresh:
+    else it shows detectors that do not exist.
     """
     if is_of_proposal(scene):
         remove(scene, ASIDE + json.loads(scene.pop(BEFORE))["motion"])
@@ -217,10 +222,10 @@ def accept_map(scene: Any, view_layer: Any, is_whole: bool) -> None:
 
 
 def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
-    """Return the parameters and the update rate (Hz) of detectors to place.
+    """Return the parameters and the update rate (Hz) of the detectors to place.
 
-    They come from a sensor, from a preset, or else are the defaults. Raise `AngenError` if the
-    sensor is not a motion detector or the preset is unknown.
+    They are those of the sensor, or without one those of the preset, or without both the defaults.
+    Raise `AngenError` if the sensor is not a motion detector or the preset is unknown.
     """
     if sensor is not None:
         parameters = read_parameters(sensor, sensor.settings)
@@ -275,8 +280,9 @@ def _settings(scene: Any) -> dict[str, Any]:
 def summary(scene: Any) -> dict[str, Any] | None:
     """Return the figures of the last map, or None.
 
-    They are `motion`, the number of `sensors`, and `rooms` as (name, m², share, dead m²), with all
-    rooms last. Files of this version also have `frame` and `settings`.
+    They are `motion`, the number of `sensors`, and `rooms`: for each the name, the area in m², the
+    coverage, and the area of cells that no detector covers, in m². All rooms together come last.
+    The key `frame` and the key `settings` are missing in files of earlier versions.
     """
     if KEY not in scene:
         return None
@@ -303,27 +309,27 @@ def why_stale(scene: Any) -> str:
 
 
 def forget(scene: Any) -> None:
-    """Remove the figures of the last map."""
+    """Remove the stored figures of the last map, and what `put_aside` stored."""
     for key in (KEY, FollowedMap.KEY, BEFORE):
         scene.pop(key, None)
 
 
 class _Marking:
-    """Draws a stale map as outlines.
+    """Draws the map as outlines once it is stale.
 
-    Undo steps do not contain this, so it is checked after each undo.
+    Undo does not restore this, so it is checked again after each undo.
     """
 
     def wants_rays(self, scene: Any) -> bool:
-        """Return False: it needs no rays."""
+        """Return False, since the mark needs no rays."""
         return False
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Mark the map after a frame change."""
+        """Draw the map as stale or fresh after a frame change."""
         self.note_edit(scene)
 
     def note_edit(self, scene: Any) -> None:
-        """Mark the map after an edit."""
+        """Draw the map as stale or fresh after an edit."""
         if KEY not in scene:
             return
         look = "WIRE" if why_stale(scene) else "TEXTURED"

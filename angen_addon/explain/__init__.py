@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Explain why a sensor reads what it reads: by which object, which ray, and by how much.
 
-An explanation goes back to the frame of the update, and to the frame of the update that it is
-compared with. There it uses the same rays, noise and model as the run. It changes the frame, so it
-never runs in `draw` or in a handler.
+To explain an update, the scene goes back to its frame, and to the frame of the update that it is
+compared with. There the sensor uses the same rays, noise and model as in the run. Since the frame
+changes, no explanation is made in `draw` or in a handler.
 """

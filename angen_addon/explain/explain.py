@@ -25,10 +25,10 @@ from .replay import replaying
 def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Explanation:
     """Explain update `index` of a sensor in a recording.
 
-    If the output is not active at the update, the explanation says what would have to change.
+    If the output is not active at that update, the explanation also says what would have to change.
 
-    `scene` is the scene of the present context, unchanged since the run. The frame is restored.
-    Raise `AngenError` if the sensor cannot be read.
+    `scene` must be the scene of the present context, unchanged since the run. The frame is
+    restored. Raise `AngenError` if the sensor cannot be read.
     """
     with replaying(scene, sensor, recording) as replay:
         appearance = appearance_of(sensor.kind)
@@ -41,7 +41,8 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
 class Memory:
     """The last explanation, for the panels to show.
 
-    It is valid only for the recording that it was made of. Undo, a file load and edits remove that.
+    It is valid only for the recording that it was made from. Undo, loading a file and edits discard
+    that recording.
     """
 
     def __init__(self) -> None:
@@ -61,7 +62,7 @@ class Memory:
         return kept if (self._uid, kept.index) == (uid, index) else None
 
     def clear(self) -> None:
-        """Forget the stored explanation."""
+        """Discard the stored explanation."""
         self._of, self._uid, self._kept = None, 0, None
 
 
@@ -71,28 +72,28 @@ MEMORY = Memory()
 class ExplainedTime:
     """The explanation of a sensor at a time (s), for the command `angen explain`.
 
-    It first simulates the frames `first` to `last`.
+    `run` simulates the frames `first` to `last`, and `text` then gives the explanation.
     """
 
     def __init__(self, scene: Any, sensors: Sequence[Sensor], sensor: Sensor, time: float) -> None:
         self._scene = scene
         self._sensor = sensor
         self._recording = Recording()
-        # Drivers may move the scene by the outputs of other sensors, so these are simulated too.
+        # Drivers can move objects by the outputs of other sensors, so all are simulated.
         self._sensors = list(sensors) if state.are_driven() else [sensor]
         clock = clock_of(scene)
-        # The log rounds times, so a time from the log may be just before its event.
+        # The log rounds times, so a time copied from the log can be just before its event.
         self._time = time + 1e-6
         steps = self._time * float(clock.steps_per_second)
         step = last = int(steps)
         self.first = scene.frame_start
         schedule = Schedule(clock, decimal(sensor.settings.update_rate))
         if steps - step > 1e-3 and not sensor.kind.requires(LIGHT):
-            # A message that is sent between two updates belongs to the later one.
+            # A message with a time between two updates belongs to the later update.
             last = max(step, schedule.step(schedule.last_update(step) + 1))
         self.last = clock.frame_and_subframe(last)[0]
         if sensor.kind.requires(LIGHT):
-            # Light does not depend on earlier frames, and rendering them takes long.
+            # Light does not depend on earlier frames, and rendering these would take long.
             earlier = max(schedule.last_update(step) - 1, 0)
             self.first = clock.frame_and_subframe(schedule.step(earlier))[0]
 
@@ -111,9 +112,10 @@ class ExplainedTime:
         return sum(len(track) for track in self._recording.tracks.values())
 
     def text(self, now: bool = False) -> str:
-        """Return the explanation of the last event at or before the time, after `run`.
+        """Return the explanation of the last event up to the given time; call `run` first.
 
-        With `now`, explain the last update instead. Raise `AngenError` if there is none.
+        With `now`, explain the last update up to that time, event or not. Raise `AngenError` if
+        there is none.
         """
         track = self._recording.tracks[self._sensor.name]
         # Whether a reading of light is an event depends on earlier updates, which were not run.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words of an explanation, as panels and the command line show them."""
+"""The texts of an explanation, as panels and the command line show them."""
 
 from __future__ import annotations
 
@@ -18,9 +18,22 @@ Facts = list[tuple[str, str]]
 class Explanation:
     """Why a sensor read what it read at one update.
 
-    `index` is the number of the update in the sensor's track. `headline` is a sentence, and `facts`
-    are names and values. `doubt` says why the explanation may be wrong, and is empty if it is sure.
-    `cause` has the same facts as numbers, in a type of the sensor's kind.
+    Attributes
+    ----------
+    sensor
+        The name of the sensor.
+    index
+        The number of the update in the sensor's track.
+    frame, time
+        The frame and the time (s) of the update.
+    headline
+        The explanation in a sentence.
+    facts
+        Details, as pairs of a name and a value.
+    doubt
+        Why the explanation may be wrong; empty if it is sure.
+    cause
+        The details as numbers, in a class of the sensor's kind such as `PadCause`.
     """
 
     sensor: str
@@ -36,12 +49,12 @@ class Explanation:
     def cause_name(self) -> str:
         """The name of the object that made the reading.
 
-        It is empty where no object did, or where it is unknown, as for a movement that is over.
+        It is empty if no object did, or if it is unknown, as for a movement that is over.
         """
         return self.cause.cause_name if self.cause is not None else ""
 
     def after(self, facts: Iterable[tuple[str, str]]) -> Explanation:
-        """Return the same explanation with these facts before its other facts."""
+        """Return a copy of the explanation with `facts` before its own facts."""
         return replace(self, facts=(*facts, *self.facts))
 
     def as_text(self) -> str:
@@ -61,6 +74,6 @@ def at_frame(frame: float, time: float) -> str:
 
 
 def more_needed(threshold: float, value: float, unit: str) -> str:
-    """Return how far a value is from the threshold that it must exceed."""
+    """Return a text that says how far a value is from the threshold that it must exceed."""
     share = f"{percent(value / threshold)} of that" if threshold else "not above it"
     return f"more than {typed(threshold, unit)} is needed, the reading is {share}"

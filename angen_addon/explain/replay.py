@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Go back to updates of a recording, with the same frames, rays and noise as in the run.
 
-While the run is still on, its own trace has the last updates.
+While the run is still on, the last updates are read from its trace instead.
 """
 
 from __future__ import annotations
@@ -31,10 +31,22 @@ from .facts import Explanation, Facts
 
 
 class Replay:
-    """A sensor at chosen updates of a recording.
+    """A sensor, taken back to updates of a recording.
 
-    `runner` keeps the state of the sensor's model between the updates. `lengths` formats lengths in
-    the scene's unit. `probes` may come from another replay, which has already read the home.
+    Attributes
+    ----------
+    track
+        The recorded updates of the sensor.
+    runner
+        Runs the sensor. It keeps the state of the sensor's model from one replayed update to the
+        next.
+    metres
+        Metres in a Blender unit.
+    lengths
+        Formats lengths in the scene's unit.
+    probes
+        What the sensor reads of the scene. The constructor takes those of another replay, to which
+        the home is already known.
     """
 
     def __init__(
@@ -51,7 +63,7 @@ class Replay:
     ) -> None:
         track, clock = recording.track_of(sensor.uid), recording.clock
         if sensor.variant:
-            # All variants of a sensor have the same uid, but different names.
+            # The variants of a sensor in a study have the same uid, but different names.
             track = recording.tracks[sensor.name]
         assert track is not None and clock is not None
         self.scene = scene
@@ -65,9 +77,9 @@ class Replay:
 
     @property
     def probes(self) -> Probes:
-        """The probes of the scene at the last update that was taken.
+        """The probes of the scene, at the last update that was replayed.
 
-        Raise `NotRecorded` if the scene cannot go back.
+        Raise `NotRecorded` if the scene cannot go back, since the run is still on.
         """
         return self._probes
 
@@ -90,10 +102,10 @@ class Replay:
         return self.runner.schedule.last_update(self.step_of(index))
 
     def index_of(self, number: int, index: int) -> int | None:
-        """Return the index of update `number` in the track.
+        """Return the index in the track of the update with this number.
 
-        Return None unless the recording has every update from there to `index`, since a sensor
-        forgets its state across a gap.
+        Return None if the recording lacks an update between that one and update `index`. A sensor
+        loses its state in such a gap.
         """
         back = self.update_number(index) - number
         if back > index or self.update_number(index - back) != number:
@@ -101,17 +113,17 @@ class Replay:
         return index - back
 
     def evaluate_step(self, step: int) -> Any:
-        """Evaluate the scene at a step and return the evaluated depsgraph."""
+        """Set the scene to a step of the clock, and return the evaluated depsgraph."""
         frame, subframe = self.runner.clock.frame_and_subframe(step)
         self._show_outputs_before(self.runner.clock.step_frame(step))
         self.scene.frame_set(frame, subframe=subframe)
         return evaluated_depsgraph()
 
     def take_update(self, index: int, frame: int | None = None) -> PendingUpdates | None:
-        """Prepare update `index` again, so that its model can read it.
+        """Go back to update `index`, and return what the sensor's model will get.
 
-        Return None where the sensor is off now. `frame` is as in `Probes.look`. Raise `AngenError`
-        if the sensor cannot be read.
+        Return None if the sensor is now switched off there. `frame` is as in `Probes.look`. Raise
+        `AngenError` if the sensor cannot be read.
         """
         step = self.step_of(index)
         depsgraph = self.evaluate_step(step)
@@ -119,7 +131,7 @@ class Replay:
         return self.runner.take(self.update_number(index), step, depsgraph, self.probes)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Render the light of an update that was just taken, as the run did.
+        """Render the light of the update that `take_update` returned, as the run did.
 
         Raise `AngenError` if it cannot be rendered.
         """
@@ -130,10 +142,10 @@ class Replay:
         taken.give_light(finished(self.probes.measure(*what, alone)))
 
     def take_with_motion(self, index: int) -> PendingUpdates | None:
-        """Prepare update `index` of a sensor that senses the motion through the frame.
+        """As `take_update`, for a sensor that also senses how objects move through the frame.
 
-        The motion follows from the frames before and after. Raise `AngenError` if the sensor cannot
-        be read.
+        How they move follows from the frames before and after. Raise `AngenError` if the sensor
+        cannot be read.
         """
         clock = self.runner.clock
         whole, subframe = clock.frame_and_subframe(self.step_of(index))[0], self.step_of(index)
@@ -150,7 +162,10 @@ class Replay:
         return taken
 
     def sense_between(self, first: int, last: int) -> None:
-        """Let a swept sensor sense the steps between two updates of the track."""
+        """Have a swept sensor sense the steps between updates `first` and `last` of the track.
+
+        All other sensors sense nothing there.
+        """
         if not self.runner.watches:
             return
         for step in range(self.step_of(first) + 1, self.step_of(last)):
@@ -159,9 +174,9 @@ class Replay:
             self.runner.watch(step, depsgraph, self.probes)
 
     def solid_bounds(self, index: int, include_sensor: bool = False) -> dict[str, Array]:
-        """Return the bounds (2, 3) in m of the solids that rays can hit at an update, by name.
+        """Return the bounds (2, 3) in m of the solids that rays can hit at update `index`, by name.
 
-        The sensor's own solids are included with `include_sensor`.
+        With `include_sensor`, the sensor's own solids are included.
         """
         depsgraph = self.evaluate_step(self.step_of(index))
         self.probes.look(depsgraph, None)
@@ -181,7 +196,7 @@ class Replay:
 
     @property
     def pose(self) -> Pose:
-        """The sensor's pose at the last update that was taken."""
+        """The sensor's pose at the last update that was replayed."""
         matrix = self.sensor.world_matrix(evaluated_depsgraph())
         return read_pose(self.sensor, matrix, self.metres)
 
@@ -193,7 +208,10 @@ class Replay:
         doubt: str = "",
         cause: Any = None,
     ) -> Explanation:
-        """Return the explanation of update `index`, with its frame and time."""
+        """Return an explanation of update `index`, to which this adds the frame and the time.
+
+        The other parameters are the attributes of `Explanation`.
+        """
         frame, time = self.track.frames[index], self.track.times[index]
         name = self.sensor.name
         return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
@@ -203,12 +221,12 @@ class Replay:
         return self.explanation(index, "It is switched off at this frame", ())
 
     def _show_outputs_before(self, frame: float) -> None:
-        """Set the outputs that drivers saw before this frame."""
+        """Set the outputs of all sensors as drivers saw them in the run just before this frame."""
         for sensor in self._driven:
             track = self._recording.track_of(sensor.uid)
             if track is None:
                 continue
-            # Forces need the motion through a frame, so they are known a frame later.
+            # A force depends on the motion through a frame, so the run knew it one frame later.
             until = frame - 1.0 if sensor.kind.requires_forces else frame
             last = bisect_left(track.frames, until) - 1
             if last < 0:
@@ -220,7 +238,7 @@ class Replay:
 class Recalled(Replay):
     """A sensor at the last updates of a run that is still on, read from the trace of the run.
 
-    The scene stays at its frame. A query that the run did not make raises `NotRecorded`.
+    The scene stays at its frame. A query that the run has not made raises `NotRecorded`.
     """
 
     def __init__(self, scene: Any, recording: Recording, trace: Trace) -> None:
@@ -239,7 +257,7 @@ class Recalled(Replay):
         return PendingUpdates(self.runner, [step], parameters, updates)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Do nothing, since the trace has the light."""
+        """Do nothing, since the trace has the light already."""
 
     def take_with_motion(self, index: int) -> PendingUpdates | None:
         return self.take_update(index)
@@ -253,10 +271,10 @@ class Recalled(Replay):
 
 @contextmanager
 def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Replay]:
-    """Return a replay of a sensor, within whose `with` block the frame may change.
+    """Return a context manager that gives a replay of a sensor.
 
-    The frame and the outputs are restored, also after an error. Do not use it in a frame handler,
-    nor while a run is on.
+    The frame may change within its `with` block. Frame and outputs are restored after it, even
+    after an error. Do not use it in a frame handler, nor during a run.
     """
     frame, subframe = scene.frame_current, scene.frame_subframe
     view_layer = bpy.context.view_layer
@@ -275,17 +293,17 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
                 for other, active, value in before:
                     state.show(other, active, value)
                 scene.frame_set(frame, subframe=subframe)
-                # Evaluate now, so that what was restored is not taken for an edit.
+                # Evaluate now: later, the restored frame and outputs would count as an edit.
                 view_layer.update()
         finally:
             state.CACHE.running = False
 
 
 def explain_plainly(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a kind without an explanation of its own.
+    """Explain update `index` of a sensor whose kind has no explanation of its own.
 
-    The facts are its fields, its nearest hit and its parameters. Raise `AngenError` if the sensor
-    cannot be read.
+    The explanation has its fields, its nearest hit and its parameters. Raise `AngenError` if the
+    sensor cannot be read.
     """
     pending, kind = replay.take_update(index), replay.sensor.kind
     if pending is None:

@@ -5,8 +5,9 @@ A housing has the real size of its part, and lines that show where the sensor lo
 edges without faces, so that no ray hits them and no render shows them.
 
 All lengths are in m, in the sensor's axes. A sensor looks from the origin along −Z with +Y up, and
-its housing is behind the origin. The beam of a switch starts at the origin along −Z, and its fork
-is open towards −Y and stands on its +Y side. A pad lies on z = 0, with its upper side towards +Z.
+its housing is behind the origin. The beam of a switch starts at the origin along −Z. Its fork is
+open towards −Y, and stands on a surface on its +Y side. A pad lies on z = 0, with its upper side
+towards +Z.
 """
 
 from __future__ import annotations
@@ -55,7 +56,10 @@ VIEW_EDGES = [
 
 @dataclass
 class Housing:
-    """Points in m, closed bodies of outward faces, and edges without faces."""
+    """The mesh of a housing: points in m, faces of closed bodies, and edges without faces.
+
+    Faces and edges have the indices of their points. Faces look outwards.
+    """
 
     points: list[Point] = field(default_factory=list)
     faces: list[tuple[int, ...]] = field(default_factory=list)
@@ -111,28 +115,28 @@ class Housing:
         return self
 
     def outline(self) -> list[tuple[int, int]]:
-        """Return all edges, also those of the faces, each once."""
+        """Return all edges as pairs of indices, once each. The edges of faces are included."""
         found = {tuple(sorted(e)) for e in self.edges}
         for face in self.faces:
             found |= {tuple(sorted(e)) for e in zip(face, face[1:] + face[:1], strict=True)}
         return sorted(found)  # type: ignore[arg-type]
 
     def reach(self, axes: Matrix, normal: Vector) -> float:
-        """Return how far (m) the body extends below its origin along `normal`.
+        """Return how far (m) the body extends from its origin against the direction of `normal`.
 
-        `axes` (3, 3) turn the body.
+        `axes` (3, 3) rotate the body.
         """
         solid = {i for face in self.faces for i in face}
         return max((-normal.dot(axes @ Vector(self.points[i])) for i in solid), default=0.0)
 
 
 def looking(housing: Housing) -> Housing:
-    """Add the lines that show where the sensor looks."""
+    """Add to a housing the lines that show where the sensor looks."""
     return housing.lines([tuple(c * VIEW_LENGTH for c in p) for p in VIEW_POINTS], VIEW_EDGES)  # type: ignore[misc]
 
 
 def pad(side: float, thickness: float, length: float = 0.0) -> Housing:
-    """Return a flat box, square without a `length`, whose origin is the middle of its underside."""
+    """Return a flat box, square without `length`. Its origin is the middle of its underside."""
     x, y = side / 2, (length or side) / 2
     return Housing().box((-x, -y, 0.0), (x, y, thickness))
 
@@ -143,7 +147,7 @@ def marker() -> Housing:
 
 
 def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:
-    """Return a new mesh of a housing in its real size, for a scene of this unit scale."""
+    """Return a new mesh of a housing in its real size; `unit_scale` is metres in a Blender unit."""
     mesh = bpy.data.meshes.new(name)
     points = [tuple(c / unit_scale for c in point) for point in housing.points]
     mesh.from_pydata(points, housing.edges, housing.faces)
@@ -153,18 +157,19 @@ def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:
 # A surface is a wall if it is within this angle of the vertical.
 WALL = math.radians(30)
 
-# Returns the Y and Z axes of a sensor on a surface. The arguments are the surface's normal, and a
-# function that returns the unit vector across a direction that is as far up as possible.
+# A function that returns the Y and Z axes of a sensor on a surface. Its arguments are the surface's
+# normal and a function `up`. For a direction, `up` returns the unit vector at right angles to it
+# that points as far up as possible.
 Stand = Callable[[Vector, Callable[[Vector], Vector]], tuple[Vector, Vector]]
 
 
 def looking_out(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Look away from the surface, with +Y as far up as possible."""
+    """Return the axes of a sensor that looks away from the surface, +Y as far up as possible."""
     return up(normal), -normal
 
 
 def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Look away from the surface, and level if it is a wall."""
+    """Return the axes of a sensor that looks away from the surface; from a wall, horizontally."""
     level = Vector((normal.x, normal.y, 0.0))
     if abs(normal.z) < math.sin(WALL) and level.length > 0:
         return looking_out(level.normalized(), up)
@@ -172,19 +177,22 @@ def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vecto
 
 
 def lying(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Lie on the surface, with +Z away from it."""
+    """Return the axes of a sensor that lies on the surface, with +Z away from it."""
     return up(normal), normal
 
 
 def beside_it(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Stand on the +Y side and look along the surface, horizontally if it is a wall."""
+    """Return the axes of a sensor that stands with its +Y side on the surface and looks along it.
+
+    On a wall it looks horizontally.
+    """
     return -normal, normal.cross(up(normal))
 
 
 def parent_keeping(obj: Any, parent: Any, world: Matrix) -> bool:
-    """Parent `obj` to `parent` and place it at `world`, whatever the parent's scale or shear.
+    """Parent `obj` to `parent`, with the world matrix `world` at any scale or shear of the parent.
 
-    Return False, without a parent, if the parent's matrix has no inverse.
+    If the parent's matrix has no inverse, only set the world matrix, and return False.
     """
     place = parent.matrix_world.copy()
     followed = abs(place.determinant()) > 1e-12

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The housing of a kind of sensor, and its matrix at a point of a surface.
+"""The housing of a kind of sensor, and the matrix of a sensor at a point of a surface.
 
 Nothing here reads the scene. Lengths are in Blender units.
 """
@@ -15,12 +15,12 @@ from ..kinds import appearance_of
 from .housing import Housing, marker
 
 UP = Vector((0.0, 0.0, 1.0))
-# A direction can orient a sensor if at least this share of its length is along the surface.
+# A unit vector can orient a sensor if its component along the surface is at least this long.
 FOLLOWED = 0.3
 
 
 def housing_of(kind: str, preset: str = "") -> Housing:
-    """Return the housing of a kind with a preset."""
+    """Return the housing of a kind's preset; without a preset, the kind's default housing."""
     housings = appearance_of(KINDS[kind]).housings
     return housings.get(preset, housings.get("", marker))()
 
@@ -37,8 +37,8 @@ def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector
     turn
         Angle about the normal, in radians.
     along
-        Directions for a level surface, such as the axes of its object. The first that is not across
-        the surface orients the sensor.
+        Directions that orient the sensor on a level surface, such as the axes of the surface's
+        object. The first that is nearly parallel to the surface is used.
 
     Returns
     -------
@@ -52,7 +52,10 @@ def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector
 
 
 def _guide(forward: Vector, directions: Iterable[Vector]) -> Vector:
-    """Return the unit component across `forward` of the first direction that has enough of it."""
+    """Return a unit vector at right angles to `forward`, towards one of the directions.
+
+    It is the first direction that has enough length at right angles to `forward`.
+    """
     for direction in directions:
         if direction.length == 0:
             continue
@@ -81,7 +84,7 @@ def place_on(
     housing
         Its housing.
     point, normal
-        A point of the surface, in Blender units, and its normal there.
+        A point of the surface, in Blender units, and the surface's normal there.
     turn, along
         As in `axes_on`.
     unit_scale

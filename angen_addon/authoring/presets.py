@@ -18,7 +18,7 @@ from .of_kind import housing_of
 
 # Relative tolerance of values, since Blender stores single precision.
 SAME = 1e-6
-# The types of values that a parameter accepts, by its type.
+# By the type of a parameter: the types of values that it accepts.
 SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
     bool: (bool,), int: (int,), float: (int, float), str: (str,)
 }  # fmt: skip
@@ -34,7 +34,7 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
 
 
 def apply(obj: Any, preset: Preset) -> None:
-    """Set the parameters that the preset names, and no others."""
+    """Set those parameters of a sensor that the preset has values for, and no others."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
@@ -42,7 +42,7 @@ def apply(obj: Any, preset: Preset) -> None:
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
-    """Return whether the parameters have the preset's values."""
+    """Return whether the parameters of a sensor have the preset's values."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
 
@@ -50,7 +50,8 @@ def is_applied(obj: Any, preset: Preset) -> bool:
 def preset_of(obj: Any) -> tuple[Preset | None, bool]:
     """Return the preset of a sensor, and whether its values were edited since it was applied.
 
-    Without a named preset it is the one with the most matching values.
+    If values were edited, but now equal those of other presets, return the one of these with the
+    most values.
     """
     settings = obj.angen_sensor
     presets = KINDS[settings.kind].presets
@@ -63,11 +64,14 @@ def preset_of(obj: Any) -> tuple[Preset | None, bool]:
 
 
 def preset_text(obj: Any) -> str:
-    """Return the name of a sensor's preset, marked if it was edited; empty without one."""
+    """Return the name of a sensor's preset; "(edited)" follows if it was edited.
+
+    The text is empty if the sensor has no preset.
+    """
     found, is_edited = preset_of(obj)
     if found is None:
         return ""
-    # Fields are narrow, so the part in brackets is left out.
+    # Fields in panels are narrow, so the part of the name in brackets is left out.
     return f"{found.label.partition(' (')[0]} (edited)" if is_edited else found.label
 
 
@@ -78,7 +82,7 @@ def _same(stored: Any, value: Any) -> bool:
 
 
 def select_only(context: Context, *objects: Any) -> None:
-    """Select these objects and no others; the first becomes the active one."""
+    """Select these objects and no others; the first becomes the active object."""
     for other in context.selected_objects:
         other.select_set(False)
     for obj in objects:
@@ -87,7 +91,10 @@ def select_only(context: Context, *objects: Any) -> None:
 
 
 def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
-    """Return a new sensor at the origin, in the active collection, selected and active."""
+    """Add a sensor at the origin, in the active collection; make it selected and active.
+
+    `kind` is the identifier of its kind. Return the object.
+    """
     label = KINDS[kind].label.partition(" (")[0]
     housing = housing_of(kind, preset.identifier if preset else "")
     mesh = mesh_of(housing, f"{label} housing", unit_scale(context.scene))

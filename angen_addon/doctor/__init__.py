@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find mistakes in a home that make its sensors read nonsense, each with the way to mend it."""
+"""Find mistakes in a home that give its sensors wrong readings, each with the way to mend it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...sensor_logic.wording import plural
 from . import building, sensors
 from .examined import Check, Examined, Finding
 
-# In the order of the report: first the checks whose findings make other checks fail.
+# In the order of the report. Mistakes that cause findings of later checks come first.
 CHECKS: dict[str, Check] = {
     "scale": building.scale,
     "files": building.missing_data,
@@ -57,7 +57,10 @@ def findings() -> list[Finding]:
 
 
 def as_text(found: list[Finding], as_json: bool) -> str:
-    """Return two lines for each finding, what is wrong and the way to mend it; or a JSON list."""
+    """Return two lines for each finding: what is wrong, and the way to mend it.
+
+    With `as_json`, return a JSON list of the findings instead.
+    """
     if as_json:
         entries = [finding._asdict() for finding in found]
         return json.dumps(entries, indent=1, ensure_ascii=False) + "\n"

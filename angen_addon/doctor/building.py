@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of the size of a home, of walls that rays pass, of doors, files and names."""
+"""Checks of a building: its size, walls that rays pass, doors, files and names."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
 UPRIGHT = 2.4
 # Metres in other units that files often have.
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
-# Penalty in `_unlikely` for units that files rarely have.
+# The penalty that `_unlikely` adds for units in which homes are rarely drawn.
 RARE = {"inches": 1.5, "feet": 1.5}
 BUNDLE = -40
 DIRECTIONS = 600
-# A room is open if more than this share of the directions from a sensor lead out of the home. An
-# open door, or a window without a pane, is less.
+# A room is open if more than this fraction of the directions from a sensor lead out of the home. An
+# open door, or a window without a pane, is a smaller fraction.
 OPEN = 0.08
 SIDES = ("+X", "-X", "+Y", "-Y", "above", "below")
 
@@ -68,9 +68,9 @@ def scale(home: Examined) -> Iterator[Found]:
 
 
 def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
-    """Report a home at half its size, as files for games often are.
+    """Report a home whose walls have about half their real height, as in many files for games.
 
-    `size` (n, 3) is the size of its objects in m.
+    `size` (n, 3) is the size of the home's objects in m.
     """
     along, across = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
     walls = (along > WALL_LONG) & (across < WALL_THIN) & (size[:, 2] > WALL_HIGH)
@@ -104,13 +104,17 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
 
 
 def _unlikely(unit: str, whole: float, things: float) -> float:
-    """Return how unusual a home drawn in this unit is, by its length and its median object."""
+    """Return a penalty for the guess that a home was drawn in this unit.
+
+    With the unit, the home's length `whole` and the size `things` of its median object are compared
+    with usual ones.
+    """
     size = math.log(whole * UNITS[unit] / USUAL) ** 2
     return size + math.log(things * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
 
 
 def hidden_but_rendered(home: Examined) -> Iterator[Found]:
-    """Report objects that renders show but no sensor sees."""
+    """Report objects that are hidden from sensors and viewport, but shown in renders."""
     hidden = [
         obj.name
         for obj in home.view_layer.objects
@@ -130,7 +134,7 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
 
 
 def background_sets(home: Examined) -> Iterator[Found]:
-    """Report background sets, whose objects the viewport shows but no sensor sees."""
+    """Report background sets: the viewport shows their objects, but no sensor sees them."""
     if home.sensors:
         yield from advice.background_sets(home.scene)
 
@@ -156,7 +160,7 @@ def without_faces(home: Examined) -> Iterator[Found]:
 def flattened(home: Examined) -> Iterator[Found]:
     """Report surfaces of scale 0 along an axis, which rays pass.
 
-    Surfaces with keys on their scale are left out, since these may shrink them on purpose.
+    Surfaces with keyframes of their scale are left out: they may be meant to shrink.
     """
     flat = [
         obj.name
@@ -174,7 +178,7 @@ def flattened(home: Examined) -> Iterator[Found]:
 
 
 def holes(home: Examined) -> Iterator[Found]:
-    """Report rooms that rays leave without a hit."""
+    """Report rooms through whose openings rays leave the home."""
     directions = _all_directions()
     open_to: dict[str, list[str]] = {}
     for sensor in [s for s in home.sensors if s.kind.in_room]:
@@ -196,7 +200,7 @@ def holes(home: Examined) -> Iterator[Found]:
 
 
 def _all_directions() -> Array:
-    """Return unit vectors (n, 3) evenly in all directions (golden spiral)."""
+    """Return unit vectors (n, 3) that are evenly distributed over all directions."""
     at = np.arange(DIRECTIONS) + 0.5
     up = 1.0 - 2.0 * at / DIRECTIONS
     turn = np.pi * (1.0 + math.sqrt(5.0)) * at
@@ -215,7 +219,7 @@ def _reach(home: Examined, origin: Array) -> float:
 
 
 def _side(directions: Array) -> str:
-    """Return the side towards which most of the directions lead."""
+    """Return the side, such as "above", towards which most of the directions lead."""
     axis = np.abs(directions).argmax(axis=1)
     counts = [
         int(((axis == number // 2) & ((directions[:, number // 2] < 0) == bool(number % 2))).sum())
@@ -235,14 +239,17 @@ PARTS = (
 PART = re.compile("|".join(PARTS), re.IGNORECASE)
 # m. Limits of the height, width and thickness of a door's leaf.
 HEIGHT, WIDTH, THICK = (1.6, 3.0), (0.4, 1.8), 0.3
-# An origin is not at a hinge if it is nearer to the middle than this share of the width.
+# An origin is not at a hinge if its distance from the middle, relative to the width, is less.
 MIDDLE = 0.3
 # m. A switch that is this near to a leaf belongs to the door.
 NEAR = 0.5
 
 
 def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
-    """Yield the leaves of doors, with their bounds `lo` and `hi` (3,) in the world, in m."""
+    """Yield each leaf of a door with the corners `lo` and `hi` (3,) of its bounds.
+
+    The bounds are along the world's axes, in m.
+    """
     for obj, matrix in home.seen:
         if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
             continue
@@ -256,7 +263,7 @@ def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
 
 
 def without_hinges(home: Examined) -> Iterator[Found]:
-    """Report leaves that turn, or would turn, about their middle."""
+    """Report door leaves that rotate, or would rotate, about their middle."""
     bad = []
     for leaf, *_ in leaves(home):
         moved = [part for part in chain(leaf) if any(motion_paths(part))]
@@ -273,7 +280,7 @@ def without_hinges(home: Examined) -> Iterator[Found]:
 
 
 def standing_still(home: Examined) -> Iterator[Found]:
-    """Report doors with switches if none of these doors ever moves."""
+    """Report the doors that have a switch, if none of them ever moves."""
     switches = [
         np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
         for s in home.sensors
@@ -296,7 +303,7 @@ def standing_still(home: Examined) -> Iterator[Found]:
 
 
 def _is_middle(leaf: Any, pivot: Any, home: Examined) -> bool:
-    """Return whether the pivot's origin is near the middle of the leaf's width."""
+    """Return whether the origin of the object `pivot` is near the middle of the leaf's width."""
     corners = np.array(leaf.bound_box, np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     place = leaf.evaluated_get(home.depsgraph).matrix_world.inverted_safe() @ (
@@ -322,7 +329,7 @@ def missing_data(home: Examined) -> Iterator[Found]:
 
 
 def same_names(home: Examined) -> Iterator[Found]:
-    """Report sensors of the same name, which a log cannot tell apart."""
+    """Report sensors with the same name, which cannot be told apart in a log."""
     for name, count in Counter(sensor.name for sensor in home.sensors).items():
         if count > 1:
             files = [s.library or "this file" for s in home.sensors if s.name == name]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene as checks examine it, and their findings."""
+"""The scene that the checks examine, and the findings of the checks."""
 
 from __future__ import annotations
 
@@ -17,10 +17,18 @@ from ..scene.sensors import Sensor, all_sensors, is_evaluated, simulated, unit_s
 
 
 class Finding(NamedTuple):
-    """A finding of a check.
+    """A mistake that a check found.
 
-    `check` is the name of the check. `text` says what is wrong, and `mend` how to mend it.
-    `objects` are the names of the objects with the problem.
+    Attributes
+    ----------
+    check
+        The name of the check.
+    text
+        What is wrong.
+    mend
+        How to mend it.
+    objects
+        The names of the objects with the problem.
     """
 
     check: str
@@ -29,14 +37,14 @@ class Finding(NamedTuple):
     objects: tuple[str, ...] = ()
 
 
-# Functions of a scene and a view layer that return objects which move without keys. Parts of the
-# extension that move objects add their functions here.
+# Each function gets a scene and a view layer, and returns the objects that move without keyframes.
+# Parts of the extension that move objects add their functions here.
 MOVED_WITHOUT_KEYS: list[Callable[[Any, Any], list[Any]]] = []
 
 
 @dataclass
 class Examined:
-    """An evaluated scene, with the sensors that are switched on."""
+    """An evaluated scene, and what the checks need of it."""
 
     scene: Any
     view_layer: Any
@@ -55,17 +63,17 @@ class Examined:
         return [sensor for sensor in found if sensor not in self.sensors]
 
     def requiring(self, *needs: str) -> list[Sensor]:
-        """Return the sensors whose kinds need one of these quantities, such as `kind.RAYS`."""
+        """Return the sensors of kinds that read one of these quantities, such as `kind.RAYS`."""
         return [s for s in self.sensors if any(s.kind.requires(need) for need in needs)]
 
     @cached_property
     def home(self) -> EvaluatedHome:
-        """The surfaces of the home, for rays."""
+        """The surfaces of the home, for casting rays."""
         return EvaluatedHome(self.depsgraph)
 
     @cached_property
     def moved_without_keys(self) -> list[Any]:
-        """The objects that move without an animation, such as residents."""
+        """The objects that the extension moves without keyframes, such as residents."""
         return [obj for find in MOVED_WITHOUT_KEYS for obj in find(self.scene, self.view_layer)]
 
     @property
@@ -75,9 +83,9 @@ class Examined:
 
     @cached_property
     def seen(self) -> list[tuple[Any, Array]]:
-        """Visible objects that sensors do not ignore, with their world matrices (4, 4).
+        """The visible objects that sensors do not ignore, with their world matrices (4, 4).
 
-        An object in instances comes once for each instance.
+        An object that is instanced has an entry for each instance.
         """
         found = []
         for instance in self.depsgraph.object_instances:
@@ -93,6 +101,6 @@ class Examined:
         return list(dict.fromkeys(obj for obj, _ in self.seen if obj.type in SURFACE_TYPES))
 
 
-# What a check yields: the problem, the way to mend it, and the names of the objects.
+# What a check yields: the problem, the way to mend it, and the names of the objects with it.
 Found = tuple[str, str] | tuple[str, str, tuple[str, ...]]
 Check = Callable[[Examined], Iterable[Found]]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of the places of sensors, of pads and of light.
 
-They also check whether anything moves, presses or shines that the sensors could notice.
+They also report if nothing in the scene moves, presses or shines that the sensors could notice.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ from ..scene.timed import frames_to_step_from, may_follow_frame
 from .examined import Examined, Found
 
 BUNDLE_AXES, BUNDLE_NEAR, BUNDLE_SLIT = -42, -43, -44
-# m. A solid is a wall if two opposite rays hit it at ranges whose sum is less than this.
+# m. A sensor can only be inside a solid that two opposite rays hit within this distance in all.
 THICKEST = 0.6
-# A sensor is built in, or faces a wall, if more than this share of its rays hit something too near.
+# A sensor is blocked if more than this fraction of its rays hit something nearer than range min.
 BLOCKED = 0.25
-# m. A real beam does not pass a slit of twice SLIT. The sides of a slit are equally far from the
-# sensor, within LEVEL, and the hit through it is at least BEHIND them.
+# m. A real beam does not pass a slit of width 2 SLIT. Its sides are equally far from the sensor,
+# within LEVEL. What the ray through the slit hits is farther away by at least BEHIND.
 SLIT, LEVEL, BEHIND = 0.01, 0.15, 0.5
 # Types of datablocks whose animation moves no surface.
 BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE", "LINESTYLE")
 
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
-    """Report sensors of movement in a scene where nothing moves and no resident acts."""
+    """Report the sensors that notice movement, if nothing moves and no resident acts."""
     sensors = home.requiring(RAYS, WARMTH, POSES)
     if sensors and not home.moved_without_keys and not _moves(home):
         yield (
@@ -70,7 +70,10 @@ def _moves(home: Examined) -> bool:
 
 
 def _is_animated(datablock: Any) -> bool:
-    """Return whether keys, strips or drivers move something other than lamps and outputs."""
+    """Return whether keyframes, strips or drivers of a datablock move something.
+
+    Lamps and materials do not count, nor do the outputs of sensors.
+    """
     if getattr(datablock, "animation_data", None) is None or datablock.id_type in BY_LIGHT_ALONE:
         return False
     curves, strips = playing(datablock)
@@ -78,7 +81,7 @@ def _is_animated(datablock: Any) -> bool:
 
 
 def keys_that_do_not_play(home: Examined) -> Iterator[Found]:
-    """Report keys, strips and drivers that have no effect."""
+    """Report keyframes, strips and drivers that have no effect in the scene's frames."""
     scene = home.scene
     found: dict[tuple[str, str], list[str]] = {}
     for owner in dict.fromkeys(evaluated.original for evaluated in home.depsgraph.ids):
@@ -101,10 +104,10 @@ def inside_walls(home: Examined) -> Iterator[Found]:
 
 
 def _surrounded_by(home: Examined, sensor: Sensor) -> str:
-    """Return the name of the solid that a sensor is inside, or empty.
+    """Return the name of the solid that a sensor is inside, or an empty text.
 
-    Two opposite rays both hit this solid nearby, and each leaves it through an odd number of faces.
-    The normals of the faces do not matter.
+    Two opposite rays from the sensor both hit this solid nearby, and each leaves it through an odd
+    number of faces. The directions of the faces' normals do not matter.
     """
     matrix = sensor.world_matrix(home.depsgraph)
     axes = np.concatenate([np.eye(3), np.array(matrix.to_3x3().normalized(), np.float64).T])
@@ -126,7 +129,7 @@ def _surrounded_by(home: Examined, sensor: Sensor) -> str:
 
 
 def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) -> int:
-    """Return the number of a solid's faces along a ray; 0 if they are too many to count."""
+    """Return how many faces of a solid a ray crosses; 0 if they are too many to count."""
     inverse = home.home.caster.solids.inverse[solid.row]
     tree = solid.geometry.tree(home.depsgraph)
     point = inverse[:3, :3] @ origin + inverse[:3, 3] - solid.geometry.pivot
@@ -136,7 +139,10 @@ def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) ->
 
 
 def looks_into_something(home: Examined) -> Iterator[Found]:
-    """Report sensors with surfaces nearer than their range min, which they cannot see."""
+    """Report sensors that look into something nearer than their range min.
+
+    Sensors do not see what is nearer than that.
+    """
     for sensor in home.requiring(RAYS):
         try:
             sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
@@ -164,7 +170,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
 
 
 def slits(home: Examined) -> Iterator[Found]:
-    """Report slits that the rays of a motion detector pass but a real beam would not."""
+    """Report slits that rays of a motion detector pass, although its real beam would not."""
     for sensor in home.requiring(RAYS):
         if not any(field.quantity == "motion" for field in sensor.kind.events):
             continue
@@ -180,7 +186,7 @@ def slits(home: Examined) -> Iterator[Found]:
 
 
 def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
-    """Return the names of the solids on both sides of each slit."""
+    """Return the slits that rays pass, each as the names of the solids on its two sides."""
     rays, caster, sensor = sight.rays(home.metres), home.home.caster, sight.sensor
     directions, reach = np.ascontiguousarray(rays.directions), rays.reach
     if not len(directions):
@@ -208,7 +214,7 @@ def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
 
 
 def names_nothing(home: Examined) -> Iterator[Found]:
-    """Report sensors that need an object and have none, such as contacts without a magnet."""
+    """Report sensors that lack an object which they need, such as contacts without a magnet."""
     for sensor in home.requiring(POSES):
         for name, spec in specs(sensor.kind.parameters).items():
             if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
@@ -220,9 +226,9 @@ def names_nothing(home: Examined) -> Iterator[Found]:
 
 
 def unplaced(home: Examined) -> Iterator[Found]:
-    """Report sensors that Blender does not evaluate, and objects without a place.
+    """Report sensors, and objects that are referred to, which Blender does not evaluate.
 
-    The objects are those that sensors, lamps or residents refer to.
+    Such an object has no known place. It is one that a sensor, a lamp or a resident refers to.
     """
     for sensor in home.unplaced:
         yield (
@@ -237,7 +243,10 @@ def unplaced(home: Examined) -> Iterator[Found]:
 
 
 def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
-    """Yield names of sensors, lamps and residents, each with an object it refers to."""
+    """Yield each object that a sensor, a lamp or a resident refers to.
+
+    Before the object comes the name of what refers to it.
+    """
     for sensor in home.sensors:
         for name, spec in specs(sensor.kind.parameters).items():
             used = getattr(sensor.parameters, name) if spec.pointer == "Object" else None
@@ -250,7 +259,7 @@ def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
 
 
 def nothing_warm(home: Examined) -> Iterator[Found]:
-    """Report pyroelectric detectors where nothing is warm."""
+    """Report the pyroelectric detectors, if nothing in the scene has a temperature."""
     found = warmth.pyroelectric(home.sensors)
     warning = warmth.nothing_warm(home.view_layer) if found else None
     if warning:
@@ -259,7 +268,7 @@ def nothing_warm(home: Examined) -> Iterator[Found]:
 
 
 def unreachable(home: Examined) -> Iterator[Found]:
-    """Report sensors whose output can never switch on, or never off."""
+    """Report sensors whose output can never switch on, or can never switch off."""
     for sensor in home.sensors:
         for found in sensing.unreachable(sensor, lengths_of(home.scene)):
             text = f"'{sensor.name}': {uncapitalized(found.problem)}"
@@ -274,7 +283,7 @@ GAP = 0.05
 
 
 def advised(home: Examined) -> Iterator[Found]:
-    """Report pads that nothing can press on, or that sink."""
+    """Report pads that nothing can press on, and pads that sink under heavier rigid bodies."""
     for pad in home.requiring(FORCES):
         for warning in (
             advice.without_surface(pad.object),
@@ -289,7 +298,7 @@ def advised(home: Examined) -> Iterator[Found]:
 def margins(home: Examined) -> Iterator[Found]:
     """Report active rigid bodies of shape Mesh.
 
-    Their collision margin makes them hop on pads, and readings are not valid meanwhile.
+    Their collision margin makes them hop on pads, so that the pads' readings are often not valid.
     """
     if not home.requiring(FORCES):
         return
@@ -308,7 +317,7 @@ def margins(home: Examined) -> Iterator[Found]:
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
-    """Report pads without a parent, a rigid body or a surface below."""
+    """Report pads that hang in the air: no parent, no rigid body, and no surface close below."""
     for pad in home.requiring(FORCES):
         if pad.object.parent is not None or pad.object.rigid_body is not None:
             continue
@@ -332,7 +341,7 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 
 
 def caches(home: Examined) -> Iterator[Found]:
-    """Report a rigid-body cache that is too short, or older than the last edit."""
+    """Report a rigid-body cache that ends before the scene, or is older than the last edit."""
     if home.requiring(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))
 
@@ -347,7 +356,7 @@ USUAL_LUMENS = 800
 
 
 def electrical_watts(home: Examined) -> Iterator[Found]:
-    """Report lamps that seem to be set to their electrical power."""
+    """Report lamps that shine so strongly that their power is probably the electrical one."""
     if not home.requiring(LIGHT):
         return
     efficacy = home.scene.angen_luminous_efficacy
@@ -369,7 +378,7 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
 
 
 def none_lit(home: Examined) -> Iterator[Found]:
-    """Report light sensors in a scene without any light."""
+    """Report the light sensors, if nothing in the scene shines."""
     sensors = home.requiring(LIGHT)
     lit = any(lamp.data.energy > 0 or is_animated(lamp.data, "energy") for lamp in _lamps(home))
     if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
@@ -403,7 +412,7 @@ def _lamps(home: Examined) -> list[Any]:
 
 
 def _peak(lamp: Any) -> float:
-    """Return a lamp's greatest power among its setting and its keys."""
+    """Return the greatest power of a lamp: of its present setting and of its keyframes."""
     keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
     return float(max([lamp.energy, *keyed]))
 
@@ -417,7 +426,10 @@ def _world_shines(world: Any) -> bool:
 
 
 def _shines(node: Any) -> bool:
-    """Return whether an emission or background node gives light; a linked input may."""
+    """Return whether an emission or background node may give light.
+
+    With a linked input it counts as giving light.
+    """
     strength = next((s for s in node.inputs if s.name in {"Strength", "Emission Strength"}), None)
     names = {"Color", "Emission Color", "Emission"}
     colour = next((s for s in node.inputs if s.name in names), None)

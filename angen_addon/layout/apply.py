@@ -32,10 +32,17 @@ SAME_SIZE = 1e-3
 
 
 class Applied(NamedTuple):
-    """The names of the sensors that a layout added, changed, left unchanged and removed.
+    """What a layout did to the sensors of a home.
 
-    `cleared` are the removed sensors whose objects stay, since they are more than a housing.
-    `replaced` is a sentence on values of older versions that were replaced.
+    Attributes
+    ----------
+    added, changed, unchanged, removed
+        The names of these sensors.
+    cleared
+        The names of removed sensors whose objects stay, such as furniture.
+    replaced
+        A sentence on values of older versions that were replaced by present ones; empty if none
+        were.
     """
 
     added: list[str]
@@ -59,13 +66,13 @@ class Applied(NamedTuple):
 def apply_layout(path: Path, remove: bool = False) -> Applied:
     """Add and change sensors in the present scene to match a layout file.
 
-    With `remove`, delete the sensors that the layout lacks. Raise `InputError` if the layout is
-    wrong; then nothing is changed.
+    With `remove`, delete the sensors that are not in the layout. If the layout is wrong, raise
+    `InputError` and change nothing.
     """
     layout = read_layout(path)
     view_layer = bpy.context.view_layer
     view_layer.update()
-    # The sensors to remove need no other change.
+    # No change is needed to sensors that are removed.
     kept = Layout(layout.sensors) if remove else layout
     planner = Planner(kept, view_layer, evaluated_depsgraph())
     plans = planner.changes()
@@ -88,13 +95,13 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
 
 
 class _Rollback(ExitStack):
-    """Sets properties, and restores them at the end of the `with` block.
+    """Sets properties, and restores their old values at the end of the `with` block.
 
-    Other callbacks undo other changes. `pop_all` keeps the changes.
+    Callbacks that are added undo other changes. After `pop_all` nothing is undone.
     """
 
     def set(self, owner: Any, name: str, value: Any) -> None:
-        """Set a property, and restore its value at a rollback."""
+        """Set a property; restore the old value if the changes are rolled back."""
         before = getattr(owner, name)
         if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
             before = before.copy()
@@ -122,7 +129,7 @@ def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
 
 
 def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
-    """Return the sensor's object; add one for a new sensor."""
+    """Return the object of the sensor that is changed; for a new sensor, add an object."""
     if plan.sensor is not None:
         return plan.sensor.object
     metres = unit_scale(bpy.context.scene)
@@ -143,14 +150,14 @@ def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
 
 
 def _usable_collection() -> Any:
-    """Return the active collection, or that of the scene if it is linked or excluded."""
+    """Return the active collection, or the scene's if the active one is linked or excluded."""
     active = bpy.context.view_layer.active_layer_collection
     usable = active.collection.is_editable and not active.exclude
     return active.collection if usable else bpy.context.scene.collection
 
 
 def _housing(plan: SensorChange) -> Housing | None:
-    """Return the housing of a new sensor; None for an empty."""
+    """Return the housing of a new sensor; None if its object is to be an empty."""
     kind, values = plan.kind, plan.entry.values
     if "bounds" not in values:
         return housing_of(kind.identifier, values.get("preset", ""))
@@ -165,7 +172,10 @@ def _box(low: list[float], high: list[float]) -> Housing:
 
 
 def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
-    """Return a housing of the kind with these bounds (2, 3) in m, or None."""
+    """Return the housing of one of the kind's presets that has these bounds, or None.
+
+    `wanted` (2, 3) are the bounds in m.
+    """
     for preset in ("", *(preset.identifier for preset in kind.presets)):
         housing = housing_of(kind.identifier, preset)
         points = np.array([housing.points[i] for face in housing.faces for i in face])
@@ -191,7 +201,10 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
 
 
 def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Move an object from its collections to the collection of this name."""
+    """Move an object to the collection with this name, out of all others.
+
+    Without a name, move it to the scene's collection.
+    """
     scene = bpy.context.scene
     target = scene.collection if name is None else bpy.data.collections.get(name)
     if target is None:
@@ -212,7 +225,7 @@ def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
 
 
 def _set_parent(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Parent an object to another, and keep its world matrix."""
+    """Parent an object to the object with this name, or to none; keep its world matrix."""
     bpy.context.view_layer.update()
     world = obj.matrix_world.copy()
     _remember_channels(obj, rollback)
@@ -228,7 +241,7 @@ def _remember_channels(obj: Any, rollback: _Rollback) -> None:
 
 
 def _place(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
-    """Move an object to the pose of its plan, without a change of its scale."""
+    """Move an object to the pose that the layout gives, without a change of its scale."""
     assert plan.origin is not None and plan.axes is not None
     origin = (plan.origin / unit_scale(bpy.context.scene)).tolist()
     _remember_channels(obj, rollback)
@@ -252,7 +265,7 @@ def _close(a: Matrix, b: Matrix) -> bool:
 
 
 def _check_done(plans: list[SensorChange]) -> None:
-    """Raise `InputError` if Blender did not make a change, since it is locked, for example."""
+    """Raise `InputError` if Blender did not make a change, for example because it is locked."""
     view_layer = bpy.context.view_layer
     view_layer.update()
     again = Planner(Layout([]), view_layer, evaluated_depsgraph())
@@ -275,10 +288,10 @@ def _check_done(plans: list[SensorChange]) -> None:
 
 
 def _delete(sensor: Sensor) -> bool:
-    """Delete a sensor and its children, except sensors.
+    """Delete a sensor's object and its children, but keep children that are sensors.
 
-    An object that is more than a sensor, such as furniture, only stops being a sensor. Return False
-    for such an object.
+    If the object is more than a sensor, such as furniture, it only stops being a sensor. Return
+    False for such an object, else True.
     """
     obj = sensor.object
     if not _is_only_sensor(sensor):
@@ -296,7 +309,7 @@ def _delete(sensor: Sensor) -> bool:
 
 
 def _is_only_sensor(sensor: Sensor) -> bool:
-    """Return whether an object is an empty, or has the housing of a new sensor."""
+    """Return whether a sensor's object is an empty, or a mesh with the size of a housing."""
     if sensor.object.type != "MESH":
         return bool(sensor.object.type == "EMPTY")
     box = face_bounds(sensor.object.data)

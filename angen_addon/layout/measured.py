@@ -19,9 +19,9 @@ Numbers = list[float] | None
 def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
     """Return a sensor's location and rotation in the world.
 
-    If only the sensor's own location and rotation place it, they are exact. If a parent, a
-    constraint or an instance does, they are rounded to the accuracy with which they can be set
-    again: 10 µm and 1 µrad up to 10 m from the origin.
+    They are exact if the object's own location and rotation are all that places the sensor. If a
+    parent, a constraint or an instance also does, they are rounded. The steps are as fine as the
+    place can be set again: 10 µm and 1 µrad up to 10 m from the origin.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
 
 
 def _is_placed_by_channels(evaluated: Any, matrix: Any) -> bool:
-    """Return whether only its location, rotation and scale place an object."""
+    """Return whether an object's location, rotation and scale alone give its world matrix."""
     if evaluated.rotation_mode != "XYZ" or min(evaluated.scale) <= 0.0:
         return False
     alone = np.array(
@@ -61,9 +61,9 @@ def _rounded(values: Any, decimals: int) -> list[float]:
 
 
 def shortest(value: float, metres: float = 1.0) -> float:
-    """Return `value` times `metres` as a short decimal number, of at least 7 digits.
+    """Return `value` times `metres` as a decimal number with as few digits as needed, at least 7.
 
-    Divided by `metres` it gives the same number in single precision, which Blender stores.
+    Divided by `metres`, it equals `value` in single precision, in which Blender stores it.
     """
     found = 0.0
     for digits in (7, 8, 9):
@@ -74,9 +74,9 @@ def shortest(value: float, metres: float = 1.0) -> float:
 
 
 def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
-    """Return the lowest and the highest corner (3,) of a sensor's faces along its axes, in m.
+    """Return the bounds of a sensor's faces along the sensor's axes, in m.
 
-    Return None without faces.
+    They are the lowest and the highest corner (3,). Return None if the sensor has no faces.
     """
     evaluated = sensor.object.evaluated_get(depsgraph)
     if evaluated.type not in SURFACE_TYPES or not evaluated.is_evaluated:
@@ -94,7 +94,7 @@ def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
 
 
 def face_bounds(mesh: Any) -> Array | None:
-    """Return the bounds (2, 3) of a mesh's faces in Blender units; None without faces."""
+    """Return the bounds (2, 3) of a mesh's faces in Blender units; None if it has no faces."""
     if not mesh.polygons:
         return None
     points = np.empty(3 * len(mesh.vertices), np.float32)

@@ -24,8 +24,8 @@ from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder
 from ..scene.sensors import NotPlaced, Sensor, all_sensors, placed_matrix, pointed_at, unit_scale
 
-# Tolerances of a pose: relative to its distance from the origin, or to 1 m if that is more (single
-# precision), and in radians.
+# Tolerances of a pose. The place: relative to its distance from the origin, or to 1 m if nearer,
+# for single precision. The axes: in radians.
 SAME_PLACE, SAME_ANGLE = 2e-6, 2e-6
 COMMON = ("room", "enabled", "update_rate")
 COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"}
@@ -33,22 +33,22 @@ COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"
 
 @dataclass
 class SensorChange:
-    """The changes of one sensor.
+    """What a layout changes of one sensor.
 
     Attributes
     ----------
     sensor
         The sensor, or None for a new one.
     settings, parameters
-        The new values by name.
+        The values to set, by name.
     moves
-        The names of its new "parent" and "collection", by these words.
+        The names of its new parent and collection, under "parent" and "collection".
     origin, axes
-        Its new pose (3,) in m and (3, 3), or None if it keeps the old one.
+        Its new pose (3,) in m and (3, 3). Both are None if the layout gives no place.
     angles
         The axes as XYZ Euler angles.
     displaced
-        Whether the pose changes.
+        Whether the new pose differs from the present one.
     """
 
     entry: LayoutEntry
@@ -64,7 +64,7 @@ class SensorChange:
 
     @property
     def changes(self) -> bool:
-        """Whether there is any change."""
+        """Whether anything is to be changed."""
         return bool(
             self.sensor is None or self.settings or self.parameters or self.moves or self.displaced
         )
@@ -82,8 +82,8 @@ class Planner:
     def changes(self) -> list[SensorChange]:
         """Return the changes of each sensor of the layout.
 
-        The other sensors of the home are included if the layout has settings for them. Raise
-        `InputError` if the layout is wrong.
+        If the layout has settings for all other sensors, their changes follow. Raise `InputError`
+        if the layout is wrong.
         """
         found = [self.change(entry) for entry in self._entries]
         self._check_parents(found)
@@ -95,12 +95,15 @@ class Planner:
         return found
 
     def left_out(self) -> list[Sensor]:
-        """Return the sensors that the layout lacks. Raise `InputError` if a name is ambiguous."""
+        """Return the sensors that are not in the layout.
+
+        Raise `InputError` if a name is ambiguous.
+        """
         listed = {sensor.uid for entry in self._entries if (sensor := self.sensor(entry))}
         return [sensor for sensor in self._sensors if sensor.uid not in listed]
 
     def to_delete(self) -> list[Sensor]:
-        """Return the sensors that the layout lacks.
+        """Return the sensors that are not in the layout and must be deleted.
 
         Raise `InputError` if one of them cannot be deleted.
         """
@@ -115,9 +118,9 @@ class Planner:
         return found
 
     def sensor(self, entry: LayoutEntry) -> Sensor | None:
-        """Return the sensor that an entry of the layout names, or None.
+        """Return the sensor with the name that an entry of the layout gives, or None.
 
-        Raise `InputError` if several sensors have this name, or its library is not linked.
+        Raise `InputError` if several sensors have this name, or if its library is not linked.
         """
         library = entry.values.get("library")
         found = [
@@ -138,7 +141,7 @@ class Planner:
         return found[0] if found else None
 
     def change(self, entry: LayoutEntry) -> SensorChange:
-        """Return the changes of the sensor of an entry. Raise `InputError` if it is wrong."""
+        """Return what an entry of the layout changes. Raise `InputError` if the entry is wrong."""
         sensor = self.sensor(entry)
         taken = None if sensor else self._same_name(entry)
         kind = self._kind(entry, sensor)
@@ -163,7 +166,7 @@ class Planner:
         return change
 
     def _same_name(self, entry: LayoutEntry) -> Any:
-        """Return the object of an entry's name that is not a sensor yet, or None.
+        """Return the object that an entry would make a sensor: it has the entry's name; or None.
 
         Raise `InputError` if it is not in the view layer.
         """
@@ -184,7 +187,7 @@ class Planner:
         raise entry.error(f"no sensor has this name, and a new one needs a kind; {known}")
 
     def _check_new(self, entry: LayoutEntry) -> None:
-        """Raise `InputError` if a sensor cannot be added."""
+        """Raise `InputError` if no sensor can be added for an entry."""
         holder = self._view_layer.objects.get(entry.name.partition("/")[0])
         if "/" in entry.name and holder is not None and is_holder(holder):
             known = [s.name for s in self._sensors if s.holders]
@@ -222,7 +225,10 @@ class Planner:
         change.displaced = change.sensor is None or not self.has_new_pose(change)
 
     def _object(self, entry: LayoutEntry, key: str, name: str) -> Any:
-        """Return the object that an entry refers to. Raise `InputError` if there is none."""
+        """Return the object with this name; raise `InputError` if there is none.
+
+        `key` is the key of the entry that has the name.
+        """
         found = self._view_layer.objects.get(name)
         if found is None:
             known = [obj.name for obj in self._view_layer.objects]
@@ -230,7 +236,11 @@ class Planner:
         return found
 
     def _target(self, change: SensorChange) -> tuple[Array, Array, Sequence[float]]:
-        """Return the origin (3,) in m, axes (3, 3) and XYZ Euler angles that an entry gives."""
+        """Return the new pose of a sensor, from the place that its entry gives.
+
+        These are the origin (3,) in m, the axes (3, 3) and the XYZ Euler angles. The angles are
+        empty if the axes stay.
+        """
         entry, values = change.entry, change.entry.values
         metres = unit_scale(self._depsgraph.scene)
         origin, axes = np.zeros(3), np.eye(3)
@@ -260,7 +270,10 @@ class Planner:
         return place, turned, tuple(Matrix(turned.tolist()).to_euler("XYZ"))
 
     def _pose(self, sensor: Sensor) -> tuple[Array, Array] | None:
-        """Return the origin (3,) in m and axes (3, 3) of a sensor; None without a direction."""
+        """Return the origin (3,) in m and axes (3, 3) of a sensor.
+
+        Return None if it has no direction, as with scale 0.
+        """
         matrix = np.array(sensor.world_matrix(self._depsgraph))
         try:
             pose = pose_from_matrix(matrix, unit_scale(self._depsgraph.scene))
@@ -269,7 +282,10 @@ class Planner:
         return pose.origin, pose.axes
 
     def has_new_pose(self, change: SensorChange, sensor: Sensor | None = None) -> bool:
-        """Return whether `sensor`, or else the sensor of the change, has the new pose."""
+        """Return whether a sensor has the new pose of `change`, within the tolerances.
+
+        It is `sensor`, or without one the sensor of the change.
+        """
         found = sensor or change.sensor
         now = self._pose(found) if found else None
         if now is None or change.origin is None or change.axes is None:
@@ -281,7 +297,7 @@ class Planner:
         )
 
     def _check_parents(self, changes: Sequence[SensorChange]) -> None:
-        """Raise `InputError` if parents are missing or form a loop."""
+        """Raise `InputError` if new parents are missing, or if parents would form a loop."""
         parents = {o.name: o.parent.name for o in self._view_layer.objects if o and o.parent}
         new = {change.entry.name for change in changes if change.sensor is None}
         for change in changes:
@@ -322,9 +338,9 @@ class Planner:
             self._check_parameters(change, listed)
 
     def _check_parameters(self, change: SensorChange, listed: dict[str, Any]) -> None:
-        """Look up the objects that parameters name.
+        """Replace the names of objects in the new parameters by these objects.
 
-        Raise `InputError` for the problems that a panel would show.
+        Raise `InputError` if an object is missing, or for a problem that the panel would show too.
         """
         entry, kind = change.entry, change.kind
         merged = listed["parameters"] | change.parameters
@@ -350,7 +366,7 @@ class Planner:
 
 
 def _check_editable(change: SensorChange) -> None:
-    """Raise `InputError` if a change concerns something linked, animated or driven."""
+    """Raise `InputError` if something to be changed is linked, animated or driven."""
     sensor, entry = change.sensor, change.entry
     assert sensor is not None
     if sensor.holders:
@@ -374,7 +390,7 @@ def _check_editable(change: SensorChange) -> None:
 
 
 def _same(value: Any, listed: Any) -> bool:
-    """Return whether a value equals that of `list --json` in single precision."""
+    """Return whether a value equals the one in `list --json`, up to single precision."""
     if isinstance(value, list):
         return isinstance(listed, list) and all(map(_same, value, listed))
     numbers = isinstance(value, float) or isinstance(listed, float)
@@ -401,7 +417,7 @@ def _axes(angles: Sequence[float]) -> Array:
 
 
 def _looking(direction: Array) -> Array:
-    """Return axes (3, 3) that look along a direction, with +Y as far up as possible."""
+    """Return the axes (3, 3) of a sensor that looks in this direction, +Y as far up as possible."""
     return np.array(
         Vector(direction / np.linalg.norm(direction)).to_track_quat("-Z", "Y").to_matrix()
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find what the open file needs and lacks, so that its readings would be wrong.
+"""Find what the open file needs but does not have, so that its readings would be wrong.
 
 These are missing libraries and other files, drivers that fail, and sensors of unknown kinds.
 """
@@ -28,16 +28,19 @@ Lack = tuple[str, str]
 
 
 def lacking(view_layer: Any, light: bool) -> list[str]:
-    """Return a sentence for each thing that is lacking.
+    """Return a sentence for each thing that is missing.
 
-    With `light`, include those that only light sensors notice. The scene must be evaluated, since
-    Blender blocks drivers only then.
+    With `light`, include what only light sensors notice. Evaluate the scene first, because Blender
+    blocks drivers only then.
     """
     return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
 
 
 def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
-    """Yield the problem and the way to mend it, for each thing that is lacking."""
+    """Yield the problem and the way to mend it, for each thing that is missing.
+
+    With `light`, include what only light sensors notice.
+    """
     yield from _unknown_kinds(view_layer)
     yield from _missing_libraries()
     yield from _missing_data()
@@ -52,7 +55,7 @@ def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
 
 
 def look(view_layer: Any) -> None:
-    """Store what is lacking now, for the panels to show."""
+    """Search for missing things, and store them for the panels to show."""
     sensors = simulated(all_sensors(view_layer))
     if sensors:
         view_layer.update()
@@ -72,9 +75,9 @@ def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:
 
 
 def _stored_kind(obj: Any) -> int:
-    """Return the number of the object's kind in the file.
+    """Return the number of the object's kind as it is stored in the file.
 
-    Read as a property, an unknown kind would be 0.
+    For a kind that is unknown here, Blender's property would be 0.
     """
     group = stored_settings(obj)
     return int(group.get("kind", 0)) if group is not None else 0
@@ -89,7 +92,7 @@ def _missing_libraries() -> Iterator[Lack]:
 
 
 def _missing_data() -> Iterator[Lack]:
-    """Yield datablocks that a library no longer contains, although the library exists."""
+    """Yield the datablocks that a library which exists no longer contains."""
     lost: dict[str, list[str]] = {}
     for collection in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.actions):
         for block in collection:
@@ -110,7 +113,7 @@ def _missing_files(what: str, blocks: Iterable[Any], effect: str) -> Iterator[La
         if getattr(block, "packed_file", None) is not None or block.users == 0:
             continue
         path = bpy.path.abspath(block.filepath, library=block.library)
-        # The path of a sequence or of tiles contains a placeholder.
+        # The path of an image sequence, or of tiles, has a placeholder: no such file exists.
         if block.filepath and not os.path.exists(path) and "<" not in path:
             yield f"the {what} '{block.name}' is missing ({path}), so {effect}", FIND
 

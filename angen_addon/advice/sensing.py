@@ -56,9 +56,9 @@ def background_sets(scene: Any) -> list[Advice]:
 
 
 def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
-    """Warn if a sensor's output can never switch on, or never off.
+    """Warn if a sensor's output can never switch on, or can never switch off.
 
-    Wrong parameters are reported elsewhere.
+    Parameters outside their limits are reported elsewhere.
     """
     try:
         return read_parameters(sensor, sensor.settings).unreachable(lengths)
@@ -79,7 +79,7 @@ def without_surface(obj: Any) -> Advice | None:
 
 
 def may_be_simulated(obj: Any) -> bool:
-    """Return whether the physics engine moves the object, now or at another frame."""
+    """Return whether the physics engine moves the object, at this frame or at another one."""
     body = obj.rigid_body
     return (
         body is not None
@@ -90,7 +90,7 @@ def may_be_simulated(obj: Any) -> bool:
 
 
 def simulated_bodies(scene: Any) -> Iterator[Any]:
-    """Return the rigid bodies that the physics engine moves; a compound counts as one."""
+    """Return the rigid bodies that the physics engine moves; a compound body counts as one."""
     return (obj for obj in rigid_bodies(scene) if may_be_simulated(obj))
 
 
@@ -111,7 +111,7 @@ def sinks(pad: Any, scene: Any) -> Advice | None:
 
 
 def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
-    """Warn if no other object has a weight to press on the pad."""
+    """Warn if no object other than the pad has a weight with which it can press."""
     if any(body != pad for body in simulated_bodies(scene)):
         return None
     if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
@@ -130,9 +130,9 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
 
 
 def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
-    """Warn if a pad measures only objects that have no visible surface.
+    """Warn if all objects that a pad measures have no visible surface.
 
-    Rigid bodies are left out, since physics moves them although the viewport hides them.
+    Rigid bodies do not count, because physics also moves hidden ones.
     """
     chosen, group = pad.parameters.partner_object, pad.parameters.partner_collection
     partners = [*([chosen] if chosen else ()), *(group.all_objects if group else ())]
@@ -152,10 +152,10 @@ def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
 
 
 def of_several(advices: dict[str, Advice]) -> str:
-    """Return the advice on several pads as one line.
+    """Return one line for the advice on several pads, which is given by the pads' names.
 
-    It gives the number of pads, their first names and the text of the first. It says so if the
-    other texts differ.
+    It has the number of pads, the first names, and the text for the first pad. It says so if other
+    pads have other texts.
     """
     names = list(advices)
     text = uncapitalized(advices[names[0]].text)
@@ -177,7 +177,7 @@ def outdated_cache(scene: Any) -> Advice | None:
 
 
 def short_cache(scene: Any) -> Advice | None:
-    """Warn if the rigid-body cache ends before the scene."""
+    """Warn if the rigid-body cache ends before the scene's last frame."""
     if not any(simulated_bodies(scene)):
         return None
     cache = scene.rigidbody_world.point_cache
@@ -208,10 +208,15 @@ BEARER_TYPES = SURFACE_TYPES | {"ARMATURE", "EMPTY", "LATTICE"}
 
 @dataclass(frozen=True)
 class Weighed:
-    """The surfaces that press on pads with the mass of an object.
+    """The surfaces that press on pads with the mass of one object.
 
-    `apart` are its other parts, whose mass is their own or that of a nearer object. Each comes with
-    the object that has the mass.
+    Attributes
+    ----------
+    surfaces
+        These surfaces.
+    apart
+        The surfaces below the object that press with another mass: their own, or that of an object
+        between. Each is paired with the object that has the mass.
     """
 
     surfaces: list[Any]
@@ -219,7 +224,7 @@ class Weighed:
 
 
 def weighed_with(obj: Any, view_layer: Any) -> Weighed:
-    """Return the surfaces that press with the mass of `obj`, or would if it had one."""
+    """Return the surfaces that press with the mass of `obj`, or would press if it had one."""
     found = Weighed([], [])
     for surface in _surfaces(view_layer):
         possible = list(candidates(surface))

@@ -25,7 +25,7 @@ ENOUGH_RATE = 20.0
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual temperature of a sort of thing (°C), and its emissivity."""
+    """The usual temperature (°C) and the emissivity of one sort of thing, such as a person."""
 
     identifier: str
     label: str
@@ -51,7 +51,7 @@ USUAL: dict[str, Usual] = {
 
 
 def surfaces_of(obj: Any, view_layer: Any) -> list[Any]:
-    """Return the surfaces of an object: itself, its children, and the meshes that it deforms."""
+    """Return the surfaces of an object: itself, its children, and meshes that it deforms."""
     return [
         other
         for other in view_layer.objects
@@ -85,7 +85,7 @@ def _set(owner: Any, celsius: float, emissivity: float) -> None:
 
 
 def warm_things(view_layer: Any) -> Iterator[Any]:
-    """Yield the visible surfaces that have a temperature, or a material with one."""
+    """Yield the visible surfaces that have a temperature, or whose material has one."""
     parents = collection_parents()
     for obj, handle in with_instanced(view_layer):
         ignored = obj.type not in SURFACE_TYPES or obj.angen_ignored
@@ -101,7 +101,7 @@ def warm_things(view_layer: Any) -> Iterator[Any]:
 
 
 def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Return the sensors that sense warmth."""
+    """Return those sensors that sense warmth."""
     return [s for s in sensors if s.kind.requires(WARMTH, s.parameters)]
 
 
@@ -117,7 +117,7 @@ def nothing_warm(view_layer: Any) -> Advice | None:
 
 
 def too_slow(sensor: Sensor) -> Advice | None:
-    """Warn if a detector updates too rarely for its signal."""
+    """Warn if a pyroelectric detector updates so rarely that its signal is too low."""
     if sensor.settings.update_rate >= ENOUGH_RATE:
         return None
     return Advice(

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run a verb of the command line with the bpy package: `python -m angen_addon VERB HOME.blend`."""
+"""Run a verb of the command line with the bpy package: `python -m angen_addon VERB HOME.blend`.
+
+A verb is the command to run, such as `simulate`.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ from .process.standalone import (
     unreadable,
 )
 
-# Position of the blend file among the arguments of a verb, where it is not the first.
+# Verbs whose blend file is not their first argument, with its position.
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"
 TRUSTED = "--enable-autoexec"
@@ -41,7 +44,7 @@ USAGE = """usage: {0} {{{1}}} HOME.blend [options]
 def main(arguments: list[str]) -> int:
     """Run the command line and return its exit status.
 
-    `arguments` are the words after the program: the verb, the blend file and the options.
+    `arguments` are the words after the program's name: the verb, the blend file and the options.
     """
     for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
@@ -92,17 +95,17 @@ def main(arguments: list[str]) -> int:
 
 
 def _has_jobs(options: list[str]) -> bool:
-    """Return whether the options ask for more than one process."""
+    """Return whether the option `--jobs` is given with more than one process."""
     line = " ".join([*options, ""]).replace("--jobs=", "--jobs ")
     return "--jobs " in line and "--jobs 1 " not in line
 
 
 @contextmanager
 def _on_one_core(is_wanted: bool) -> Iterator[None]:
-    """Keep this process on one core while Blender loads, if `is_wanted`.
+    """Restrict this process to one core while Blender loads, if `is_wanted`.
 
-    Blender starts as many threads as it finds cores. With several processes these threads wait for
-    each other at every frame, and a run takes half as long again.
+    Blender starts as many threads as it finds cores. If several processes did this, their threads
+    would wait for each other at every frame, and a run would take half as long again.
     """
     if not is_wanted or not hasattr(os, "sched_setaffinity"):
         yield
@@ -119,8 +122,8 @@ def _on_one_core(is_wanted: bool) -> Iterator[None]:
 def _ended_by_ctrl_c() -> Iterator[None]:
     """End the process at Ctrl-C while Blender starts and opens the file.
 
-    An exception that is raised in one of Blender's handlers would be lost, and the command would go
-    on.
+    An exception that is raised inside one of Blender's handlers is lost, so that the command would
+    go on.
     """
     before = signal.signal(signal.SIGINT, lambda *_: _give_up())
     try:
@@ -130,7 +133,7 @@ def _ended_by_ctrl_c() -> Iterator[None]:
 
 
 def _give_up() -> NoReturn:
-    """Report the interruption and end the process."""
+    """Report that the command was interrupted, and end the process."""
     note(INTERRUPTED)
     leave_hard(1)
 

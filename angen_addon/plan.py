@@ -29,8 +29,8 @@ from .scene.sensors import Sensor
 
 # Distances (m) of these rays from the sensor.
 RINGS_M, DIRECTIONS, REACH_M = (0.35, 0.8, 1.4), 8, 12.0
-# The rays start at most this far above the sensor, since it may lie on the floor. Below a ceiling
-# they start half-way to it.
+# The rays start above the sensor, since it may lie on the floor: at most this far, and at most
+# half-way to the ceiling.
 START_M = 0.3
 # Floors that are at least this far apart (m) are different storeys.
 STOREY_M = 1.8
@@ -64,14 +64,14 @@ def group_by_storey(
     Returns
     -------
     list of SensorStorey
-        In them the `height` of a sensor is above the floor.
+        The `height` of their sensors is above the floor of the storey.
     """
     found: list[tuple[float, SensorInPlan]] = []
     floors = [_floor_below(home, uid, sensor) for uid, sensor in sensors]
     known = [floor for floor in floors if floor is not None]
     for (_, sensor), floor in zip(sensors, floors, strict=True):
         if floor is None:
-            # Nothing is below the sensor: take the next lower floor of the other sensors.
+            # Nothing is below the sensor: take the nearest floor of other sensors that is lower.
             below = [f for f in known if f <= sensor.height]
             floor = max(below, default=sensor.height)
         found.append((floor, sensor))
@@ -80,7 +80,10 @@ def group_by_storey(
 
 
 def grouped(found: Iterable[T], height: Callable[[T], float]) -> list[list[T]]:
-    """Group items, sorted by `height` (m), into storeys."""
+    """Group items into storeys; the items must be sorted by their `height` (m).
+
+    Items of one storey are less than STOREY_M higher than its first item.
+    """
     groups: list[list[T]] = []
     for one in found:
         if not groups or height(one) - height(groups[-1][0]) >= STOREY_M:
@@ -90,14 +93,17 @@ def grouped(found: Iterable[T], height: Callable[[T], float]) -> list[list[T]]:
 
 
 def around(rings: Sequence[float]) -> Array:
-    """Return ray offsets (n, 3) in m: the middle, and DIRECTIONS points on each ring."""
+    """Return points (n, 3) in m around an origin, from which rays start.
+
+    They are the origin itself, and DIRECTIONS points on a level circle of each radius in `rings`.
+    """
     turns = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     ring = [(r * math.cos(t), r * math.sin(t), 0.0) for r in rings for t in turns]
     return np.array([(0.0, 0.0, 0.0), *ring])
 
 
 def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
-    """Return the storey of sensors that come with the heights of the floors below them."""
+    """Return the storey of sensors. Each comes with the height of the floor below it."""
     counted = Counter(round(floor / GRAIN_M) for floor, _ in group)
     # Of two equally frequent heights take the upper one: the other is the underside of a thing
     # that is sunk into the floor.
@@ -108,9 +114,10 @@ def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
 
 
 def _floor_below(home: EvaluatedHome, uid: Uid, sensor: SensorInPlan) -> float | None:
-    """Return the height in m that most rays down from around a sensor hit.
+    """Return the height in m of the floor below a sensor: the height that most rays hit.
 
-    Of two equally frequent heights it is the lower one; None where no ray hits anything.
+    The rays go down from points around the sensor. Of two equally frequent heights return the lower
+    one, and None if no ray hits anything.
     """
     here = np.array([[*sensor.at, sensor.height]])
     up = np.array([[0.0, 0.0, 1.0]])
@@ -133,10 +140,10 @@ BUNDLE = 0
 
 
 def sensor_in_plan(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
-    """Return a sensor's session uid and the sensor as the plan shows it.
+    """Return a sensor's session uid, and the sensor as the plan shows it.
 
-    Its `height` is above the world's origin. Return None while the sensor is switched off. Raise
-    `AngenError` if its parameters are wrong.
+    The sensor's `height` is above the world's origin. Return None if the sensor is switched off.
+    Raise `AngenError` if its parameters are wrong.
     """
     sight = all_rays(sensor, clock_of(home.depsgraph.scene), home.depsgraph)
     if sight is None:
@@ -165,16 +172,16 @@ def sensor_in_plan(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPl
 
 
 def _segments(home: EvaluatedHome, sensor: Sensor, rays: SensorRays) -> Array:
-    """Return the start and end of each ray from above, shape (n, 2, 2) in m."""
+    """Return start and end of each ray as seen from above, shape (n, 2, 2) in m."""
     ranges = home.caster.cast(sensor.uid, BUNDLE, rays.origins, rays.directions, rays.reach)
     ends = rays.origins + rays.directions * ranges[:, None]
     return np.stack([rays.origins[:, :2], ends[:, :2]], axis=1) * home.metres
 
 
 def _outline(home: EvaluatedHome, sensor: Sensor) -> Any:
-    """Return the hull (n, 2) in m, from above, of a pad and the parts that belong to it.
+    """Return the convex hull (n, 2) in m of a pad and its parts, as seen from above.
 
-    Return None for an empty.
+    Return None for an empty, which has no surface.
     """
     rows = home.caster.solids.owned_by(sensor.uid)
     points = [surface.points[:, :2] for surface in home.surfaces(rows)]
@@ -188,32 +195,32 @@ def _outline(home: EvaluatedHome, sensor: Sensor) -> Any:
 
 # Shapes in the plan: the section of a solid at the cut, or its outline from above.
 
-# A solid that is cut is a wall if its top is this far above the floor (m). Wardrobes and door
-# leaves are lower.
+# m. A solid that the cut goes through is a wall if its top is at least this far above the floor.
+# Wardrobes and door leaves are lower.
 WALL_M = 2.2
-# A lower shape is the floor itself or a rug. A shape that is deeper below the floor belongs to the
-# storey below.
+# m. A shape with a top lower than RUG_M above the floor is the floor itself or a rug. A shape that
+# is more than DEPTH_M below the floor belongs to the storey below.
 RUG_M, DEPTH_M = 0.06, 0.25
 
 
 def shapes_at(
     home: EvaluatedHome, floor: float, height: float, area: tuple[Array, Array]
 ) -> tuple[PlanShape, ...]:
-    """Return the shapes of a storey.
+    """Return what the plan shows of the building and the furniture of a storey.
 
     Parameters
     ----------
     home
         The evaluated scene.
     floor, height
-        Heights of the floor and of the cut above the world's origin, in m.
+        Heights of the floor and of the horizontal cut above the world's origin, in m.
     area
         Two opposite corners (2,) of the part that the plan shows, in m.
 
     Returns
     -------
     tuple of PlanShape
-        Sections of what the cut meets, and outlines of what is below, in m.
+        Sections of the solids that the cut goes through, and outlines of those below it, in m.
     """
     wanted = (home.lo[:, 2] < height) & (home.hi[:, 2] > floor - DEPTH_M)
     wanted &= ((home.lo[:, :2] < area[1]) & (home.hi[:, :2] > area[0])).all(axis=1)
@@ -244,7 +251,7 @@ def _shapes(surface: SolidSurface, floor: float, height: float) -> list[PlanShap
 
 
 def _closed(lines: list[Line]) -> tuple[Line, ...]:
-    """Sort outlines by length, the largest first, so that inner ones are painted over them."""
+    """Return outlines sorted by length, the longest first, so that inner ones are painted last."""
     return tuple(sorted(lines, key=lambda line: -line.length))
 
 
@@ -280,9 +287,9 @@ BEYOND_M, MARGIN_M, LEAST_M = 4.0, 0.3, 2.0
 
 
 def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[PlanStorey, ...]:
-    """Return the storeys that have sensors at a whole frame, the lowest first.
+    """Return the storeys that have sensors, the lowest first, at a whole frame.
 
-    Do not call this in a frame handler, since it may change the frame. Raise `AngenError` if a
+    This changes the frame if needed, so do not call it in a frame handler. Raise `AngenError` if a
     sensor's parameters are wrong.
     """
     with at_frame(scene, frame):
@@ -294,9 +301,9 @@ def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[PlanStor
 
 @contextmanager
 def at_frame(scene: Any, frame: int) -> Iterator[None]:
-    """Show the scene at a whole frame within the `with` block, and restore the frame after it.
+    """Return a context manager that shows the scene at a whole frame, and then restores the frame.
 
-    Meanwhile the handlers of this extension do nothing.
+    Within its `with` block the handlers of this extension do nothing.
     """
     before = scene.frame_current, scene.frame_subframe
     if before == (frame, 0.0):
@@ -321,12 +328,15 @@ def _storey(home: EvaluatedHome, storey: SensorStorey) -> PlanStorey:
 
 
 def _extent(sensor: SensorInPlan) -> Array:
-    """Return corners (n, 2) in m around a sensor and its rays."""
+    """Return points (n, 2) in m: the place of a sensor and the ends of its rays."""
     return np.concatenate([sensor.at[None], *sensor.fans, *sensor.beams])
 
 
 def _view(low: Array, high: Array, shapes: Sequence[PlanShape]) -> Array:
-    """Return the corners (2, 2) in m of the part to show: the sensors and the walls around them."""
+    """Return the corners (2, 2) in m of the part that the plan shows.
+
+    It encloses the points from `low` to `high`, and the walls around them.
+    """
     within = low - BEYOND_M, high + BEYOND_M
     for shape in shapes:
         if shape.role in {"wall", "solid"}:

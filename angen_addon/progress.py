@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Report the progress of long work, and estimate the time left.
 
-Long work is a generator: it yields a `Doing` from time to time, and returns or last yields its
-result.
+Long work is a generator. It yields a `Doing` from time to time, and its result as the last item or
+as its return value.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from typing import Any, TypeVar
 
 S = TypeVar("S")
 T = TypeVar("T")
-# A generator that yields the share of the work that is done, 0 to 1, and returns its result.
+# A generator that yields its share, how much of the work is done (0 to 1), and returns the result.
 Shares = Generator[float, None, T]
 
-# An estimate is given after this many seconds and this share of the work.
+# The estimate is given after this many seconds, and once this share of the work is done.
 SURE_AFTER_S, SURE_AFTER = 3.0, 0.02
 # Two estimates agree if neither is more than this many times the other.
 AGREE = 1.5
@@ -27,10 +27,18 @@ AGREE = 1.5
 
 @dataclass(frozen=True)
 class Doing:
-    """The progress of long work: the share that is done, 0 to 1, and the present activity.
+    """The progress of long work.
 
-    `slow` marks a next step that takes long, so that a window shows this text before it starts.
-    `found` says that there is a first result, which Esc keeps.
+    Attributes
+    ----------
+    share
+        How much of the work is done, from 0 to 1.
+    text
+        What is being done now.
+    slow
+        Whether the next step takes long. A window then shows this text before the step begins.
+    found
+        Whether there is a first result, which stays if the user presses Esc.
     """
 
     share: float
@@ -40,14 +48,14 @@ class Doing:
 
 
 class Enough(Exception):
-    """Thrown into long work to end it early.
+    """Exception that is thrown into long work to end it early.
 
-    The work then returns its best result so far, or raises this again if it has none.
+    The work then gives its best result so far. If it has none, it raises the exception again.
     """
 
 
 def finished(work: Generator[Any, None, T]) -> T:
-    """Run the work to its end at once, and return its result."""
+    """Run the work to its end at once, and return what the generator returns."""
     while True:
         try:
             next(work)
@@ -68,7 +76,10 @@ def saying(progress: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
 
 
 def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
-    """Run the work as the part from `low` to `high` of a larger work."""
+    """Run work that is a part of larger work, from the share `low` to the share `high` of that.
+
+    Yield the share of the larger work that is done, and return the result of the part.
+    """
     while True:
         try:
             share = next(work)
@@ -79,7 +90,7 @@ def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
 
 
 def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
-    """Yield each share of the work as a `Doing` with this text."""
+    """Run work that yields shares; yield each share as a `Doing` with this text instead."""
     while True:
         try:
             share = next(work)
@@ -92,8 +103,9 @@ def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
 class TimeLeft:
     """An estimate of the seconds that the rest of the work takes.
 
-    One estimate uses all of the work so far, another only its latter half. Their mean is given once
-    both agree, since a run may begin with a slow part, such as the first pictures of the light.
+    It is the mean of two estimates: one from all of the time so far, one from its latter half only.
+    It is given once they agree, because a run can begin with a slow part. An example is the first
+    pictures of the light.
     """
 
     def __init__(self) -> None:
@@ -103,14 +115,14 @@ class TimeLeft:
         self._sure = False
 
     def note(self, share: float) -> None:
-        """Note the share of the work that is done now."""
+        """Note how much of the work (0 to 1) is done now."""
         elapsed = time.perf_counter() - self._start
         self._noted.append((elapsed, share))
         while self._noted[0][0] < elapsed / 2:
             self._noted.popleft()
 
     def seconds(self) -> float | None:
-        """Return the estimate in seconds; None while the two estimates disagree."""
+        """Return the estimate in seconds; None until the two estimates have agreed once."""
         if not self._noted or not self._noted[-1][1]:
             return None
         (since, before), (elapsed, done) = self._noted[0], self._noted[-1]
@@ -123,7 +135,7 @@ class TimeLeft:
         return (whole + latter) / 2 if self._sure else None
 
     def text(self) -> str:
-        """Return the time left in round numbers; empty while there is no estimate."""
+        """Return the time left in round numbers; an empty text if there is no estimate."""
         seconds = self.seconds()
         if seconds is None:
             return ""

@@ -36,7 +36,7 @@ def _settings_changed(self: PropertyGroup, context: bpy.types.Context) -> None:
 
 
 def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
-    # Blender does not know what the property affects. The tag reports an update to the probes.
+    # Blender does not know what this property affects. The tag reports the update to the probes.
     self.update_tag(refresh={"OBJECT"})
     _settings_changed(self, context)
 
@@ -47,13 +47,13 @@ def _load_changed(self: Any, context: bpy.types.Context) -> None:
 
 
 def _warmth_changed(self: Any, context: bpy.types.Context) -> None:
-    # Materials and collections have only this tag.
+    # Materials and collections have only the tag without `refresh`.
     self.id_data.update_tag()
     _settings_changed(self, context)
 
 
 def _kind_changed(self: Any, context: bpy.types.Context) -> None:
-    """Give a sensor the update rate of its new kind, unless the user chose one."""
+    """Give a sensor the update rate of its new kind, unless the user chose another rate."""
     defaults_of_kinds = {kind.update_rate for kind in KINDS.values()}
     if self.kind != NO_KIND and (
         not self.is_property_set("update_rate") or self.update_rate in defaults_of_kinds
@@ -63,11 +63,11 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
 
 
 def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
-    """Return the accessors of the property `kind`, which read an unknown number as None.
+    """Return the accessors of the property `kind`. They read a number that is unknown as no kind.
 
     A newer version of the extension may have written a kind that this version does not know. The
-    object is then not a sensor, but the file keeps its number. Without the accessors Blender warns
-    at each access.
+    object is then no sensor here, but the file keeps its number. Without the accessors Blender
+    warns at each access.
     """
     if bpy.app.version >= (5, 0):
         return {"get_transform": lambda _, number, is_set: number if number in numbers else 0}
@@ -83,7 +83,7 @@ def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
 
 
 def _tip(spec: Spec) -> str:
-    """Return the tip of a parameter with its source."""
+    """Return the tip of a parameter, with the source of its values."""
     source = f". Source: {spec.source}" if spec.source else ""
     return f"{spec.tip}{source}"
 
@@ -91,8 +91,8 @@ def _tip(spec: Spec) -> str:
 def _blender_property(default: Any, spec: Spec) -> Any:
     """Return the bpy property of one parameter.
 
-    Its hard limits are looser than the valid range, so that the panel can report an invalid value
-    instead of Blender changing it silently.
+    Its hard limits are looser than the valid range. So an invalid value stays, and the panel
+    reports it; Blender would change it silently.
     """
     facts: dict[str, Any] = {"name": with_unit(spec.label, spec.unit), "description": _tip(spec)}
     if spec.pointer:
@@ -130,7 +130,7 @@ def _group_of(name: str, parameters: type[Parameters]) -> type:
 
 
 def _sensor_group(groups: dict[str, type]) -> type:
-    """Return the PropertyGroup class of a sensor, which contains a group for each kind."""
+    """Return the PropertyGroup class of a sensor. `groups` are the classes of the kinds."""
     kinds = [(NO_KIND, "None", "Not a sensor", "NONE", 0)]
     kinds += [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
     properties = {

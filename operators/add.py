@@ -19,7 +19,7 @@ KIND_ITEMS = [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.va
 
 
 def suggested_presets(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
-    """Return identifier and label of the presets that contain the typed text."""
+    """Return identifier and label of the presets that contain the text typed so far."""
     found = [(preset.identifier, preset.label) for preset in KINDS[self.kind].presets]
     return [pair for pair in found if text.lower() in " ".join(pair).lower()]
 
@@ -35,7 +35,10 @@ def preset_property() -> Any:
 
 
 def preset_of(operator: Any) -> Preset | None:
-    """Return the preset that the properties name, or None; raise `AngenError` if unknown."""
+    """Return the preset that the operator's properties name, or None if they name none.
+
+    Raise `AngenError` if the preset is unknown.
+    """
     return find_preset(KINDS[operator.kind], operator.preset) if operator.preset else None
 
 
@@ -83,7 +86,7 @@ class ANGEN_MT_sensor_add(Menu):
 def _draw_kinds(layout: Any, operator: str, text: str) -> None:
     for kind in KINDS.values():
         item = layout.operator(operator, text=text.format(kind.label), icon=kind.icon)
-        # A real part, named; scripts without a preset get the defaults.
+        # The menu gives the preset of a real part; without one, scripts get the defaults.
         item.kind, item.preset = kind.identifier, kind.part
 
 

@@ -20,7 +20,7 @@ SHOWN = 3
 
 
 def suggested_parameters(self: Any, context: Context, text: str) -> list[tuple[str, str]]:
-    """Return name and label of the parameters that contain the typed text."""
+    """Return name and label of the parameters that contain the text typed so far."""
     found = [(RATE, "Update rate")]
     source = stands_for(context.object)
     if is_sensor(source):
@@ -93,12 +93,12 @@ class ANGEN_OT_copy_to_selected(Operator):
 
 
 def _owner(obj: Any, kind: Kind, name: str) -> Any:
-    """Return the property group that has a parameter."""
+    """Return the property group of an object that has the parameter `name`."""
     return obj.angen_sensor if name == RATE else getattr(obj.angen_sensor, kind.attribute)
 
 
 def _why_not(obj: Any, kind: Kind) -> str:
-    """Return why an object cannot get the settings; empty if it can."""
+    """Return why an object cannot get the settings of the active sensor; empty if it can."""
     if not is_sensor(obj):
         return "not a sensor"
     if obj.angen_sensor.kind != kind.identifier:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fit a door with an optical switch on its frame, and on the leaf a flag that breaks the beam."""
+"""Fit a door with an optical switch on its frame, and with a flag on its leaf.
+
+While the door is closed, the flag breaks the beam of the switch.
+"""
 
 from __future__ import annotations
 
@@ -92,7 +95,7 @@ class ANGEN_OT_door_fit(Operator):
 
 
 def _short(leaf: Any) -> str:
-    """Return the name for a leaf's switch and flag, such as "hall" for "Door hall"."""
+    """Return a short name of a leaf for its switch and flag, such as "hall" for "Door hall"."""
     return leaf.name.removeprefix("Door ")
 
 
@@ -106,15 +109,16 @@ def _refuse_fitted(context: Context, leaf: Any) -> None:
 def _frame_of(
     context: Context, leaf_object: Any, frames: list[Any], leaves: list[list[Leaf]], flip: bool
 ) -> tuple[Leaf, SurfacePoint]:
-    """Return the leaf as seen from the switch, and the surface to mount the switch on.
+    """Return the side of the leaf at which to mount the switch, and the surface to mount it on.
 
+    `leaves` are the possible sides of the leaf. With `flip`, use the side opposite to the best one.
     Raise `AngenError` if no surface is near the leaf's free upper corner.
     """
     for sides in leaves:
         found = [
             (s, hit) for s in sides if (hit := _surface_above(context, leaf_object, frames, s))
         ]
-        # A frame is flush with the leaf: prefer the surface nearest to its face.
+        # A frame is nearly flush with the leaf's face: prefer the surface nearest to the face.
         found.sort(key=lambda pair: abs((pair[1].point - pair[0].corner).dot(pair[0].out)))
         if flip:
             turned = (found[0][0] if found else sides[0]).turned_round()
@@ -134,7 +138,11 @@ def _frame_of(
 def _surface_above(
     context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf
 ) -> SurfacePoint | None:
-    """Return the foremost of three surface points above the leaf, all at the same height."""
+    """Return a point of the frame above the leaf, in front of all parts of the frame there.
+
+    Three points at the same height are searched. The middle one is moved as far out as the
+    foremost.
+    """
     scale = unit_scale(context.scene)
 
     def passes(obj: Any) -> bool:
@@ -166,8 +174,8 @@ def _surface_above(
 def _switch_matrix(leaf: Leaf, point: Vector, scale: float) -> Matrix:
     """Return the world matrix of the switch, with the middle of its beam at `point`.
 
-    The flag of a hinged leaf swings out between two arms side by side. The flag of a sliding leaf
-    moves out between an upper and a lower arm.
+    On a hinged leaf, the flag swings out between two arms that are side by side. On a sliding leaf,
+    it moves out between an upper and a lower arm.
     """
     turn = math.pi / 2 if leaf.slides else 0.0
     matrix = place_on(KIND, FORK, point, leaf.out, turn, unit_scale=scale)
@@ -175,7 +183,7 @@ def _switch_matrix(leaf: Leaf, point: Vector, scale: float) -> Matrix:
 
 
 def _new_flag(context: Context, leaf_object: Any, leaf: Leaf, switch: Matrix, scale: float) -> Any:
-    """Add a thin flag to the leaf; it breaks the beam while the leaf is closed."""
+    """Add a thin flag to the leaf. It is in the beam of the switch while the leaf is closed."""
     beam = switch @ Vector((0, 0, -GAP / 2 / scale)) - leaf.corner
     across, over = beam.dot(leaf.out) * scale, beam.dot(leaf.up) * scale
     shape = flag_shape(across, over, leaf.thickness * scale, leaf.slides)
@@ -191,7 +199,7 @@ def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Ho
     """Return the mesh of a flag, in metres, with its origin at the leaf's top edge.
 
     Its x axis points along the leaf, y out of the leaf's face, and z up. The middle of the beam is
-    `across` in front of the face, and `over` above the top edge.
+    `across` metres in front of the face, and `over` metres above the top edge.
     """
     shape, half = Housing(), FLAG_THIN / 2
     if slides:
@@ -211,7 +219,10 @@ def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Ho
 
 
 def _problem(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) -> str:
-    """Return why the switch would not read closed now, or never open; empty if it works."""
+    """Return why the switch does not work: it reads open now, or could never read open.
+
+    The text is empty if the switch works.
+    """
     matrix = sensor.matrix_world
     start, beam = matrix.translation, -matrix.col[2].xyz.normalized()
     depsgraph, gap = context.evaluated_depsgraph_get(), GAP / scale

@@ -20,14 +20,17 @@ from .recording import has_fresh_recording
 
 
 def recorded_track(context: Context) -> tuple[Recording, Track] | None:
-    """Return the recording and the active sensor's track, or None without recorded updates."""
+    """Return the recording and the active sensor's track in it.
+
+    Return None if the sensor has no recorded update.
+    """
     sensor, recording = active_sensor(context), state.CACHE.recording(context.scene)
     track = recording.track_of(sensor.uid) if sensor and recording else None
     return (recording, track) if recording and track and len(track) else None
 
 
 def has_recorded_track(cls: Any, context: Context) -> bool:
-    """Poll: whether the active sensor has a fresh recording."""
+    """Poll: whether a fresh recording has updates of the active sensor."""
     sensor = active_sensor(context)
     return (
         is_idle(cls, context)

@@ -48,7 +48,7 @@ class ExportOptions:
         draw_start(column, context.scene, self.needing())
 
     def needing(self) -> str:
-        """Return the name of the format that requires a date, or an empty text."""
+        """Return the name of the chosen format if it requires a date, else an empty text."""
         return ""
 
     def export(self, context: Context) -> str:
@@ -82,11 +82,14 @@ class ExportOptions:
         return sensors, recording, self._start(context)
 
     def shown(self, text: str) -> str:
-        """Return the CSV text, made safe for spreadsheets if the user chose so."""
+        """Return a CSV text. If the user chose so, it is made safe for spreadsheets."""
         return for_spreadsheets(text) if self.spreadsheet else text
 
     def _start(self, context: Context) -> datetime | None:
-        """Return the date and time of t = 0; raise `InputError` if it is required and missing."""
+        """Return the date and time of t = 0, or None if there is none.
+
+        Raise `InputError` if the format requires it.
+        """
         if not self.start:
             start = start_of(context.scene)
         else:
@@ -101,7 +104,10 @@ class ExportOptions:
 
 
 def draw_start(layout: Any, scene: Any, needing: str = "") -> None:
-    """Draw the scene's Start, in red if it is no date, or is empty and a format needs it."""
+    """Draw the scene's Start in a layout, in red if it is wrong.
+
+    It is wrong if it is no date, or if it is empty although the format `needing` requires it.
+    """
     try:
         start = start_of(scene)
     except InputError:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Replace an instance of a linked collection by library overrides.
+"""Replace an instance of a linked collection by library overrides of its objects.
 
-Each of its sensors can then be set, keyed and read by drivers.
+The sensors in it can then have their own settings, keyframes and drivers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .polls import cancelled, needs
 
 
 def why_not(sensor: Any) -> str:
-    """Return why the instance that has a sensor cannot be overridden; empty if it can."""
+    """Return why the instance that contains a sensor cannot be overridden; empty if it can be."""
     if sensor is None or not sensor.holders:
         return "Select a collection instance with sensors in it"
     holder = sensor.handle
@@ -53,7 +53,7 @@ class ANGEN_OT_instance_override(Operator):
         if made is None:
             return cancelled(self, f"Blender could not override the collection of '{holder.name}'")
         holder.instance_type = "NONE"
-        # Overrides keep their location in the library: parenting moves them to the instance.
+        # Overrides are placed as in the library: parenting moves them to where the instance was.
         for obj in made.all_objects:
             if obj.parent is None:
                 obj.parent = holder

@@ -16,16 +16,16 @@ from .polls import cancelled
 
 # s: bounds of a slice. Blender then redraws a few times a second, and reacts to Esc soon enough.
 MIN_SLICE, MAX_SLICE = 0.25, 0.75
-# s: a slow step begins only if this much of the slice is left.
+# s: a slow step of the work begins only if this much of the slice is left.
 SLOW_STEP = 0.4
-# A slice lasts this many times as long as the last redraw: redraws cost a tenth of the time.
+# A slice lasts this many times as long as the last redraw: redraws take a tenth of the time.
 REDRAW_FACTOR = 9.0
 
 
 class Slices:
-    """The lengths of the slices of time, chosen by the duration of Blender's redraws.
+    """The lengths of the slices of time, chosen by how long Blender's redraws take.
 
-    A step of a run may change the scene, and each redraw then evaluates and draws all of it.
+    A redraw can take long: if the work changes the scene, Blender evaluates and draws all of it.
     """
 
     def __init__(self) -> None:
@@ -43,10 +43,10 @@ class Slices:
 
 
 class LongWork:
-    """Mix-in of operators whose work is a generator that yields `Doing`, and last its result.
+    """Mix-in of operators whose work is a generator. It yields `Doing`, and last its result.
 
-    A script runs the generator at once. In a window it runs in slices, and Esc throws `Enough` into
-    it.
+    In a script the work runs to its end at once. In a window it runs in slices, and Esc throws
+    `Enough` into the generator.
     """
 
     # The status bar says what Esc does: "Esc cancels".
@@ -58,11 +58,11 @@ class LongWork:
     _is_slow = False
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
-        """Return the generator; raise `AngenError` if the work cannot begin."""
+        """Return the generator of the work; raise `AngenError` if the work cannot begin."""
         raise NotImplementedError
 
     def _finish(self, context: Context, result: Any) -> set[str] | None:
-        """Show the result, and return how the operator ends, or None for FINISHED.
+        """Show the result, and return the result set of the operator, or None for FINISHED.
 
         Raise `AngenError` if the work has failed.
         """
@@ -115,13 +115,13 @@ class LongWork:
             raise
 
     def _advance(self) -> Any:
-        """Work for a slice of time, and return the last `Doing`, or the result."""
+        """Work for a slice of time; return the last `Doing`, or the result if the work ended."""
         until = self._slices.begin()
         result = None
         for result in self._run:
             if isinstance(result, Doing):
                 self._left.note(result.share)
-                # The first of several slow steps is shown at once: each redraw costs time.
+                # Of several slow steps only the first is shown when it begins: redraws take time.
                 begins, self._is_slow = result.slow and not self._is_slow, result.slow
                 left = until - time.perf_counter()
                 if not begins and left > (SLOW_STEP if result.slow else 0.0):
@@ -158,5 +158,5 @@ class LongWork:
             context.workspace.status_text_set(None)
 
     def cancel(self, context: Context) -> None:
-        """Close the work; Blender calls this when it ends the operator itself."""
+        """Clean up as `_close` does; Blender calls this when it ends the operator itself."""
         self._close(context)

@@ -29,7 +29,7 @@ def marked(scene: Any) -> set[str]:
 
 
 def clear(scene: Any, prefixes: tuple[str, ...] = ("",)) -> int:
-    """Remove the event markers whose names begin with a prefix, and return their number."""
+    """Remove the event markers whose names begin with one of the prefixes; return their number."""
     names = {name for name in marked(scene) if name.startswith(prefixes)}
     gone = [marker for marker in scene.timeline_markers if marker.name in names]
     for marker in gone:
@@ -43,7 +43,7 @@ def prefix(sensor: str) -> str:
 
 
 def event_name(track: Track, index: int) -> str:
-    """Return the name of the event at an update, in the words that panels use."""
+    """Return the name for the event at update `index`, in the words that panels use."""
     kind, texts = track.kind, []
     for published in kind.events:
         column = track.columns[published.name]
@@ -105,7 +105,10 @@ class ANGEN_OT_markers_add(Operator):
     def _events(
         self, recording: Recording, sensors: list[Sensor], values: bool
     ) -> Iterator[tuple[str, int]]:
-        """Yield the name and whole frame of each new marker."""
+        """Yield the name and the whole frame of each marker to add.
+
+        With `values`, events that only publish a measured value have markers too.
+        """
         for sensor in sensors:
             track = recording.track_of(sensor.uid)
             if track is None:

@@ -38,7 +38,7 @@ _handles: set[Any] = set()
 
 
 class Preview:
-    """The outline of a housing, drawn at `matrix` unless that is None."""
+    """Draws the outline of a housing at the world matrix `matrix`, or nothing if that is None."""
 
     def __init__(self, context: Context, housing: Housing) -> None:
         self.matrix: Matrix | None = None
@@ -88,7 +88,7 @@ def _remove(handle: Any) -> None:
 
 
 def remove_all() -> None:
-    """Remove the draw handlers of operators that Blender ended without calling `cancel`."""
+    """Remove the draw handlers of operators that Blender ended without a call of `cancel`."""
     if _handles and bpy.context.window_manager is not None:
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:
@@ -98,17 +98,23 @@ def remove_all() -> None:
         _remove(handle)
 
 
-# The most objects that a ray passes.
+# The greatest number of objects that a ray goes through.
 PASSED = 64
-# After an object, the ray starts again this share of the distance further on.
+# Behind an object the ray starts again, farther on by this fraction of the distance so far.
 STEP = 1e-6
 
 
 class SurfacePoint(NamedTuple):
     """The point where a ray hits a surface.
 
-    `normal` points to the side that the ray came from. `whole` is True if the ray hit the object
-    itself, and False for an instance of it elsewhere.
+    Attributes
+    ----------
+    point, normal
+        The point, and the surface's normal on the side that the ray came from.
+    object
+        The object that has the surface.
+    whole
+        True if the ray hit the object itself, False if it hit an instance of it.
     """
 
     point: Vector
@@ -118,7 +124,7 @@ class SurfacePoint(NamedTuple):
 
     @property
     def axes(self) -> list[Vector]:
-        """The axes of the object, for aligning a housing."""
+        """The Y and X axes of the object, to which a housing is aligned."""
         matrix = self.object.matrix_world
         return [matrix.col[1].xyz, matrix.col[0].xyz]
 
@@ -134,8 +140,8 @@ def first_surface(
 ) -> SurfacePoint | None:
     """Return the first surface that a ray hits within `length` Blender units, or None.
 
-    The ray passes objects that sensors ignore, and objects for which `passes` returns True. With
-    `culled` it also passes back faces.
+    The ray goes through objects that sensors ignore, and through objects for which `passes` returns
+    True. With `culled` it also goes through faces that it hits from behind.
     """
     direction = direction.normalized()
     start, left = origin.copy(), length
@@ -185,9 +191,9 @@ ENDS = {"RET", "NUMPAD_ENTER"}
 def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
     """Return the floor below a point on a surface, or None.
 
-    The object of that surface counts as a floor only if the surface is steep. Surfaces as steep as
-    a leaning wall are no floor. A ledge, such as a picture on the same wall, counts only if nothing
-    else is below.
+    The object with the surface `on` counts as a floor only if that surface is steep. Steep surfaces
+    below the point do not count. A ledge, such as the top of a picture frame, counts only if
+    nothing else is below.
     """
     carrier = on.object if on.normal.z > FLOOR_NORMAL_Z else None
     scale = unit_scale(scene)
@@ -214,7 +220,7 @@ def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> 
 
 
 def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
-    """Return a text with the height of a point, and its height above the floor."""
+    """Return a text with the height of a point, and with its height above the floor, if any."""
     scale, lengths = unit_scale(scene), lengths_of(scene)
     height = f"Z {lengths.text(place.z * scale)}"
     if floor is None:
@@ -224,7 +230,10 @@ def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
 
 
 def moved_up(point: Vector, normal: Vector, height: float) -> Vector | None:
-    """Return the point moved along a surface until it is `height` higher; None if it is level."""
+    """Return the point, moved along a surface until it is `height` higher.
+
+    Return None if the surface is level.
+    """
     along = UP - normal * normal.z
     if along.length < MIN_RISE:
         return None
@@ -232,15 +241,15 @@ def moved_up(point: Vector, normal: Vector, height: float) -> Vector | None:
 
 
 class TypedLength:
-    """A length that is typed key by key."""
+    """A length that the user types, key by key."""
 
     def __init__(self) -> None:
         self.text = ""
 
     def take(self, event: Event) -> bool:
-        """Add a pressed key, and return whether the key is part of a length.
+        """Use a pressed key if it is part of a length, and return whether it is.
 
-        Letters are part of a length only after a number.
+        A letter is part of a length only after a number.
         """
         if event.type == "BACK_SPACE" and self.text:
             self.text = self.text[:-1]
@@ -254,7 +263,7 @@ class TypedLength:
         return True
 
     def metres(self, scene: Any) -> float | None:
-        """Return the length in metres, or None if the text is no length.
+        """Return the length in metres, or None if the typed text is no length.
 
         A number without a unit is in the scene's unit.
         """
@@ -306,7 +315,7 @@ class ANGEN_OT_sensor_place(Operator):
 
     poll = classmethod(can_add)
 
-    # From a script, and from the Adjust Last Operation panel
+    # Called by a script, and by the panel Adjust Last Operation
 
     def execute(self, context: Context) -> set[str]:
         normal = Vector(self.normal)
@@ -340,7 +349,7 @@ class ANGEN_OT_sensor_place(Operator):
         housing, scale = housing_of(self.kind, self.preset), unit_scale(context.scene)
         return place_on(self.kind, housing, point, normal, self.turn, along, scale)
 
-    # With the mouse
+    # Called by a click: the operator runs until the user places the sensor
 
     def invoke(self, context: Context, event: Event) -> set[str]:
         if context.area is None or context.area.type != "VIEW_3D" or context.region_data is None:
@@ -403,7 +412,7 @@ class ANGEN_OT_sensor_place(Operator):
             self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {text}", keys)
 
     def _place_at(self, context: Context, hit: SurfacePoint) -> tuple[Matrix, str]:
-        """Set the location on a surface, at the typed height if there is one.
+        """Compute the place on a surface, at the typed height if there is one, and set `location`.
 
         Return the matrix of the sensor, and the text for the header.
         """
@@ -449,10 +458,10 @@ def _surface_under(context: Context, event: Event) -> SurfacePoint | None:
 def visible_surface(
     scene: Any, depsgraph: Any, origin: Vector, direction: Vector, culled: bool
 ) -> SurfacePoint | None:
-    """Return the first surface that the user sees along a ray, or None.
+    """Return the first surface along a ray that the user can see, or None.
 
-    An object shown as a wire or bounds, such as a ceiling from above, counts only if nothing is
-    behind it.
+    The user looks through objects shown as wire or bounds, such as a ceiling seen from above. Such
+    an object counts only if nothing is behind it.
     """
     hit = first_surface(scene, depsgraph, origin, direction, passes=_is_outline, culled=culled)
     return hit or first_surface(scene, depsgraph, origin, direction, culled=culled)

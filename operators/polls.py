@@ -12,14 +12,14 @@ from ..angen_addon.scene.instances import is_sensor, stands_for
 
 
 def needs(operator: Any, condition: Any, message: str) -> bool:
-    """Return whether a condition holds; set the poll message if it does not."""
+    """Return whether a condition holds; if it does not, set `message` as the poll message."""
     if not condition:
         operator.poll_message_set(message)
     return bool(condition)
 
 
 def cancelled(operator: Any, problem: Any) -> set[str]:
-    """Report an error, and return the result of an operator that did nothing."""
+    """Report a problem as an error, and return {"CANCELLED"}."""
     operator.report({"ERROR"}, str(problem))
     return {"CANCELLED"}
 

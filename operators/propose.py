@@ -25,7 +25,7 @@ from .polls import can_read_scene, cancelled, has_editable_collection, needs
 
 
 def active_detector(context: Context) -> Sensor | None:
-    """Return the active motion detector, whose parameters new detectors get, or None."""
+    """Return the active motion detector, or None. New detectors get its parameters."""
     active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
     return next((s for s in found if s.kind is DETECTOR), None)
@@ -119,7 +119,10 @@ class ANGEN_OT_place_accept(Operator):
 
 
 def accept(context: Context, ghost: Any) -> Any:
-    """Add a motion detector at a proposed place; raise `AngenError` if its preset is unknown."""
+    """Add a motion detector at a proposed place; raise `AngenError` if its preset is unknown.
+
+    `ghost` is the empty that marks the place.
+    """
     identifier = ghost.get(shown.PRESET, "")
     preset = find_preset(DETECTOR, identifier) if identifier else None
     room = room_of(ghost)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Clear the recording, and check for other operators that it is not stale."""
+"""Clear the recording. Other operators check with these functions that it is not stale."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def has_fresh_recording(operator: Any, context: Context) -> bool:
 
 
 def is_still_fresh(operator: Any, context: Context) -> bool:
-    """Return whether the recording is fresh; report an error if it is stale.
+    """Return whether the recording is fresh; if it is stale, report that as an error.
 
-    The whole scene is compared, because Blender does not report all changes.
+    This compares the whole scene, because Blender does not report all changes.
     """
     scene = context.scene
     kept = state.CACHE.kept(scene)
@@ -47,7 +47,7 @@ UNDONE_IN = {"OBJECT", "POSE"}
 
 
 def can_undo(context: Context) -> bool:
-    """Return whether undo restores a recording."""
+    """Return whether undo in the present mode restores a recording."""
     return context.mode in UNDONE_IN and bool(context.preferences.edit.use_global_undo)
 
 

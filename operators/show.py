@@ -19,7 +19,7 @@ from .polls import cancelled, needs
 
 # m: the least radius of the framed sphere.
 MIN_RADIUS = 0.6
-# The view is this much farther away than for a tight fit.
+# The distance of the view, relative to that at which the sphere just fits.
 MARGIN = 1.25
 # Width of the sensor of Blender's viewport camera.
 SENSOR_MM = 36.0
@@ -70,10 +70,10 @@ class ANGEN_OT_sensor_show(Operator):
 
 
 def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
-    """Select a sensor alone, and move the view to it; the sensor must not be hidden.
+    """Select a sensor and no other object, and move the view to it; it must not be hidden.
 
-    With `extend`, add it to the selection and leave the view. With `stay`, leave the view if the
-    sensor is visible in it.
+    With `extend`, add it to the selection and leave the view as it is. With `stay`, leave the view
+    as it is if the sensor is in it.
     """
     select(sensor, context, extend)
     obj = sensor.handle
@@ -85,7 +85,7 @@ def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = Fa
 
 
 def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
-    """Make a sensor active and select it alone; the sensor must not be hidden.
+    """Make a sensor active, and select it and no other object; it must not be hidden.
 
     With `extend`, add it to the selection.
     """
@@ -100,7 +100,7 @@ def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
 
 
 def why_hidden(obj: Any, context: Context) -> str:
-    """Return why an object cannot be selected, and what to do; empty if it can."""
+    """Return why an object cannot be selected, and what to do about it; empty if it can be."""
     if obj.hide_select:
         return "cannot be selected: tick Selectable in its Object tab, Visibility"
     if not obj.visible_get(view_layer=context.view_layer):
@@ -111,7 +111,8 @@ def why_hidden(obj: Any, context: Context) -> str:
 def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
     """Return middle and radius of a sphere around what a sensor sees, in Blender units.
 
-    The sphere encloses what the viewport draws of the sensor. Without a drawing it spans the range.
+    The sphere encloses what the viewport draws of the sensor. If it draws nothing, the sphere
+    extends from the sensor over its range.
     """
     metres = unit_scale(context.scene)
     matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
@@ -134,7 +135,7 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
 
 
 class FreeRegion(NamedTuple):
-    """The main region of a 3D view, and the bounds (pixels) of its uncovered part."""
+    """The main region of a 3D view, and the edges (pixels) of the part that nothing covers."""
 
     region: Any
     left: int
@@ -142,7 +143,7 @@ class FreeRegion(NamedTuple):
 
 
 def free_region(area: Any) -> FreeRegion:
-    """Return the main region of an area, and the part not covered by toolbar and sidebar."""
+    """Return the main region of an area, and its part that toolbar and sidebar do not cover."""
     window = next(region for region in area.regions if region.type == "WINDOW")
     left, right = 0, window.width
     for region in area.regions:
@@ -156,7 +157,7 @@ def free_region(area: Any) -> FreeRegion:
 
 
 def is_in_view(obj: Any, context: Context) -> bool:
-    """Return whether an object's origin is in the uncovered part of the 3D view."""
+    """Return whether an object's origin is in that part of the 3D view which nothing covers."""
     window, left, right = free_region(context.area)
     view = context.space_data.region_3d
     at = location_3d_to_region_2d(window, view, obj.matrix_world.translation)
@@ -164,16 +165,16 @@ def is_in_view(obj: Any, context: Context) -> bool:
 
 
 def frame_sphere(context: Context, middle: Vector, radius: float) -> None:
-    """Move the view to a sphere, without rotating it, as View Selected does.
+    """Move the view until it shows a sphere, without a rotation, as View Selected does.
 
-    The sphere is in the uncovered part of the view.
+    The sphere is then within the part of the view that nothing covers.
     """
     space = context.space_data
     region = context.region_data or space.region_3d
     if region.view_perspective == "CAMERA":
         region.view_perspective = "PERSP"
     window, left, right = free_region(context.area)
-    # Tangents of the half angles of view: of the longer side, then of its uncovered part.
+    # Tangent of half the angle of view along the longer side; then how much of it nothing covers.
     longer = SENSOR_MM / space.lens
     share = min(right - left, window.height) / max(window.width, window.height)
     region.view_distance = MARGIN * radius / math.sin(math.atan(longer * share))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Select a sensor by a click on its sign, label or housing in a 3D view.
 
-Blender selects the object behind a sign. The keymap items here come before Blender's, and pass on
-every click that is not on a sensor.
+Blender itself would select the object behind a sign. The keymap items here come before Blender's.
+They hand on every click that is not on a sensor.
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ def _is_press(event: Event) -> bool:
 
 
 def _is_select_button(context: Context, event: Event) -> bool:
-    """Return whether a mouse button selects.
+    """Return whether the event's mouse button selects objects in this tool.
 
-    The tool Tweak selects with the left button, whatever the user chose in the preferences.
+    The tool Tweak selects with the left button, whichever button the preferences set.
     """
     configuration = context.window_manager.keyconfigs.active
     chosen = getattr(configuration.preferences, "select_mouse", "LEFT")
@@ -94,12 +94,12 @@ def _is_select_button(context: Context, event: Event) -> bool:
 
 
 def sensor_of_housing_at(context: Context, place: tuple[float, float]) -> Sensor | None:
-    """Return the sensor whose housing is visible at a point (pixels), or None."""
+    """Return the sensor whose housing the user sees at a point (pixels) of the view, or None."""
     space, view = context.space_data, context.region_data
     depsgraph = context.evaluated_depsgraph_get()
     way = region_2d_to_vector_3d(context.region, view, place)
     start = region_2d_to_origin_3d(context.region, view, place, clamp=space.clip_end)
-    # Blender draws nothing in front of the near clipping plane.
+    # Start at the near clipping plane: Blender draws nothing in front of it.
     start = start + way * (space.clip_start if view.is_perspective else 0.0)
     for _ in range(MOST_HIDDEN):
         hit, at, _normal, _face, obj, _matrix = context.scene.ray_cast(depsgraph, start, way)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulate the sensors over a range of frames with progress; Esc keeps the frames that are done.
+"""Simulate the sensors over a range of frames with progress; Esc keeps the simulated frames.
 
-A fresh recording stays whole. Frames inside it are not simulated again. A run that overlaps or
-adjoins it covers all of its frames too, and begins at the first of them: hold times, noise and the
-last scan start anew with each run. In a window the operator asks before it replaces a recording
-that it cannot keep.
+A fresh recording is extended rather than replaced. Frames inside it are not simulated again. A run
+that overlaps or adjoins it is extended to all of its frames, and begins at the first of them. The
+reason is that hold times, noise and the last scan start anew with each run. In a window the
+operator asks before it replaces a recording that it cannot keep.
 """
 
 from __future__ import annotations
@@ -40,8 +40,18 @@ FROM_SCENE = -(2**31)
 class RunPlan:
     """The frames and sensors to simulate.
 
-    `is_done` means that the recording already has these readings. `note` is a text for the report,
-    and `question` says what will be lost.
+    Attributes
+    ----------
+    first, last
+        The frames.
+    sensors
+        The sensors.
+    note
+        A text for the report.
+    is_done
+        Whether the recording has these readings already, so that nothing is simulated.
+    question
+        What the user is asked, since it will be lost; empty if nothing is lost.
     """
 
     first: int
@@ -55,7 +65,10 @@ class RunPlan:
 def plan_run(
     first: int, last: int, sensors: Sequence[Sensor], kept: StoredRecording | None
 ) -> RunPlan:
-    """Return how to simulate `sensors` from frame `first` to `last`, given the recording `kept`."""
+    """Return how to simulate `sensors` from frame `first` to `last`.
+
+    `kept` is the present recording, or None.
+    """
     if kept is None:
         return RunPlan(first, last, sensors)
     begin, end = kept.recording.frame_start, kept.recording.frame_end
@@ -208,7 +221,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return self._steps(run)
 
     def _steps(self, run: Generator[Progress, None, None]) -> Generator[Any, None, None]:
-        """Simulate; yield `Doing`, and last whether Esc ended the run."""
+        """Simulate, and yield the progress as `Doing`; yield last whether Esc ended the run."""
         early = False
         try:
             for now in run:
@@ -219,7 +232,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
             # Esc may come after the last frame.
             early = self._recording.frame_end < self._planned.last
         except AngenError as error:
-            # Keep the frames that are done.
+            # The frames that were simulated are kept.
             self.report({"ERROR"}, str(error))
         finally:
             run.close()
@@ -229,7 +242,10 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return None if self._store(context, early) else {"CANCELLED"}
 
     def _store(self, context: Context, early: bool) -> bool:
-        """Store the recording and show it at the playhead; return whether it was stored."""
+        """Store the recording and show it at the playhead; return whether it could be stored.
+
+        `early` says that Esc ended the run.
+        """
         scene = context.scene
         # A script may have switched to another scene, to which the recording does not belong.
         if not self._updates() or scene is None or scene.session_uid != self._scene_uid:
@@ -264,9 +280,9 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return self._recording.frame_end >= self._recording.frame_start
 
     def _keeps_earlier(self, scene: Any) -> bool:
-        """Return whether the earlier recording stays after the run was stopped.
+        """Return whether the earlier recording stays, after Esc has ended the run.
 
-        It stays if no frame is done, or if it is fresh and has all of the new readings.
+        It stays if no frame was simulated, or if it is fresh and has all readings of the run.
         """
         first, last = self._recording.frame_start, self._recording.frame_end
         earlier = state.CACHE.recording(scene)
@@ -292,7 +308,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return sum(len(track) for track in self._recording.tracks.values())
 
     def cancel(self, context: Context) -> None:
-        """Store what is done; Blender calls this when it ends the operator itself."""
+        """Store the simulated frames; Blender calls this when it ends the operator itself."""
         self._close(context)
         self._store(context, early=False)
 

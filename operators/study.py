@@ -36,10 +36,16 @@ from .polls import cancelled, needs
 
 
 class AngenStudyVary(PropertyGroup):
-    """A parameter of some sensors that the study varies.
+    """One parameter that the study varies, of some sensors.
 
-    A parameter with `choices` takes all of them; the panel shows them as `shown`. The values of an
-    `angle` are in degrees.
+    Attributes
+    ----------
+    choices
+        The choices of a parameter with choices; the study takes all of them.
+    shown
+        The choices as the panel shows them.
+    angle
+        Whether the parameter is an angle. Its values are then in degrees.
     """
 
     sensors: StringProperty()
@@ -55,7 +61,7 @@ class AngenStudyVary(PropertyGroup):
 
 
 class AngenStudy(PropertyGroup):
-    """The parameters of a study, and the `file` that was written last or is to be shown."""
+    """The settings of a study. `file` is the study file that was written last or is to be shown."""
 
     varied: CollectionProperty(type=AngenStudyVary)
     seeds: IntProperty(
@@ -72,7 +78,7 @@ class AngenStudy(PropertyGroup):
 
 # Functions, not methods: Blender 4.2 never frees a PropertyGroup class and what it refers to.
 def fill(row: AngenStudyVary, vary: Vary, kind: Kind) -> None:
-    """Write a variation into a row of the study's property group."""
+    """Write what a study varies into a row of the property group."""
     row.name, row.label = vary.key, study_file.label(kind, vary.parameter)
     row.sensors, row.parameter = BETWEEN.join(vary.sensors), vary.parameter
     row.angle, row.whole = vary.angle, vary.whole
@@ -83,7 +89,7 @@ def fill(row: AngenStudyVary, vary: Vary, kind: Kind) -> None:
 
 
 def vary_of(row: AngenStudyVary) -> Vary:
-    """Return the variation that a row of the study's property group describes."""
+    """Return what the study varies according to a row of the property group."""
     choices = [
         {"True": True, "False": False}.get(choice, choice)
         for choice in row.choices.split(BETWEEN)
@@ -96,7 +102,7 @@ def vary_of(row: AngenStudyVary) -> Vary:
 
 
 def command(file: str) -> str:
-    """Return the command that runs a study file; empty without a file."""
+    """Return the shell command that runs a study file; empty without a file."""
     path = Path(bpy.path.abspath(file))
     study, out = (shlex.quote(str(p)) for p in (path, path.with_suffix("")))
     return f"angen study run {study} --out {out}" if file else ""
@@ -181,7 +187,7 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
         try:
             home = Path(os.path.relpath(bpy.data.filepath, path.resolve().parent)).as_posix()
         except ValueError:
-            # The home is on another drive.
+            # The home is on another drive, so there is no relative path.
             home = bpy.data.filepath
         try:
             write_files({path: study_file.text(home, wanted.seeds, varied)})

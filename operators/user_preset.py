@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user's presets, which Blender's preset system stores in presets/angen_sensors/KIND.
 
-They are files as Blender writes them, with a line for each parameter. This module reads the files
-and does not run them, because a file of an earlier version may name parameters that no longer
+They are Python files as Blender writes them, with a line for each parameter. This module reads the
+values and does not run the files: a file of an earlier version can name parameters that no longer
 exist.
 """
 
@@ -28,7 +28,7 @@ OWNER = "settings"
 
 
 def folder_of(kind: Kind) -> str:
-    """Return the folder of a kind's presets, relative to Blender's folders of presets."""
+    """Return the folder of a kind's presets, relative to Blender's preset folders."""
     return f"angen_sensors/{kind.attribute}"
 
 
@@ -45,9 +45,10 @@ def label_of(file: Path) -> str:
 
 
 def values_in(file: Path) -> dict[str, Any]:
-    """Return the values in a preset's file by parameter.
+    """Return the values of a preset's file, by the name of the parameter.
 
-    Raise `OSError` if the file cannot be read, or `ValueError` with the reason if it is no preset.
+    Raise `OSError` if the file cannot be read. Raise `ValueError` with the reason if it is no
+    preset.
     """
     values: dict[str, Any] = {}
     try:
@@ -92,7 +93,10 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 
     @property
     def preset_values(self) -> list[str]:
-        """The names of all parameters except pointers, which refer to objects of this file."""
+        """The names of the parameters to save.
+
+        Pointers are left out, because they refer to objects of this file.
+        """
         known = specs(self._kind.parameters)
         return [f"{OWNER}.{name}" for name, spec in known.items() if not spec.pointer]
 
@@ -145,7 +149,10 @@ class ANGEN_OT_user_preset_apply(Operator):
 
 
 def _replace_former(obj: Any, kind: Kind, values: dict[str, Any]) -> str:
-    """Replace the choices of earlier versions among the values; return a text that says so."""
+    """Replace those values that are choices of earlier versions by the present choices.
+
+    Return a text that says so, empty if there are none.
+    """
     known = specs(kind.parameters)
     pairs = [(name, former_choice(known[name], values[name])) for name in values if name in known]
     found = [(obj.name, name, former) for name, former in pairs if former is not None]
@@ -154,7 +161,7 @@ def _replace_former(obj: Any, kind: Kind, values: dict[str, Any]) -> str:
 
 
 def _set(group: Any, kind: Kind, values: dict[str, Any]) -> list[str]:
-    """Set the values that fit, and return the names of the rest."""
+    """Set the values that this version knows, and return the names of all other values."""
     known, unknown = specs(kind.parameters), []
     for name, value in values.items():
         spec = known.get(name)

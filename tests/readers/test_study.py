@@ -151,7 +151,7 @@ def test_levels_are_values_bins_or_names(report, reader) -> None:
     assert levels(["b", "a", "b"]).labels == ["b", "a"]
     assert levels(["2", "1", "2"]).number.tolist() == [1, 0, 1]
     bins = levels([str(x / 100) for x in range(400)])
-    assert bins.of.value_counts().tolist() == [50] * report.BINS
+    assert bins.number.value_counts().tolist() == [50] * report.BINS
     assert bins.at[0] == pytest.approx(0.245)
 
 

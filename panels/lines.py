@@ -47,7 +47,7 @@ class PhysicsTab:
 
 
 def has_name_column() -> bool:
-    """Return whether the region has room for a column of names beside the fields."""
+    """Return whether the region is wide enough for a column of names beside the fields."""
     region = bpy.context.region
     scale = bpy.context.preferences.system.ui_scale or 1.0
     # Without a window there is no width.
@@ -55,7 +55,7 @@ def has_name_column() -> bool:
 
 
 def draw_progress(layout: Any, operator: str) -> bool:
-    """Draw the progress of an operator if it is running; return whether it is running."""
+    """If an operator's long work is running, draw its progress; return whether it is running."""
     working = state.CACHE.working
     if working is None or working[0] != operator:
         return False
@@ -73,8 +73,8 @@ def draw_progress(layout: Any, operator: str) -> bool:
 def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None = None) -> Any:
     """Draw a text in a box, broken into lines, and return the box.
 
-    The caller can add a button to the box. `click` is an operator with its index; a click on a line
-    calls it.
+    The caller can add a button to the box. `click` is an operator and the index to give it. A click
+    on a line then calls the operator.
     """
     region = bpy.context.region
     width = region.width if region else USUAL_WIDTH
@@ -96,7 +96,7 @@ def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None 
 def draw_property(
     layout: Any, scene: Any, owner: Any, name: str, label: str, unit: str = ""
 ) -> None:
-    """Draw a property with its unit: in the field where Blender supports that, else in the label.
+    """Draw a property with its unit: in the field if Blender supports the unit, else in the label.
 
     Lengths are stored in metres, and edited in the scene's unit.
     """
@@ -106,7 +106,7 @@ def draw_property(
 
 
 def draw_row(layout: Any, name: str, text: str) -> None:
-    """Draw a name on the left, aligned with the names of properties, and its value."""
+    """Draw a name, aligned with the names of properties, and a text to its right."""
     row = layout.split(factor=LABEL_SHARE if has_name_column() else 0.5)
     left = row.row()
     left.alignment = "RIGHT"

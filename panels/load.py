@@ -33,7 +33,7 @@ class _Weight:
             self.layout.label(text=f"{context.object.angen_load.mass:g} kg")  # type: ignore[attr-defined]
 
     def draw(self, context: Context) -> None:
-        """Draw mass and tolerance of the active object, their meaning, and warnings."""
+        """Draw mass and tolerance of the active object, what they mean, and warnings."""
         layout, obj = self.layout, context.object  # type: ignore[attr-defined]
         column = layout.column()
         column.use_property_split = has_name_column()
@@ -83,7 +83,7 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
         draw_lines(layout, text, "ERROR")
     bearers = [other for _, other in weighed.apart] if weighed.surfaces else []
     if obj in weighed.surfaces:
-        # Masses of parents count too, for their other surfaces.
+        # Parents with a mass count too: it is the mass of their other surfaces.
         bearers += [
             other
             for other in list(candidates(obj))[1:]

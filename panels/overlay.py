@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of the drawing in the 3D view (sidebar and overlays popover)."""
+"""Settings of what 3D views draw of sensors (sidebar and overlays popover)."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ANGEN_PT_overlay(ClosedSidebar, Panel):
 
 
 def draw_in_popover(self: Any, context: Context) -> None:
-    """Draw the settings below those of Blender's overlays."""
+    """Draw these settings in the popover of Blender's overlays, below Blender's own."""
     settings = context.scene.angen_overlay
     column = self.layout.column()
     column.active = context.space_data.overlay.show_overlays

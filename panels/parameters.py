@@ -20,19 +20,19 @@ from .readings import ReadingText, reading_text
 
 
 def sensor_of(obj: Any) -> Sensor | None:
-    """Return the sensor that an object is, or None."""
+    """Return the sensor of an object; None if it has no kind."""
     if not is_sensor(obj):
         return None
     return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
 
 
 def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
-    """Draw the sensor's reading, warnings, and the parameters that the chosen model uses.
+    """Draw a sensor's reading, its warnings, and the parameters that its chosen model uses.
 
     `layout` must span the full width of the region, as subpanels require.
     """
     seen = reading_text(sensor, context.scene)
-    # Operators drawn here act on the sensor, also if its housing is the active object.
+    # Operators drawn here act on the sensor, even if its housing is the active object.
     layout.context_pointer_set("object", sensor.object)
     layout.label(text=seen.text, icon=seen.icon)
     enabled = sensor.settings.enabled
@@ -62,7 +62,7 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
 
 
 def _draw_origin(layout: Any, seen: ReadingText) -> None:
-    """Draw where the reading of an enabled sensor comes from, and the value of baked keys."""
+    """Draw where the reading comes from, and the value of baked keyframes if there are any."""
     if seen.origin:
         row = layout.row()
         row.active = False

@@ -62,13 +62,13 @@ def _draw_user_presets(layout: Any, sensor: Any) -> None:
 
 
 def draw_choice(layout: Any, sensor: Any) -> None:
-    """Draw the menu's button, labelled with the current preset."""
+    """Draw the button that opens the menu, labelled with the current preset."""
     text = preset_text(sensor.object) or "Presets"
     layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)
 
 
 def draw_presets(layout: Any, context: Context) -> None:
-    """Draw the menu's button if the active object is a sensor."""
+    """Draw the button that opens the menu, if the active object is a sensor."""
     if sensor_of(stands_for(context.object)) is not None:
         layout.menu(ANGEN_MT_presets.bl_idname, text="", icon="PRESET")
 

@@ -21,7 +21,7 @@ from ..sensor_logic.wording import NOTHING, capital
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
 UNKNOWN, OLD, BAKED, NOT_SURE = "DOT", "TIME", "KEYFRAME_HLT", "SORTTIME"
-# s: younger readings are shown without their age, in full and short texts.
+# s: in full and in short texts, readings younger than this are shown without their age.
 LEAST_AGE, LEAST_AGE_IN_SHORT = 0.2, 1.0
 ORIGINS = {
     playhead.RECORDED: "Recorded at frame {0:g}",
@@ -33,11 +33,28 @@ ORIGINS = {
 class ReadingText(NamedTuple):
     """Texts for one reading.
 
-    `text` is the full text, `brief` a text for narrow places, and `icon` shows the state. `problem`
-    says why the reading is missing or not valid. `fields` are the published fields, None if
-    unknown. `recorded` is False for a live reading. `origin` says where the reading comes from.
-    `old` says why it is old, and how to get a new one. `keys` is the value of baked keys, and `age`
-    the time since the reading.
+    Attributes
+    ----------
+    text
+        The full text.
+    icon
+        The icon of the state.
+    problem
+        Why the reading is missing or not valid; empty if it is valid.
+    fields
+        The published fields; None if unknown.
+    recorded
+        Whether the reading is from the recording. It is False for a live one.
+    brief
+        A text for narrow places.
+    origin
+        Where the reading comes from.
+    old
+        Why the reading is old, and how to get a new one; empty if it is not old.
+    keys
+        The value of baked keyframes.
+    age
+        How long ago the reading was made.
     """
 
     text: str
@@ -53,19 +70,19 @@ class ReadingText(NamedTuple):
 
     @property
     def short(self) -> str:
-        """The brief text with the age, for places of medium width."""
+        """The brief text with the age of the reading, for places of medium width."""
         return ", ".join(filter(None, (self.brief or self.text, self.age)))
 
 
 class ReadingTexts:
-    """The texts for all sensors at the present playhead; make a new object for each redraw."""
+    """The texts for all sensors at the present playhead. Make a new object for each redraw."""
 
     def __init__(self, scene: Any) -> None:
         self._scene, self._lengths = scene, lengths_of(scene)
         self._playhead = Playhead(scene)
 
     def of(self, sensor: Sensor) -> ReadingText:
-        """Return the texts for a sensor's reading, or for the reason why it has none."""
+        """Return the texts for a sensor's reading; without a reading, for the reason why."""
         if not sensor.settings.enabled:
             return ReadingText("Off", OFF)
         if state.CACHE.running:
@@ -80,13 +97,16 @@ class ReadingTexts:
         return _text_of(sensor.kind, quantity, found, words, self._lengths)
 
     def source(self, sensor: Sensor) -> Any:
-        """Return everything that a sensor's icon and `short` text depend on, for comparison."""
+        """Return all that a sensor's icon and `short` text depend on.
+
+        If it equals the one at an earlier redraw, the texts are still the same.
+        """
         source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
         return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
 
 
 def reading_text(sensor: Sensor, scene: Any) -> ReadingText:
-    """Return the texts for one sensor's reading, or for the reason why it has none."""
+    """Return the texts for one sensor's reading; without a reading, for the reason why."""
     return ReadingTexts(scene).of(sensor)
 
 
@@ -97,7 +117,7 @@ def _text_of(
     words: tuple[str, str, str],
     lengths: Any,
 ) -> ReadingText:
-    """Return the texts for a reading whose full text, icon and brief text are `words`."""
+    """Return the texts for a reading; `words` are its full text, its icon and its brief text."""
     text, icon, brief = words
     return ReadingText(
         text,
@@ -116,12 +136,12 @@ def _text_of(
 def _texts(
     kind: Kind, quantity: Field, found: PlayheadReading, lengths: Any
 ) -> tuple[str, str, str]:
-    """Return full text, icon and brief text of a reading."""
+    """Return the full text, the icon and the brief text for a reading."""
     reading = found.reading
     if found.problem:
         if reading is None:
             return "Invalid", WRONG, "Invalid"
-        # The value is the last valid one, if there was any.
+        # The value is the last valid one, or 0 if there was none.
         value = quantity.text(reading.value, lengths)
         if found.problem == NOT_YET:
             return f"Not yet sure, {value}", NOT_SURE, f"{quantity.short(reading.value, lengths)}?"
@@ -142,7 +162,7 @@ def _texts(
 
 
 def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str, str, str] | None:
-    """Return full text, icon and brief text of a detector that is warming up, else None."""
+    """Return full text, icon and brief text for a detector that is warming up; else None."""
     plain = found.origin in (playhead.RECORDED, playhead.LIVE) and not (found.problem or found.old)
     if found.reading is None or not plain or found.reading.active:
         return None
@@ -153,15 +173,15 @@ def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str
 
 
 def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> str:
-    """Return the full text of state and main reading."""
+    """Return the text for a reading: its state and its main quantity."""
     word = kind.active_label if reading.active else kind.idle_label
     return f"{word}, {quantity.text(reading.value, lengths)}"
 
 
 def age_text(found: PlayheadReading, least: float) -> str:
-    """Return the age of a reading that is at least `least` seconds old, else an empty text.
+    """Return how long ago a reading was made; empty if that is less than `least` seconds.
 
-    For a reading of a later frame, return that frame.
+    If the reading belongs to a later frame, return that frame.
     """
     if found.age < 0.0:
         return f"at frame {found.frame:g}"

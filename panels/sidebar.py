@@ -68,9 +68,9 @@ class ANGEN_PT_simulation_settings(ClosedSidebar, Panel):
 
 
 def draw_frames(layout: UILayout, scene: Scene) -> None:
-    """Draw the frames to simulate: the preview range if it is set, else all frames.
+    """Draw the range of frames to simulate: the preview range if it is set, else all frames.
 
-    The scene's first frame cannot be edited here, because it is t = 0.
+    The scene's first frame cannot be edited here, because it is the time t = 0.
     """
     row = layout.row(align=True)
     if scene.use_preview_range:
@@ -83,7 +83,7 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
 
 
 def draw_lacking(layout: UILayout) -> None:
-    """Draw what the file needs and lacks, because the readings are then wrong."""
+    """Draw which files and data are missing, because readings are wrong without them."""
     lacks = state.CACHE.lacks
     if not lacks:
         return

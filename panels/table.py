@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Table of all sensors with their readings, sorted and searched; a click shows the sensor."""
+"""Table of all sensors with their readings, which can be sorted and searched.
+
+A click on a row shows the sensor.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ from .readings import (
     reading_text,
 )
 
-# Order of states: those that need attention come first.
+# The order of states in the table. States that need attention come first.
 ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN, OFF)
 ROWS, MOST_ROWS = 4, 8
 # Regions wider than this (pixels at scale 1) have a column for rooms.
@@ -40,7 +43,7 @@ NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.
 
 
 def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ...]:
-    """Return the key to sort a sensor by; sensors with equal keys are sorted by name."""
+    """Return the sort key of a sensor, by name, room, kind or state. Equal ones sort by name."""
     if by == "ROOM":
         # Sensors without a room come last.
         return (not sensor.room, sensor.room.lower(), sensor.name.lower())
@@ -52,7 +55,7 @@ def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ..
 
 
 def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
-    """Return whether every word is in the sensor's name, room, kind or state."""
+    """Return whether each of the words is part of the sensor's name, room, kind or state."""
     state = seen.text if seen else ""
     text = f"{sensor.name} {sensor.room} {sensor.kind.label} {state}".lower()
     return all(word in text for word in words.lower().split())
@@ -102,13 +105,16 @@ class ANGEN_UL_sensors(UIList):
         )
 
     def draw_filter(self, context: Context, layout: Any) -> None:
-        """Draw nothing: search and order are above the table."""
+        """Draw nothing, because the fields for search and order are above the table."""
 
 
 def sorted_and_filtered(
     objects: list[Any], scene: Any, settings: Any, show: int
 ) -> tuple[list[int], list[int]]:
-    """Return the flag (`show` or 0) and the row in the table for each object."""
+    """Return two values for each object: its filter flag, and its row in the table.
+
+    The flag is `show` if the object matches the search, else 0.
+    """
     found = _matching(map(sensor_of, objects), scene, settings)
     kept = set(found)
     flags = [show if number in kept else 0 for number in range(len(objects))]
@@ -120,7 +126,7 @@ def sorted_and_filtered(
 
 
 def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> list[int]:
-    """Return the numbers of the sensors that match the search, in the order of the table."""
+    """Return the indices of the sensors that match the search, in the order of the table."""
     by, words = settings.sort, settings.search
     keys = []
     for number, sensor in enumerate(sensors):
@@ -183,7 +189,7 @@ def _active_index(self: PropertyGroup) -> int:
 
 
 def _show_index(self: PropertyGroup, index: int) -> None:
-    """Select the sensor of a clicked row, and move the view if the sensor is outside it."""
+    """Select the sensor of a clicked row, and move the view to it unless it is in view."""
     context = bpy.context
     objects = context.view_layer.objects
     sensor = sensor_of(objects[index]) if 0 <= index < len(objects) else None

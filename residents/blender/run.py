@@ -400,7 +400,7 @@ class Household:
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:
-        """Context manager in which what residents move can be animated in place of the home's story.
+        """Yield within a context in which residents move in place of the home's story.
 
         It yields the object that inserts the keyframes, for residents, doors, lamps and things.
         """

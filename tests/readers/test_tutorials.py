@@ -11,9 +11,7 @@ BPY = ROOT / ".venv" / "bin" / "python"
 
 
 @pytest.mark.skipif(not BPY.exists(), reason="make venv: no Blender's module in .venv")
-@pytest.mark.parametrize(
-    ("name", "package"), [("own_home", "ifcopenshell"), ("week", "sklearn")]
-)
+@pytest.mark.parametrize(("name", "package"), [("own_home", "ifcopenshell"), ("week", "sklearn")])
 def test_a_tutorial_runs_as_it_stands(name: str, package: str, reader, tmp_path: Path) -> None:
     reader(package)
     run_page(ROOT / "docs" / "tutorials" / f"{name}.md", tmp_path, str(BPY), sys.executable)

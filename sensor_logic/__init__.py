@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The physics and bookkeeping of ambient sensors: numpy and the standard library, no Blender."""
+"""The models of ambient sensors, and their logs: numpy and the standard library, no Blender."""

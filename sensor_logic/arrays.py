@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Type names for numpy arrays: `Array` holds floats, `Index` holds integer indices."""
+"""Type names for numpy arrays: an `Array` has floats, an `Index` has integer indices."""
 
 from __future__ import annotations
 

@@ -16,7 +16,10 @@ WILDCARDS = "*?["
 
 
 def fitting(pattern: str, names: Iterable[str]) -> list[str]:
-    """Return the name equal to `pattern`, or else all names that match it, such as `PIR*`."""
+    """Return the name that equals `pattern`; if none does, all names that match it.
+
+    A pattern can have wildcards, as in `PIR*`.
+    """
     names = list(names)
     return [pattern] if pattern in names else [n for n in names if fnmatchcase(n, pattern)]
 
@@ -25,8 +28,14 @@ def fitting(pattern: str, names: Iterable[str]) -> list[str]:
 class SensorChoice:
     """A choice of sensors by name and kind.
 
-    A chosen sensor has a name that equals or matches one of the `patterns`, and one of the `kinds`.
-    An empty tuple allows all names or kinds. With `light` false, no light sensor is chosen.
+    Attributes
+    ----------
+    patterns
+        The name of a chosen sensor equals or matches one of these. If empty, all names are chosen.
+    kinds
+        The kind of a chosen sensor is one of these. If empty, all kinds are chosen.
+    light
+        Whether light sensors can be chosen.
     """
 
     patterns: tuple[str, ...] = ()
@@ -34,7 +43,7 @@ class SensorChoice:
     light: bool = True
 
     def takes(self, name: str, kind: str) -> bool:
-        """Return whether the sensor of this name and kind identifier is chosen."""
+        """Return whether a sensor with this name, of the kind with this identifier, is chosen."""
         by_name = not self.patterns or any(fitting(p, [name]) for p in self.patterns)
         by_kind = not self.kinds or kind in self.kinds
         return by_name and by_kind and (self.light or not measures_light(kind))
@@ -65,14 +74,15 @@ ALL_SENSORS = SensorChoice()
 
 
 def measures_light(kind: str) -> bool:
-    """Return whether sensors of this kind need rendered light."""
+    """Return whether sensors of the kind with this identifier need rendered light."""
     return kind in KINDS and KINDS[kind].requires_light
 
 
 def not_found(pattern: str, names: Iterable[str], of: str = "") -> str:
-    """Return the error text for a pattern that no sensor matches, with the most similar names.
+    """Return the error text for a pattern that no sensor matches.
 
-    `of` says where the sensors are, such as " of this home".
+    It includes the names that are most similar to the pattern. `of` says where the sensors are,
+    such as " of this home".
     """
     text = pattern.strip("*?").lower()
     near = sorted(

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The times at which a sensor samples.
 
-The arithmetic is exact (fractions), so that playback, bake and headless runs agree.
+The arithmetic is exact (fractions). So playback, bake and runs without a window agree.
 
-A sensor with rate r publishes at t = k/r, with t = 0 at the start frame of the scene. It samples at
-the first step at or after k/r. A step is a frame, or one of the `substeps` of a frame.
+Time t is 0 at the start frame of the scene. A sensor with rate r publishes at t = k/r, for k = 0,
+1, 2, … It samples at the first step at or after k/r. A step is a frame, or one of the `substeps` of
+a frame.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ LARGEST_DENOMINATOR = 1000
 
 
 def exact(value: float) -> Fraction:
-    """Return the number that a user meant, from the single-precision value that Blender stores.
+    """Return the number that a user typed, from the value that Blender stores in single precision.
 
     Blender stores 0.9 as 0.899999976…, which would put the third sample at 0.9 Hz and 24 fps one
-    frame late. Return the simplest fraction that single precision stores as the same number. If
-    there is none, return the value rounded to seven significant digits, as many as single precision
-    holds.
+    frame late. Return the simplest fraction that is the same number in single precision. If no
+    simple fraction is, return the value rounded to seven significant digits, as many as single
+    precision holds.
     """
     simple = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
     if np.float32(float(simple)) == np.float32(value):
@@ -37,7 +38,10 @@ def exact(value: float) -> Fraction:
 
 @dataclass(frozen=True)
 class Clock:
-    """The time base of a scene: steps counted from `frame_start`, with `substeps` steps a frame."""
+    """The time base of a scene.
+
+    Steps are counted from the frame `frame_start`. A frame has `substeps` steps.
+    """
 
     frame_start: int
     fps: float
@@ -47,7 +51,7 @@ class Clock:
     # Both are cached: without the cache, each conversion of a step takes 6 µs more.
     @cached_property
     def steps_per_second(self) -> Fraction:
-        """The steps in a second of the scene."""
+        """The number of steps in a second."""
         return exact(self.fps) / exact(self.fps_base) * self.substeps
 
     @cached_property
@@ -62,29 +66,33 @@ class Clock:
     def times_and_frames(
         self, steps: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the times (n,), in s from the start frame, and the frames (n,) of `steps` (n,)."""
+        """Return the times (n,) in s from the start frame, and the frames (n,), of steps (n,)."""
         count, seconds = self._steps_over_seconds
         return steps * seconds / count, self.frame_start + steps / self.substeps
 
     def step_frame(self, step: int) -> float:
-        """Return the frame number of `step`; a step between two frames has a fraction."""
+        """Return the frame of `step`; for a step between two frames, it has a fraction."""
         return self.frame_start + step / self.substeps
 
     def frame_and_subframe(self, step: int) -> tuple[int, float]:
-        """Return the arguments of `Scene.frame_set` for a step."""
+        """Return the arguments of `Scene.frame_set` with which Blender evaluates `step`."""
         whole, part = divmod(step, self.substeps)
         return self.frame_start + whole, part / self.substeps
 
     def first_step(self, frame: int) -> int:
-        """Return the first step of a frame, at least 0: time begins at the start frame."""
+        """Return the first step of a frame.
+
+        It is 0 for frames before the start frame, because time begins at the start frame.
+        """
         return max(0, (frame - self.frame_start) * self.substeps)
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """The steps at which a sensor of a given `rate` (Hz) samples: update 0, 1, 2, … from t = 0.
+    """The steps at which a sensor of `rate` (Hz) samples; its updates are numbered from 0.
 
-    A rate above the steps per second samples once a step, because nothing changes in between.
+    A rate above the number of steps per second gives one sample a step, because nothing changes
+    between two steps.
     """
 
     clock: Clock
@@ -93,7 +101,7 @@ class Schedule:
     # Cached: without the cache, each update takes 5 µs more.
     @cached_property
     def steps_per_update(self) -> Fraction:
-        """The steps between two updates, at least 1."""
+        """The number of steps from one update to the next, at least 1."""
         return max(self.clock.steps_per_second / exact(self.rate), Fraction(1))
 
     def step(self, number: int) -> int:
@@ -112,7 +120,7 @@ class Schedule:
         yield from zip(numbers.tolist(), steps.tolist(), strict=True)
 
     def between(self, first: int, last: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the numbers (n,) and steps (n,) of every update with first ≤ step ≤ last."""
+        """Return the numbers (n,) and steps (n,) of the updates with first ≤ step ≤ last."""
         begin = max(0, self.last_update(first - 1) + 1)
         numbers = np.arange(begin, max(begin, self.last_update(last) + 1), dtype=np.int64)
         spacing = self.steps_per_update

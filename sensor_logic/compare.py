@@ -27,10 +27,16 @@ DAY_S = 86400.0
 
 @dataclass
 class SensorIntervals:
-    """The intervals in which a sensor was on: begin and end in seconds.
+    """The intervals in which a sensor was on.
 
-    An interval that begins before the log or ends after it is left out. `starts` has every change
-    to on, also if its interval is left out.
+    Attributes
+    ----------
+    quantity
+        The quantity that the sensor measures, such as "motion".
+    starts
+        The times in s of all changes from off to on.
+    intervals
+        The begin and the end in s of each interval whose begin and end are both in the log.
     """
 
     quantity: str
@@ -40,10 +46,19 @@ class SensorIntervals:
 
 @dataclass
 class HomeIntervals:
-    """A log's sensors by name, with the `begin` and `end` of the log in seconds since its t = 0.
+    """The intervals of all sensors in a log.
 
-    A folder of days ends at midnight, any other log with its last change. `notes` has a sentence
-    for each repair or omission while reading the log.
+    Attributes
+    ----------
+    name
+        The name of the log.
+    begin, end
+        The begin and the end of the log in s since its t = 0. A folder of days ends at midnight,
+        any other log with its last change.
+    sensors
+        The intervals of each sensor by name.
+    notes
+        A sentence for each repair or omission while the log was read.
     """
 
     name: str
@@ -54,7 +69,7 @@ class HomeIntervals:
 
     @property
     def length(self) -> float:
-        """The length of the log in seconds; more than 0."""
+        """The length of the log in seconds, which is more than 0."""
         return self.end - self.begin
 
 
@@ -76,7 +91,7 @@ Row = tuple[float, str, str, bool]
 
 
 def _log_changes(log: Log) -> Iterator[Row]:
-    """Yield the time in s, sensor, quantity and state of each boolean change."""
+    """Yield each change of a boolean field: time in s, sensor, quantity, and whether it is on."""
     for change in log.changes:
         channel = change.channel
         if isinstance(change.value, bool) and channel.quantity != "validity":
@@ -122,7 +137,17 @@ Values = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Measure:
-    """One statistic of a group of sensors: its values (n,) in each of two homes, in `unit`."""
+    """One statistic of a group of sensors.
+
+    Attributes
+    ----------
+    group
+        The quantity that these sensors measure, such as "motion".
+    name, unit
+        The name of the statistic and its unit.
+    values
+        Its values (n,) in the first and in the second home.
+    """
 
     group: str
     name: str
@@ -131,15 +156,15 @@ class Measure:
 
     @property
     def distance(self) -> float:
-        """The Kolmogorov-Smirnov distance; NaN if a home has too few values."""
+        """The Kolmogorov-Smirnov distance between the two homes; NaN if one has too few values."""
         return ks_distance(*self.values) if self.has_enough_values else math.nan
 
     @property
     def has_enough_values(self) -> bool:
-        """Whether a distance is meaningful.
+        """Whether both homes have enough values for the distance to mean something.
 
-        Both homes need more than one value. Two samples of the same distribution must reach the
-        largest distance, 1, with a probability of at most CHANCE.
+        Both need more than one value. Even two samples of the same distribution can reach the
+        largest distance, 1. The probability of this must be at most CHANCE.
         """
         n, m = map(len, self.values)
         return min(n, m) > 1 and 2 / math.comb(n + m, n) <= CHANCE
@@ -157,12 +182,12 @@ def ks_distance(a: Values, b: Values) -> float:
 
 
 def quantiles(values: Values) -> list[float]:
-    """Return the interpolated QUANTILES; NaN without values."""
+    """Return the quantiles of `values` at QUANTILES, interpolated; NaN if there are no values."""
     return [float(q) for q in np.quantile(values, QUANTILES)] if len(values) else [math.nan] * 6
 
 
 def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
-    """Return all measures of each group of sensors (motion, opening …) that either home has."""
+    """Return all statistics for each group of sensors, such as motion, that either home has."""
     groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
     return [
         Measure(group, name, unit, (of(one, group), of(two, group)))
@@ -181,31 +206,34 @@ def _sensors_in(home: HomeIntervals, group: str) -> list[SensorIntervals]:
 
 
 def on_times(home: HomeIntervals, group: str) -> Values:
-    """Return the durations in s of all complete intervals in which a sensor of the group was on."""
+    """Return how long, in s, sensors of the group were on: a duration for each interval."""
     return _seconds([end - begin for s in _sensors_in(home, group) for begin, end in s.intervals])
 
 
 def gaps(home: HomeIntervals, group: str) -> Values:
-    """Return the times in s from each change to on of any sensor of the group to the next."""
+    """Return the times in s between successive changes to on, of any sensors of the group."""
     return _seconds(
         np.diff(np.sort([start for s in _sensors_in(home, group) for start in s.starts]))
     )
 
 
 def _seconds(values: list[float] | Values) -> Values:
-    """Round durations to microseconds, the resolution of logs, so that equal ones stay equal."""
+    """Round durations to microseconds, the resolution of logs.
+
+    Durations that were equal in the log then stay equal.
+    """
     return np.round(np.asarray(values, float), 6)
 
 
 def counts(home: HomeIntervals, group: str) -> Values:
-    """Return how often each sensor of the group went on, for each sensor and day."""
+    """Return how often sensors of the group went on: a number for each sensor on each day."""
     edges, scale = _days(home)
     found = [np.histogram(s.starts, edges)[0] * scale for s in _sensors_in(home, group)]
     return np.concatenate(found) if found else np.empty(0)
 
 
 def shares(home: HomeIntervals, group: str) -> Values:
-    """Return, for each day, the percentage of time in which any sensor of the group was on."""
+    """Return the percentage of each day in which at least one sensor of the group was on."""
     merged: list[list[float]] = []
     for begin, end in sorted(i for s in _sensors_in(home, group) for i in s.intervals):
         if merged and begin <= merged[-1][1]:
@@ -221,9 +249,10 @@ def shares(home: HomeIntervals, group: str) -> Values:
 
 
 def _days(home: HomeIntervals) -> tuple[Values, float]:
-    """Return the edges (s) of the log's days, 24 hours each, and the factor for counts.
+    """Return the begin and end of the log's days as n + 1 times (s), and a factor for counts.
 
-    Time after the last whole day is ignored; a log of less than a day is scaled to one.
+    A day has 24 hours from the begin of the log. Time after the last whole day is ignored. A log of
+    less than a day is one day, and the factor scales its counts up to 24 hours.
     """
     whole = int(home.length // DAY_S)
     if whole:
@@ -239,8 +268,8 @@ HEADS = ("n", *(f"{100 * q:g} %" for q in QUANTILES))
 def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
     """Return the comparison as text.
 
-    Each measure has a line with the distance and a row for each home. The last lines name logs
-    shorter than a day.
+    Each statistic has a heading with the distance, and a row for each home. The last lines name the
+    logs that are shorter than a day.
     """
     width = max(len(one.name), len(two.name), 8)
     lines = [f"{'':<{width}}" + "".join(f"{head:>10}" for head in HEADS)]
@@ -272,9 +301,10 @@ def _short(value: float) -> str:
 
 
 def data(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> dict[str, Any]:
-    """Return the comparison for programs; a figure with too few values is None.
+    """Return the comparison as plain values, for programs.
 
-    Figures per day are scaled up for a log of less than a day.
+    A figure is None if there are too few values for it. Figures per day of a log shorter than a day
+    are scaled up to 24 hours.
     """
     return {
         "logs": [one.name, two.name],
@@ -313,9 +343,9 @@ POINTS = 200
 
 
 def svg(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """Return a picture with a panel for each measure and a line for each home.
+    """Return a picture with a panel for each statistic and a curve for each home.
 
-    The line shows the share of values at or below x; the x axis is logarithmic.
+    At each x, the curve shows the share of values that are at most x. The x axis is logarithmic.
     """
     shown = [m for m in found if any(len(values) for values in m.values)]
     rows = -(-len(shown) // COLUMNS)
@@ -371,7 +401,7 @@ def _x(value: float, low: float, high: float) -> str:
 
 
 def _steps(values: Values, low: float, high: float) -> str:
-    """Return the points of the distribution's steps, at most POINTS steps."""
+    """Return the points of a distribution's staircase curve, with at most POINTS steps."""
     ordered = np.sort(values)
     picked = np.unique(np.linspace(0, len(ordered) - 1, min(len(ordered), POINTS)).astype(int))
     points, y = [], PANEL_HEIGHT

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The errors of all layers.
+"""The errors that all modules raise.
 
-The text of an error is one line: what is wrong, where, and what would work. A subclass exists only
-where a caller handles it in a different way.
+The text of an error is one line: what is wrong, where it is, and what would work. There is a
+subclass only for errors that some caller handles in a different way.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class InputError(AngenError):
 def explained(
     where: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Raise errors of the given `kinds` as `raised`, with `where` before their text.
+    """Raise errors of the types `kinds` as `raised`, with `where` before their text.
 
-    Only the reason is shown for an OSError, such as "No such file or directory".
+    For an OSError, the text is only its reason, such as "No such file or directory".
     """
     try:
         yield
@@ -42,7 +42,7 @@ def explained(
 def replaced(
     text: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Raise errors of the given `kinds` as `raised`, with `text` in place of their own text."""
+    """Raise errors of the types `kinds` as `raised`, with `text` in place of their own text."""
     try:
         yield
     except kinds:

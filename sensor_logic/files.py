@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Output files that are written completely or not at all, and all files of a run together."""
+"""Output files that are written completely or not at all, also if a run writes several."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ Content = str | bytes | Iterable[str]
 
 
 def check_folder(folder: Path, what: str) -> None:
-    """Raise AngenError if no file can be written in `folder`; call it before a long run."""
+    """Raise AngenError if no file can be written in `folder`.
+
+    Call this before a long run. `what` begins the message.
+    """
     if not folder.exists():
         raise InputError(f"{what}: the folder {folder} does not exist; make it first")
     if not folder.is_dir():
@@ -36,7 +39,7 @@ def check_folder(folder: Path, what: str) -> None:
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file that a user named. Raise InputError."""
+    """Return the text of a file that a user named. Raise InputError if it cannot be read."""
     with (
         explained(f"cannot read {path}", OSError),
         replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError),
@@ -45,7 +48,7 @@ def read_text(path: Path) -> str:
 
 
 def write_files(texts: Mapping[Path, Content]) -> None:
-    """Write all of `texts`, or none of them if one fails. Raise AngenError."""
+    """Write all of `texts`; if one cannot be written, write none. Raise AngenError."""
     with WholeFiles() as files:
         for path, content in texts.items():
             files.add(path, content)
@@ -53,11 +56,11 @@ def write_files(texts: Mapping[Path, Content]) -> None:
 
 
 class WholeFiles:
-    """Files that `commit` moves to their targets together; leaving the context removes the rest.
+    """Files that `commit` moves to their places together.
 
-    Before `commit`, each is a temporary file beside its target. A locked file in each folder shows
-    that the process is alive. The next process that writes there removes the files of a killed
-    process.
+    Until then, each is a temporary file in the folder of its target. Leaving the context removes
+    temporary files that were not moved. In each folder, a locked file shows that this process is
+    alive. If a process was killed, the next one that writes to the folder removes what it left.
     """
 
     def __init__(self) -> None:
@@ -77,7 +80,10 @@ class WholeFiles:
             _remove(lock)
 
     def new(self, target: Path, suffix: str = ".part") -> Path:
-        """Return the path of a temporary file for `target`; links are followed. Raise OSError."""
+        """Return the path of a temporary file that `commit` will move to `target`. Raise OSError.
+
+        If `target` is a link, it is the file that the link points to.
+        """
         target = target.resolve()
         if target.parent not in self._locks:
             _sweep(target.parent)
@@ -89,9 +95,9 @@ class WholeFiles:
         return part
 
     def add(self, path: Path, content: Content) -> None:
-        """Write a temporary file for `path`. Raise AngenError.
+        """Write `content` to a temporary file that `commit` will move to `path`. Raise AngenError.
 
-        For a pipe or a device such as /dev/null, only `commit` writes.
+        If `path` is a pipe or a device such as /dev/null, nothing is written before `commit`.
         """
         with _named_errors(path):
             if path.is_dir():
@@ -105,7 +111,10 @@ class WholeFiles:
                 os.fsync(file.fileno())
 
     def commit(self) -> None:
-        """Move the files to their targets, in the order of `add`. Raise AngenError."""
+        """Move the files to their targets, in the order in which they were added.
+
+        Raise AngenError if one cannot be moved.
+        """
         for path, content in self._streams.items():
             with _named_errors(path), open(path, "wb") as file:
                 file.writelines(_encoded(content))
@@ -134,7 +143,7 @@ def _encoded(content: Content) -> Iterable[bytes]:
 
 
 def _lock(folder: Path) -> tuple[int, Path]:
-    """Return the handle and the path of a new, locked file in `folder`."""
+    """Return the handle and the path of a new file in `folder`, which this process has locked."""
     while True:
         handle, name = tempfile.mkstemp(".lock", ".angen-", folder)
         # On a file system without locks, `_sweep` removes nothing.
@@ -148,7 +157,7 @@ def _lock(folder: Path) -> tuple[int, Path]:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the temporary files in `folder` whose process has ended."""
+    """Remove temporary files in `folder` that were written by processes that have ended."""
     parts = [path for path in folder.glob(".angen-*") if OURS.fullmatch(path.name)]
     for stem in {OURS.sub(r"\1", part.name) for part in parts}:
         lock = folder / f"{stem}.lock"
@@ -169,9 +178,9 @@ def _remove(*paths: Path) -> None:
 def file_names(sensors: Iterable[str]) -> dict[str, str]:
     """Return the name of each sensor's sample file.
 
-    The name of the sensor is used, with `_` for characters that file systems reject. If two sensors
-    would get the same file (ignoring case), the later name gets a number. Sensors whose name needs
-    no change come first.
+    It is the name of the sensor, with `_` in place of characters that file systems reject. If two
+    sensors would have the same file name (ignoring case), a number is added to one of them. A
+    sensor whose name needed no change keeps it.
     """
     sensors = list(sensors)
     found: dict[str, str] = {}

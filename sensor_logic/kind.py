@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The declaration of a kind of sensor; no code outside `kinds/` names a particular kind.
+"""The declaration of a kind of sensor.
 
-Each kind is a package (or a module) in `kinds/` that has a `KIND`.
+Each kind is a module or a package in `kinds/` with a `KIND`. No code outside `kinds/` names a
+particular kind.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ REFLECTANCE, POSES = "reflectance", "poses of objects"
 
 @dataclass(frozen=True)
 class Preset:
-    """Parameters of a product or a setting, by name; a parameter not named keeps its value.
+    """Values of parameters by name, for a product or for a setting.
 
-    `identifier` is unique within its kind and never reused, because scripts contain it. `source`
-    cites the publication of the values.
+    A parameter without a value in `values` stays as it is. `identifier` is unique within its kind
+    and is never reused, because scripts contain it. `source` cites where the values were published.
     """
 
     identifier: str
@@ -45,16 +46,18 @@ class Field:
     unit
         SI unit, with angles in radians; empty for a plain number.
     decimals
-        The number of decimals shown.
+        The number of decimals shown; None means three significant digits.
     step
-        The parameter that holds the least change that counts as an event; empty: every change does.
+        The name of a parameter. A change of the value is an event if it is at least as large as
+        this parameter. Empty: every change is an event.
     optional
-        Leave the field out of a file where no row has a value for it.
+        Whether files have no column for the field if no row has a value.
     used_when
-        The choices of parameters with which the field is measured.
+        Pairs of a parameter and a choice. The field is measured if all these parameters have these
+        choices.
     quantity
-        What the field measures, such as "motion" or "force"; formats of other tools choose their
-        message types by it.
+        What the field measures, such as "motion" or "force". It decides the type of message in the
+        formats of other tools.
     """
 
     name: str
@@ -67,7 +70,7 @@ class Field:
     quantity: str = ""
 
     def text(self, value: float, lengths: Lengths = METRES) -> str:
-        """Return a value with its unit, as the interface and reports show it."""
+        """Return a value with its unit, as shown in the interface and in reports."""
         return wording.measured(value, self.unit, self.decimals, lengths)
 
     def short(self, value: float, lengths: Lengths = METRES) -> str:
@@ -85,22 +88,29 @@ class Kind:
         The number that files store for the kind.
     attribute
         The name of the PropertyGroup that holds the parameters.
+    update_rate
+        The default update rate in Hz.
     active_label, idle_label
-        The words for the binary reading.
+        The words for the output `active`, when it is on and when it is off.
+    parameters
+        The class of the parameters.
     events
         The fields whose changes the event log lists.
     samples
-        The columns of a sensor's sample file.
+        The fields that a sensor's sample file has as columns.
     model
         A function that makes the `Model` of one sensor.
     needs
-        The quantities that the model queries from the scene, each with the choices of parameters
-        with which it does so.
+        The queries that the model makes to the scene. Each has pairs of a parameter and a choice:
+        the model makes the query if all these parameters have these choices.
     in_room
-        The sensor observes the room that it is mounted in, and is not part of a door or of
-        furniture.
+        Whether the sensor observes the room that it is mounted in. A sensor that is part of a door
+        or of furniture does not.
+    presets
+        The presets of the kind.
     part
-    The preset of the real part that the window's menus add. Empty: they add the defaults.
+        The identifier of a preset. Sensors that are added from menus have its parameters. Empty:
+        they have the defaults.
     """
 
     identifier: str
@@ -122,9 +132,9 @@ class Kind:
     part: str = ""
 
     def requires(self, need: str, parameters: Any = None) -> bool:
-        """Return whether the model queries the quantity `need` with these parameters.
+        """Return whether the model makes the query `need` with these parameters.
 
-        With `parameters` None, return whether it does so with any parameters.
+        With `parameters` None, return whether it makes the query with any parameters.
         """
         if need not in self.needs:
             return False
@@ -132,41 +142,41 @@ class Kind:
 
     @property
     def requires_forces(self) -> bool:
-        """Whether the kind needs contact forces, which take three consecutive frames to compute."""
+        """Whether the model queries contact forces, which need three consecutive frames."""
         return FORCES in self.needs
 
     @property
     def requires_light(self) -> bool:
-        """Whether the kind needs rendered light."""
+        """Whether the model queries rendered light."""
         return LIGHT in self.needs
 
     def publishes(self, quantity: str) -> bool:
-        """Return whether the events of the kind include this quantity, such as "opening"."""
+        """Return whether a field in `events` has this quantity, such as "opening"."""
         return any(f.quantity == quantity for f in self.events)
 
     @property
     def has_analog_reading(self) -> bool:
-        """Whether the events of the kind include a number, and not only on/off states and texts."""
+        """Whether a field in `events` is a measured number, not a state or a text."""
         return any(f.type is float for f in self.events)
 
     @property
     def fields(self) -> dict[str, Field]:
-        """All published fields by name."""
+        """All published fields, in files of samples or in event logs, by name."""
         return {f.name: f for f in (*self.samples, *self.events)}
 
     def reading(self, parameters: Any) -> Field:
-        """Return the field of the main reading, which is the output `value`.
+        """Return the main field, whose value is also the output `value`.
 
-        The main reading is the first number that is measured with these parameters.
+        It is the first field with a number that is measured with these parameters.
         """
         return next(
             f for f in self.samples if f.type is float and is_chosen(parameters, f.used_when)
         )
 
     def unit_of(self, spec: Spec, parameters: Any) -> str:
-        """Return the unit of a parameter.
+        """Return the unit of the parameter that `spec` describes.
 
-        A parameter declared with the unit `READING`, such as a threshold, has the unit of the main
-        reading.
+        Thresholds, for example, are declared with the unit `READING`. They have the unit of the
+        main field.
         """
         return self.reading(parameters).unit if spec.unit == READING else spec.unit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read JSON and TOML with the line of each value, which Python's readers do not report."""
+"""Read JSON and TOML, and find the line of each value, which Python's readers do not report."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 
 
 def read_json(text: str, name: str) -> tuple[Any, dict[KeyPath, int]]:
-    """Return the value in a JSON text, and the line (from 1) of each value inside it.
+    """Return the value in a JSON text, and the line (from 1) of each value inside it by its path.
 
-    A value is identified by its path: the keys and indices that lead to it. Raise InputError for
-    invalid JSON and for a key that is given twice. `name` is the name of the file.
+    A path has the keys and indices that lead to the value. `name` is the name of the file, for
+    errors. Raise InputError if the text is no valid JSON or has a key twice in one object.
     """
     with _at_line(text, name):
         value = json.loads(text)
@@ -39,9 +39,10 @@ def read_json(text: str, name: str) -> tuple[Any, dict[KeyPath, int]]:
 
 
 def read_toml(text: str, name: str) -> tuple[dict[str, Any], dict[KeyPath, int]]:
-    """Return the table in a TOML text, and the line (from 1) of each value in it, as `read_json`.
+    """Return the table in a TOML text, and the line (from 1) of each value inside it by its path.
 
-    Raise InputError for invalid TOML. `name` is the name of the file.
+    A path has the keys and indices that lead to the value. `name` is the name of the file, for
+    errors. Raise InputError if the text is no valid TOML.
     """
     with _at_line(text, name):
         values = tomllib.loads(text)
@@ -52,7 +53,7 @@ def read_toml(text: str, name: str) -> tuple[dict[str, Any], dict[KeyPath, int]]
 
 @contextmanager
 def _at_line(text: str, name: str) -> Iterator[None]:
-    """Raise the errors of a reader as InputError, with the name of the file and the line."""
+    """Raise errors in reading `text` as InputError, with the line and `name`, the file's name."""
     line = 1
     try:
         yield
@@ -76,9 +77,9 @@ def _error(name: str, line: int, why: str) -> InputError:
 
 
 def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int:
-    """Return the line of the value at a path such as ("plan", 1, "entries", 0, "at").
+    """Return the line of the value at a path, such as ("plan", 1, "entries", 0, "at").
 
-    If the path was not found, return the line of the nearest table or array around it.
+    If there is no such value, return the line of the innermost table or array that would have it.
     """
     while path and path not in lines:
         path = path[:-1]
@@ -86,7 +87,7 @@ def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int:
 
 
 class _Lines:
-    """A walk through a valid text that stores in `found` the line at which each value begins."""
+    """A pass over a valid text, which stores in `found` the line at which each value begins."""
 
     def __init__(self, text: str, name: str) -> None:
         self.found: dict[KeyPath, int] = {}
@@ -95,7 +96,7 @@ class _Lines:
         self._ends = [end.start() for end in re.finditer("\n", text)]
 
     def value(self, path: KeyPath) -> None:
-        """Store the lines of the next value and of all values inside it."""
+        """Store the line of the next value, at `path`, and the lines of all values inside it."""
         token = self._next(VALUE)
         assert token, "the text is valid"
         self.found[path] = self._line
@@ -113,7 +114,7 @@ class _Lines:
             raise _error(self._name, self._line, f"{token.strip()} is no number")
 
     def document(self) -> None:
-        """Store the lines of a whole TOML text."""
+        """Store the lines of all values in a TOML text."""
         counts: dict[KeyPath, int] = {}
         path: KeyPath = ()
         while self._start() < len(self._text):
@@ -134,7 +135,10 @@ class _Lines:
             self._next(r"\]\]?")
 
     def _pair(self, table: KeyPath) -> None:
-        """Store the lines of a key and its value, and of the tables that a dotted key makes."""
+        """Store the lines of the value of a key in `table`, and of all values inside it.
+
+        A key with dots also makes tables. Their lines are stored too.
+        """
         names = self._names()
         line = self._line
         self._next("[:=]")
@@ -145,19 +149,19 @@ class _Lines:
         self.value((*table, *names))
 
     def _names(self) -> list[str]:
-        """Return the names in a key; `a."b.c"` has two."""
+        """Return the parts of a key; `a."b.c"` has two."""
         names = [_plain(self._next(NAME))]
         while self._next(r"\."):
             names.append(_plain(self._next(NAME)))
         return names
 
     def _start(self) -> int:
-        """Return the position after blanks and comments."""
+        """Return the position of the next character that is not blank and not in a comment."""
         blank = BLANK.match(self._text, self._at)
         return blank.end() if blank else self._at
 
     def _next(self, pattern: str | re.Pattern[str]) -> str:
-        """Consume and return the text that matches `pattern`; "" if the next text does not."""
+        """Return the next text if it matches `pattern`, and move behind it; else return ""."""
         start = self._start()
         found = re.compile(pattern).match(self._text, start)
         if found is None:

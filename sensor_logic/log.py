@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The event log: a row for each change of a published field, as CSV (UTF-8, RFC 4180).
 
-An event is a row of the log. The rows of a sensor's first update are its initial state and are not
-counted as events.
+An `Event` is a row of the log. The rows of a sensor's first update are its initial state. They are
+not counted when events are counted.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ EARLIEST, LATEST = datetime(1, 1, 3), datetime(9890, 1, 1)
 
 
 def parse_date(text: str) -> date:
-    """Return the date that a user typed. Raise InputError."""
+    """Return the date in a text that a user typed. Raise InputError."""
     with replaced(f"'{text}' is not a date such as 2026-03-02", ValueError):
         return date.fromisoformat(text)
 
 
 def parse_start(text: str) -> datetime | None:
-    """Return the date and time that a user typed in ISO 8601; None for an empty text.
+    """Return the date and time in a text in ISO 8601 that a user typed; None for an empty text.
 
     Raise InputError, which quotes the text.
     """
@@ -63,7 +63,7 @@ def moment(start: datetime, elapsed: timedelta) -> datetime:
 
 
 def iso_time(start: datetime, seconds: float) -> str:
-    """Return the date and time `seconds` after `start` in ISO 8601, with milliseconds."""
+    """Return the date and time in ISO 8601, `seconds` after `start`, with milliseconds."""
     return moment(start, timedelta(seconds=seconds)).isoformat(timespec="milliseconds")
 
 
@@ -81,9 +81,11 @@ class Event(Generic[Time]):
 
     Attributes
     ----------
+    time
+        The time in s since the start, or a date and time.
     value
-        A float is rounded to the nine digits that the log holds. A value read from a file can be
-        text.
+        A float is rounded to nine digits, as in the log. In an event that was read from a file, the
+        value can be text.
     line
         The line in the file; 0 if the event is not from a file with lines.
     person, because
@@ -101,12 +103,12 @@ class Event(Generic[Time]):
     because: str = ""
 
     def at(self, time: Any) -> Event[Any]:
-        """Return the same event at another time."""
+        """Return the same event with another time."""
         return dataclasses.replace(self, time=time)
 
     @property
     def row(self: Event[float]) -> tuple[str, ...]:
-        """The cells of the event in the log."""
+        """The cells of the event's row in the log."""
         time, frame = format_time(self.time), format_frame(self.frame)
         return (time, frame, self.sensor, self.kind, self.field, format_value(self.value))
 
@@ -133,12 +135,12 @@ def format_value(value: Any) -> str:
 
 
 def events(recording: Recording) -> list[Event[float]]:
-    """Return all events of a recording in log order."""
+    """Return all events of a recording, in the order of the log."""
     return sorted(event for track in recording.tracks.values() for event in track_events(track))
 
 
 def track_events(track: Track) -> Iterable[Event[float]]:
-    """Yield the first value of each published field, and then each change that is an event."""
+    """Yield the events of a track, field by field; the first value of each field is an event."""
     for published in track.kind.events:
         for index in event_updates(track, published):
             yield _event(track, published, index)
@@ -168,7 +170,7 @@ def event_updates(track: Track, published: Field) -> list[int]:
 
 
 class NewEvents:
-    """The events of a recording that is still growing."""
+    """Returns the events of a recording that is still growing, each of them once."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
@@ -176,11 +178,11 @@ class NewEvents:
         self._last: dict[tuple[str, str], Any] = {}
 
     def take(self) -> list[Event[float]]:
-        """Return the events of all sensors since the last call, in log order."""
+        """Return the events of all sensors since the last call, in the order of the log."""
         return sorted(event for name in self._recording.tracks for event in self.take_of(name))
 
     def take_of(self, sensor: str) -> list[Event[float]]:
-        """Return the events of one sensor since the last call, in log order."""
+        """Return the events of one sensor since the last call, in the order of the log."""
         found: list[Event[float]] = []
         track = self._recording.tracks[sensor]
         begin, self._begin[sensor] = self._begin.get(sensor, 0), len(track)
@@ -196,12 +198,16 @@ class NewEvents:
 
 
 def as_logged(value: Any) -> Any:
-    """Return a value as the log holds it: floats rounded to nine significant digits."""
+    """Return a value as the log has it: a float is rounded to nine significant digits."""
     return float(format_value(value) or "nan") if isinstance(value, float) else value
 
 
 def _is_event(value: Any, last: Any, step: float) -> bool:
-    """Return whether a value is an event; `last` is the value of the previous event."""
+    """Return whether a value is an event.
+
+    `last` is the value of the previous event of the field, None if there is none. `step` is the
+    least change of a number that is an event.
+    """
     if isinstance(value, float):
         if not math.isfinite(value):
             return False
@@ -216,16 +222,16 @@ def to_csv(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def rows_of(rows: Iterable[Iterable[str]]) -> str:
-    """Return the rows as CSV without a header."""
+    """Return the rows as CSV, without a header."""
     out = io.StringIO()
     csv.writer(out).writerows(rows)
     return out.getvalue()
 
 
 def for_spreadsheets(text: str) -> str:
-    """Return CSV that a spreadsheet does not read as formulas.
+    """Return CSV whose cells a spreadsheet does not read as formulas.
 
-    A text that begins with = + - or @ gets an apostrophe in front; numbers stay as they are.
+    A text that begins with = + - or @ gets an apostrophe in front. Numbers stay as they are.
     """
     rows = csv.reader(io.StringIO(text, newline=""))
     return rows_of([_no_formula(cell) for cell in row] for row in rows)
@@ -244,13 +250,16 @@ def _no_formula(cell: str) -> str:
 def events_csv(recording: Recording, start: datetime | None = None) -> str:
     """Return the event log of a recording as CSV.
 
-    With `start`, the date and time of t = 0, a last column has dates and times.
+    If `start`, the date and time of t = 0, is given, a last column has dates and times.
     """
     return rows_csv(events(recording), start)
 
 
 def rows_csv(found: Iterable[Event[float]], start: datetime | None = None) -> str:
-    """Return the event log of the given events as CSV, in their order."""
+    """Return the event log with the events `found` as CSV, in their order.
+
+    If `start`, the date and time of t = 0, is given, a last column has dates and times.
+    """
     if start is None:
         return to_csv(HEADER, (event.row for event in found))
     return to_csv((*HEADER, COLUMN), ((*e.row, iso_time(start, e.time)) for e in found))
@@ -259,8 +268,8 @@ def rows_csv(found: Iterable[Event[float]], start: datetime | None = None) -> st
 def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
     """Yield the CSV of all updates of one sensor, some thousand rows at a time.
 
-    The columns are time_s, frame and the fields of the sensor's kind. With `start`, the date and
-    time of t = 0, a last column has dates and times.
+    The columns are time_s, frame and the fields of the sensor's kind. If `start`, the date and time
+    of t = 0, is given, a last column has dates and times.
     """
     fields = [
         f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
@@ -277,12 +286,12 @@ def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
 
 
 def _is_empty(column: Column) -> bool:
-    """Return whether a column of floats holds no number."""
+    """Return whether all values in a column of floats are NaN."""
     return all(np.isnan(part).all() for _, part in column.parts())
 
 
 def read_events(path: Path) -> list[Event[float]]:
-    """Return the events in a file.
+    """Return the events in an event log.
 
     Raise InputError, which names the first invalid line, or OSError.
     """
@@ -320,15 +329,16 @@ def differences(
 ) -> list[str]:
     """Return the differences between two logs, one line each.
 
-    A line names a missing event, an unexpected event, or a different value. Events of the same
-    field of a sensor are paired in order if their times agree.
+    For each field of a sensor, the events of both logs are compared in order. Two events whose
+    times agree are a pair. A line names an event without a partner (missing or unexpected), or a
+    pair with different values.
 
     Parameters
     ----------
     value_tolerance
-        The largest allowed difference between two numbers.
+        The largest difference between two numbers that counts as equal.
     time_tolerance
-        The largest allowed difference between two times, in s.
+        The largest difference between two times, in s, that counts as equal.
     """
     sides: dict[tuple[str, str], tuple[list[Event[float]], list[Event[float]]]] = defaultdict(
         lambda: ([], [])
@@ -381,16 +391,16 @@ Indices = NDArray[np.intp]
 
 
 def log_indices(track: Track) -> Indices:
-    """Return the indices of the updates with rows in the log, in order, including the first."""
+    """Return the indices of the updates that have rows in the log, in order, the first included."""
     found = (event_updates(track, published) for published in track.kind.events)
     return np.array(sorted(set().union(*found)), np.intp)
 
 
 def event_rows(track: Track, values: bool = True) -> Indices:
-    """Return the index of the update of each event, in order, with one entry per event.
+    """Return, for each event after the first update, the index of its update, in order.
 
-    An update has several events if several fields changed. Without `values`, only events of states
-    count, not events of measured numbers.
+    An update is repeated if several fields changed. Without `values`, only changes of states count,
+    not changes of measured numbers.
     """
     fields = (f for f in track.kind.events if values or f.type is not float)
     found = (index for f in fields for index in event_updates(track, f) if index)
@@ -398,9 +408,10 @@ def event_rows(track: Track, values: bool = True) -> Indices:
 
 
 def shown_rows(track: Track, values: bool) -> Indices:
-    """Return the updates of the events that the timeline marks and jumps to.
+    """Return the indices of the updates of the events that the timeline marks and jumps to.
 
-    These are the events that `event_rows` selects, or all events if no state ever changed.
+    They are those of `event_rows`. If no state ever changed, changes of numbers count even without
+    `values`.
     """
     found = event_rows(track, values)
     return found if len(found) else event_rows(track)

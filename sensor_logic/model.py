@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The interface of sensor models: a model turns updates into readings."""
+"""The interface of sensor models. A model computes readings from updates."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ NOT_YET = "three frames in a row are not known"
 class Pose:
     """A sensor's position and orientation.
 
-    `origin` (3,) is in metres. The columns of `axes` (3, 3) are the sensor's x, y and z axes. The
-    axes are orthonormal and right-handed: scale, shear and mirroring of the object and its parents
-    change its housing only.
+    `origin` (3,) is in metres. The columns of `axes` (3, 3) are the sensor's x, y and z axes,
+    orthonormal and right-handed. If the object or a parent is scaled, sheared or mirrored, only the
+    housing changes, not the pose.
     """
 
     origin: Array
@@ -43,8 +43,15 @@ class Pose:
 class Emission:
     """Thermal radiation of the surfaces that n rays hit.
 
-    `temperature` (n,) in K and `emissivity` (n,) describe the surface at each hit. A ray without a
-    hit has the `ambient` temperature, in K.
+    Attributes
+    ----------
+    temperature
+        The temperature (n,) in K of the surface at each hit. For a ray without a hit, it is
+        `ambient`.
+    emissivity
+        The emissivity (n,) of that surface.
+    ambient
+        The ambient temperature in K.
     """
 
     temperature: Array
@@ -56,8 +63,14 @@ class Emission:
 class PadContact:
     """The contacts of a pressure pad at one frame.
 
-    `forces` act on the pad, whose own `weight` (3,) is in N. `chosen` has the session uids of the
-    only objects to measure; None means all objects.
+    Attributes
+    ----------
+    forces
+        The forces on the pad.
+    weight
+        The pad's own weight (3,) in N.
+    chosen
+        The session uids of the objects whose forces are measured; None means all objects.
     """
 
     forces: PadForces
@@ -69,8 +82,15 @@ class PadContact:
 class LightShare:
     """The part of a `LightSample` that comes from one source.
 
-    `light` has the unit of the sample, before its rounding and limits. `names` are the lamp
-    objects, several if they share one light datablock, or empty for a `source` that is no lamp.
+    Attributes
+    ----------
+    names
+        The names of the source's lamp objects. Several lamps that share a light datablock are one
+        source. Empty for a source that is not a lamp.
+    source
+        The name of the source.
+    light
+        The light in the unit of the sample, before rounding and limits.
     """
 
     names: tuple[str, ...]
@@ -82,9 +102,15 @@ class LightShare:
 class LightSample:
     """The light at a sensor, before noise and quantisation.
 
-    The method of the sensor decides which of the two quantities is measured; the other one is None.
-    `note` is a remark for the reader. `shares` are the parts by source, or None if the render
-    engine cannot separate the sources.
+    Attributes
+    ----------
+    luminance_percent, illuminance_lux
+        The two quantities. The method of the sensor decides which one is measured; the other is
+        None.
+    note
+        A remark for the user.
+    shares
+        The parts of the light by source; None if the render engine cannot separate the sources.
     """
 
     luminance_percent: float | None = None
@@ -95,9 +121,10 @@ class LightSample:
 
 @dataclass(frozen=True)
 class Answers:
-    """The answers to one query at n updates: update i has the answer `table[rows[i]]`.
+    """The scene's answers to one query, for n updates.
 
-    Updates share a row of the table if nothing changed between them.
+    The answer at update i is `table[rows[i]]`. Successive updates refer to the same row of the
+    table if nothing changed between them.
     """
 
     table: Sequence[Any] | Array
@@ -128,12 +155,15 @@ class Update:
     ----------
     number, time
         The number of the update and its time in s.
+    pose
+        The pose of the sensor.
     scene
-        A function for each query of the model, by name, which returns the scene's answer.
+        A function for each query that the model makes, by name. It returns the scene's answer.
     noise
-        Makes the random generator of this update.
+        A function that returns the random generator of this update.
     device_noise
-        Makes the random generator of the device, which draws the same numbers at each update.
+        A function that returns the random generator of the device. It draws the same numbers at
+        each update.
     """
 
     number: int
@@ -144,7 +174,10 @@ class Update:
     device_noise: Callable[[], np.random.Generator] = np.random.default_rng
 
     def ask(self, need: str, *question: Any) -> Any:
-        """Return the scene's answer to a query at this update."""
+        """Return the scene's answer to the query `need` at this update.
+
+        `question` has the arguments of the query.
+        """
         return self.scene[need](*question)
 
 
@@ -157,14 +190,18 @@ class Updates:
     numbers, times
         The number (n,) and the time (n,) in s of each update.
     due
-        Whether each update publishes a reading (n,). A step that is not due lies between two
-        updates: the sensor only observes it.
+        Whether the sensor publishes a reading (n,). If not, this is a step between two updates,
+        which the sensor only observes.
+    pose
+        The pose of the sensor.
     scene
-        A function for each query of the model, by name, which returns the answers at all updates.
+        A function for each query that the model makes, by name. It returns the answers at all
+        updates.
     noise
-        Makes the random generator of the update with a given number.
+        A function that returns the random generator of the update with a given number.
     device_noise
-        Makes the random generator of the device, which draws the same numbers at each update.
+        A function that returns the random generator of the device. It draws the same numbers at
+        each update.
     """
 
     numbers: Index
@@ -178,7 +215,7 @@ class Updates:
 
     @classmethod
     def of(cls, update: Update, due: bool = True) -> Updates:
-        """Return `Updates` that hold a single update, or a single step that is not `due`."""
+        """Return `Updates` with only `update`, which is a step between two updates if not `due`."""
 
         def alone(ask: Ask) -> Ask:
             return lambda *question, which=None: Answers([ask(*question)], FIRST)
@@ -197,12 +234,19 @@ class Updates:
         return len(self.numbers)
 
     def ask(self, need: str, *question: Any, which: Index | None = None) -> Answers:
-        """Return the scene's answers at all updates, or at the updates with the indices `which`."""
+        """Return the scene's answers to the query `need`.
+
+        `question` has the arguments of the query. `which` has the indices of the updates to answer
+        for; None means all.
+        """
         found: Answers = self.scene[need](*question, which=which)
         return found
 
     def __getitem__(self, i: int) -> Update:
-        """Return update i; its first query is answered for all updates together."""
+        """Return update i.
+
+        When any update first makes a query, the scene answers it for all updates together.
+        """
 
         def one(need: str) -> Ask:
             return lambda *question: self._once(need, question)[i]
@@ -241,8 +285,8 @@ class Readings:
     fields
         An array or list (n,) for each field, or None for a field that no update measured.
     times
-        The time (n,) in s of each reading, if it differs from the time of the update. Each lies
-        after the update before, and not after its own update.
+        The time (n,) in s of each reading; None if it is that of the update. Each is after the
+        previous update, and not after its own.
     """
 
     active: NDArray[np.bool_]
@@ -252,7 +296,7 @@ class Readings:
 
     @classmethod
     def of(cls, readings: Sequence[Reading]) -> Readings:
-        """Return the given readings as columns."""
+        """Return `Readings` with the given readings."""
         names = readings[0].fields if readings else {}
         return cls(
             np.array([one.active for one in readings], bool),
@@ -269,20 +313,23 @@ class Readings:
 
 
 def _plain(column: Any, i: int) -> Any:
-    """Return a value of a column as a Python object, not as a numpy scalar."""
+    """Return value i of a column as a Python object, not as a numpy scalar."""
     value = None if column is None else column[i]
     return value.item() if isinstance(value, np.generic) else value
 
 
 class PerPose(Generic[P, T]):
-    """A cache of what `compute(parameters, pose)` returned, until one of the arguments changes."""
+    """A function `compute(parameters, pose)` that keeps its last result.
+
+    It computes the result again only if an argument has changed.
+    """
 
     def __init__(self, compute: Callable[[P, Pose], T]) -> None:
         self._compute = compute
         self._last: tuple[P, Pose, T] | None = None
 
     def __call__(self, parameters: P, pose: Pose) -> T:
-        """Return the result for these arguments, from the cache if they have not changed."""
+        """Return the result for these arguments, computed again if one has changed."""
         last = self._last
         if last is None or last[0] != parameters or not last[1].same(pose):
             last = self._last = parameters, pose, self._compute(parameters, pose)
@@ -290,9 +337,10 @@ class PerPose(Generic[P, T]):
 
 
 class Model:
-    """Base class of models: computes the readings of one sensor and holds its state.
+    """Base class of models. A model computes the readings of one sensor and holds its state.
 
-    A kind overrides `update` (one update at a time) or `sense` (many updates at once, in numpy).
+    Each subclass overrides one of two methods: `update` for one update at a time, or `sense` for
+    many updates at once, in numpy.
     """
 
     def sense(self, parameters: Any, updates: Updates) -> Readings:
@@ -305,7 +353,7 @@ class Model:
         return self.sense(parameters, Updates.of(update))[0]
 
     def watch(self, parameters: Any, update: Update) -> None:
-        """Observe a step between two updates, without a reading."""
+        """Observe a step between two updates; there is no reading."""
         self.sense(parameters, Updates.of(update, due=False))
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The declaration of a kind's parameters, as dataclass fields that carry labels, units and limits.
+"""The declaration of a kind's parameters, as dataclass fields with labels, units and limits.
 
-Blender's properties, panels, `list --json` and the tables of the docs are built from these fields.
+Blender's properties, the panels, `list --json` and the tables of the docs are made from these
+fields.
 """
 
 from __future__ import annotations
@@ -34,7 +35,10 @@ class Choice:
 
 @dataclass(frozen=True)
 class FormerChoice:
-    """An item removed from an enumeration but still found in older files; `now` replaces it."""
+    """An item that was removed from an enumeration, but that older files can still contain.
+
+    `now` is the identifier of the item that replaces it.
+    """
 
     identifier: str
     number: int
@@ -43,28 +47,31 @@ class FormerChoice:
 
 @dataclass(frozen=True)
 class Spec:
-    """The facts about a parameter besides its default.
+    """What is declared of a parameter besides its default.
 
     Attributes
     ----------
     short
         The label for narrow places.
     other_labels
-        Conditions with the label and the short label that hold under them.
+        Labels that replace the label under a condition: the condition, the label, the short label.
     unit
-        SI unit, with angles in radians; or READING.
+        SI unit, with angles in radians; or READING for the unit of the sensor's reading.
     minimum, maximum
         The limits of a number.
     positive
-        The number must be above 0.
+        Whether the number must be above 0.
     choices
         The items of an enumeration.
     former
         Items that only older files contain.
     pointer
         The type of Blender object that the parameter names; empty for any other parameter.
+    source
+        The publication of the default.
     used_when
-        The condition on other parameters under which the model uses this one.
+        Pairs of a parameter and a choice. The model uses this parameter if all those parameters
+        have those choices.
     """
 
     label: str
@@ -83,29 +90,32 @@ class Spec:
 
 
 def parameter(default: Any, label: str, tip: str, **facts: Any) -> Any:
-    """Return a dataclass field with the default and the `Spec` of a parameter."""
+    """Return a dataclass field for a parameter: its default, and its `Spec` as metadata.
+
+    `facts` are further attributes of the `Spec`.
+    """
     return dataclasses.field(default=default, metadata={"spec": Spec(label, tip, **facts)})
 
 
 class Parameters:
-    """Base class of every kind's parameters: a frozen dataclass with a default for each field."""
+    """Base class of all kinds' parameters: frozen dataclasses with a default for each field."""
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """Return sentences about parameters that are in range but contradict each other.
+        """Return sentences about parameters that are within limits but contradict each other.
 
         Kinds override this method.
         """
         return []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Return advice on parameters with which the output never switches on, or never off.
+        """Return advice if the output could never switch on, or never off, with these parameters.
 
         Kinds override this method.
         """
         return []
 
     def must_be_smaller(self, low: str, high: str, lengths: Lengths) -> list[str]:
-        """Return a sentence if the parameter `low` is not below `high`, else nothing."""
+        """Return a list with a sentence if the parameter `low` is not below `high`, else []."""
         if getattr(self, low) < getattr(self, high):
             return []
         unit = specs(type(self))[low].unit
@@ -133,14 +143,17 @@ def defaults(kind: type[Parameters]) -> dict[str, Any]:
 
 
 def former_choice(spec: Spec, value: Any) -> FormerChoice | None:
-    """Return the former choice that `value`, from an older file, names; else None."""
+    """Return the former choice with the identifier `value`, which is from an older file.
+
+    Return None if there is none.
+    """
     return next((former for former in spec.former if former.identifier == value), None)
 
 
 def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
     """Return a sentence about former choices that were replaced; empty if there are none.
 
-    Each item of `found` has the name of a sensor, the name of a parameter, and the former choice.
+    `found` has, for each of them, the sensor's name, the parameter's name, and the former choice.
     """
     sensors: dict[tuple[str, FormerChoice], list[str]] = {}
     for sensor, parameter, former in found:
@@ -153,12 +166,15 @@ def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
 
 
 def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
-    """Return whether the parameters fulfil the condition `used_when`."""
+    """Return whether all parameters in `used_when` have the choices that it pairs them with."""
     return all(getattr(parameters, name) == choice for name, choice in used_when)
 
 
 def label_of(spec: Spec, parameters: Any, short: bool = False) -> str:
-    """Return the label of a parameter, which can depend on the choices in `parameters`."""
+    """Return the label of a parameter.
+
+    It can depend on choices in `parameters`. If `short`, return the label for narrow places.
+    """
     for used_when, label, short_label in spec.other_labels:
         if is_chosen(parameters, used_when):
             return short_label if short else label
@@ -187,7 +203,7 @@ def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
 
 
 def format_quantity(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """Return a parameter's value with its unit; angles in degrees."""
+    """Return a parameter's value with its unit; an angle is shown in degrees."""
     return typed(value, "" if unit == READING else unit, lengths)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Models of circuits: voltage divider, converter, output stage, photometry."""
+"""Models of circuits: voltage divider, converter and output stage. Also photometry."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ def voltage(supply: float, load_resistor: float, resistance: float) -> float:
 
 
 def adc(voltage: float, supply: float, bits: int) -> int:
-    """Return the code of an ideal converter whose reference is the supply.
+    """Return the code of an ideal converter whose reference voltage is `supply`.
 
-    The code is floor(V/Vcc·(2^bits − 1)), with both voltages in volts. A voltage outside 0 … supply
-    reads as the code at that end.
+    The code is floor(V/Vcc·(2^bits − 1)), with V the voltage and Vcc the supply in volts. A voltage
+    below 0 has the code of 0, and one above the supply has the code of the supply.
     """
     largest = (1 << bits) - 1
     return min(max(math.floor(voltage / supply * largest), 0), largest)
@@ -62,9 +62,9 @@ TIME_TOLERANCE_S = 1e-9
 
 
 def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.inf) -> str:
-    """Return why the detector ignores movement at `time` (s), and for how much longer.
+    """Return why a detector ignores movement at `time` (s), and for how much longer.
 
-    The text is empty if the detector reports movement. `fell` is the time (s) at which the output
+    The text is empty if it does not ignore movement. `fell` is the time (s) at which the output
     last went off.
     """
     left = warm_up - time
@@ -81,7 +81,10 @@ def _seconds(time: float) -> str:
 
 
 def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator[int]:
-    """Yield the indices of updates with a trigger or after an active output."""
+    """Yield the indices of updates that have to be computed.
+
+    They are those with a trigger, and those at which `is_idle` returns false.
+    """
     triggers, i = np.flatnonzero(triggered), 0
     while i < len(triggered):
         if is_idle():
@@ -94,7 +97,10 @@ def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator
 
 
 class OutputTiming:
-    """The output stage of a detector, which turns triggers into the output; times in s."""
+    """The output stage of a detector.
+
+    It switches the output on at a trigger, and off after the hold time. Times are in s.
+    """
 
     def __init__(self) -> None:
         self.active = False
@@ -110,7 +116,18 @@ class OutputTiming:
         warm_up: float,
         retrigger: bool = True,
     ) -> bool:
-        """Return the output at `time`, where `triggered` says whether this update saw motion."""
+        """Return whether the output is on at `time`.
+
+        Parameters
+        ----------
+        triggered
+            Whether this update detected motion.
+        hold, blocking, warm_up
+            The hold time; how long motion is ignored after the output went off; how long it is
+            ignored at first. In s.
+        retrigger
+            Whether motion while the output is on starts the hold time again.
+        """
         blocked = not self.active and time - self._fell < blocking - TIME_TOLERANCE_S
         listening = not blocked and (retrigger or not self.active)
         if triggered and listening and time >= warm_up - TIME_TOLERANCE_S:
@@ -130,9 +147,10 @@ class OutputTiming:
         warm_up: float,
         retrigger: bool = True,
     ) -> NDArray[np.bool_]:
-        """Return the output (n,) at `times` (n,); `triggered` (n,) says which updates saw motion.
+        """Return whether the output is on (n,) at `times` (n,).
 
-        The loop visits only times with a trigger or with the output on.
+        `triggered` (n,) says which updates detected motion. The other arguments are those of
+        `update`. Only updates with a trigger or with the output on are visited.
         """
         active = np.zeros(len(times), bool)
         for i in _busy(triggered, lambda: not self.active):
@@ -142,7 +160,7 @@ class OutputTiming:
 
 
 class RadioTiming:
-    """The output of a wireless module as its receiver knows it, update by update; times in s.
+    """The output of a wireless module as its receiver knows it at each update; times are in s.
 
     The module compares the signal with its threshold at each update. Its timer ends the hold time
     exactly, also between two updates.
@@ -167,21 +185,22 @@ class RadioTiming:
         blanking: float,
         delay: Callable[[int], float],
     ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-        """Return the received output (n,) and the times (n,) at which it was received.
+        """Return the output (n,) that the receiver knows at each update, and the times (n,).
 
-        A message counts from the first update at or after its arrival, and its time is the arrival.
+        If a message has arrived since the update before, the time is that of its arrival, else that
+        of the update.
 
         Parameters
         ----------
         times, triggered
-            The times (n,) of the updates in s, and whether each saw motion (n,).
+            The times (n,) of the updates in s, and whether each detected motion (n,).
         hold, blocking, warm_up, retrigger
-            The settings of the module, as in `OutputTiming`; times in s.
+            The settings of the module, as in `OutputTiming.update`.
         blanking
-            Triggers within this time after a message are ignored, in s.
+            The time in s after a message, during which the module ignores triggers.
         delay
-            `delay(i)` is the transmission time in s of a message that is sent at, or just before,
-            time i.
+            A function. `delay(i)` is the time in s that a message takes if it is sent at update i
+            or between that update and the one before it.
         """
         received, arrivals = np.zeros(len(times), bool), np.array(times, np.float64)
         module = self._module
@@ -209,7 +228,10 @@ class RadioTiming:
         return not (self._module.active or self._messages or self._received)
 
     def _send(self, time: float, active: bool, delay: float) -> None:
-        """Queue a message with the output; messages arrive in the order in which they are sent."""
+        """Queue a message with the output `active`.
+
+        No message arrives before one that was sent earlier.
+        """
         self._sent = time
         earliest = self._messages[-1][0] if self._messages else time
         self._messages.append((max(time + delay, earliest), active))
@@ -227,7 +249,7 @@ COUNTS = 255
 def luminance(rgb: ArrayLike) -> Array:
     """Return the luminance Y (…) of linear Rec. 709 colours (…, 3), in their unit.
 
-    The luminance is negative for a lamp of negative power.
+    It is negative for light from a lamp of negative power.
     """
     weighted: Array = np.asarray(rgb, dtype=np.float64) @ LUMINANCE
     return weighted
@@ -242,7 +264,7 @@ def illuminance(rgb: ArrayLike, efficacy: float = EFFICACY) -> float:
 
 
 def counts(rgb: ArrayLike, exposure: float) -> Array:
-    """Return 8-bit values (…) of linear radiances (…): round(255 · clamp(exposure · L, 0, 1)).
+    """Return linear radiances (…) as 8-bit values (…): round(255 · clamp(exposure · L, 0, 1)).
 
     Halves are rounded up, as in a converter; NaN gives 0.
     """
@@ -253,6 +275,6 @@ def counts(rgb: ArrayLike, exposure: float) -> Array:
 def luminance_percent(views: ArrayLike, exposure: float) -> float:
     """Return the mean luminance in percent of `views` (n, 3), each one pixel of linear radiance.
 
-    White views give 100 %; one 8-bit count in all channels gives 0.39 %.
+    White views have 100 %. A view in which all channels have the 8-bit value 1 has 0.39 %.
     """
     return float(luminance(counts(views, exposure)).mean() / COUNTS * 100.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text of a study file (docs/studies.md) for the choices that a user made in the window.
+"""The text of a study file (docs/studies.md), from what a user chose in the window.
 
 The package `studies` reads and runs study files.
 """
@@ -35,10 +35,20 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Vary:
-    """A parameter of some sensors and the values to vary it over.
+    """A parameter of some sensors, and the values that a study gives it.
 
-    The values are `steps` numbers from `first` to `last` (radians for an `angle`), or all
-    `choices`.
+    Attributes
+    ----------
+    sensors, parameter
+        The names of the sensors, and the name of the parameter.
+    first, last, steps
+        The values are `steps` numbers from `first` to `last`.
+    whole
+        Whether these are whole numbers.
+    choices
+        The values, in place of numbers.
+    angle
+        Whether `first` and `last` are angles in radians.
     """
 
     sensors: Sequence[str]
@@ -52,12 +62,12 @@ class Vary:
 
     @property
     def key(self) -> str:
-        """The key of the study file: the sensors' names and the parameter."""
+        """The text before "=" in the study file: the names of the sensors and the parameter."""
         return f"{BETWEEN.join(self.sensors)}.{self.parameter}"
 
     @property
     def line(self) -> str:
-        """The line of the study file."""
+        """The line in the study file."""
         key = json.dumps(self.key, ensure_ascii=False)
         if self.choices:
             values = ", ".join(json.dumps(value) for value in self.choices)
@@ -73,7 +83,8 @@ class Vary:
 def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
     """Return the text of a study file.
 
-    `home` is a path, absolute or relative to the study's folder.
+    `home` is the path of the home's file, absolute or relative to the study's folder. `seeds` is
+    the number of seeds.
     """
     lines = [
         f"home = {json.dumps(home, ensure_ascii=False)}",
@@ -87,12 +98,15 @@ def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
 
 
 def parameters(kind: Kind) -> list[str]:
-    """Return the parameters of a kind that a study can vary, including its pose and rate."""
+    """Return the names of the parameters of a kind that a study can vary.
+
+    They include those of all kinds: the pose and the update rate.
+    """
     return [*(n for n, s in specs(kind.parameters).items() if not s.pointer), *COMMON, *POSE]
 
 
 def label(kind: Kind, parameter: str) -> str:
-    """Return the label of a parameter in panels, with its unit; angles are shown in degrees."""
+    """Return the label of a parameter as in panels, with its unit; that of angles is °."""
     if parameter in LABELS:
         name, unit = LABELS[parameter]
     else:
@@ -103,7 +117,7 @@ def label(kind: Kind, parameter: str) -> str:
 
 
 def choice_labels(kind: Kind, parameter: str, choices: Sequence[Any]) -> list[str]:
-    """Return the labels of choices in panels."""
+    """Return the labels of some choices of a parameter, as in panels."""
     spec = specs(kind.parameters).get(parameter)
     known = {choice.identifier: choice.label for choice in spec.choices} if spec else {}
     switch = {True: "On", False: "Off"}
@@ -111,7 +125,7 @@ def choice_labels(kind: Kind, parameter: str, choices: Sequence[Any]) -> list[st
 
 
 def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Vary:
-    """Return a proposal for the values of a parameter whose present value is `now`."""
+    """Return a `Vary` with values to propose for a parameter whose value is now `now`."""
     known = specs(KINDS[kind].parameters)
     if isinstance(now, bool):
         return Vary(sensors, parameter, choices=(True, False))
@@ -127,7 +141,11 @@ def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Var
 
 
 def _ends(spec: Spec | None, parameter: str, now: float) -> tuple[float, float]:
-    """Return half and twice the present value, within the limits of the parameter."""
+    """Return the first and the last value to propose for a parameter.
+
+    They are half and twice the value `now`, within the parameter's limits. For a pose, they are a
+    move or a turn in both directions.
+    """
     if parameter in POSE:
         most = MOST_TURN if LABELS[parameter][1] == RADIANS else MOST_MOVE
         return -most, most

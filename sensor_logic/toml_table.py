@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read values from a TOML table, with errors that name the line in the file."""
+"""Read values from the tables of a TOML file; errors name the line in the file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
 
 def read_table(content: str, name: str) -> TomlTable:
-    """Return the top-level table of the TOML text `content` of the file `name`.
+    """Return the top-level table in `content`, the text of the TOML file `name`.
 
     Raise InputError for invalid TOML.
     """
@@ -34,9 +34,16 @@ def read_table(content: str, name: str) -> TomlTable:
 
 
 class TomlTable:
-    """A table of the TOML file `name`.
+    """A table in the TOML file `name`.
 
-    `lines` has the line of each value in the file, and `path` is the path of keys to this table.
+    Attributes
+    ----------
+    values
+        The values of the table by key.
+    lines
+        The line of each value in the file, by its path of keys and indices.
+    path
+        The path of this table.
     """
 
     def __init__(
@@ -49,21 +56,25 @@ class TomlTable:
         self._taken: set[str] = set()
 
     def where(self, *keys: str | int) -> str:
-        """Return the file and the line of this table, or of the value at `keys` in it."""
+        """Return the file and the line of this table, or of a value inside it.
+
+        `keys` is the path of that value from this table.
+        """
         return f"{self.name}, line {line_of(self.lines, (*self.path, *keys))}"
 
     def below(self, values: Any, *keys: str | int) -> TomlTable:
-        """Return a table nested in this one, with `values`, at `keys`."""
+        """Return the table with the given `values`, which is inside this one at the path `keys`."""
         return TomlTable(self.name, self.lines, values, (*self.path, *keys))
 
     def error(self, text: str, key: str | None = None) -> InputError:
-        """Return the error for this table, or for the value of its `key`."""
+        """Return an error with the file and the line of this table, or of the value of `key`."""
         return InputError(f"{self.where(*([] if key is None else [key]))}: {text}")
 
     def take(self, key: str, read: Callable[[Any], T], default: Any = _MISSING) -> T:
-        """Return `read(value)` for the value of `key`, or the default if the key is missing.
+        """Return `read(value)` for the value of `key`; `default` if the table has no such key.
 
-        Raise InputError if the key is missing without a default, or if `read` raises a ValueError.
+        Raise InputError if `read` raises a ValueError, or if the key is missing and there is no
+        default.
         """
         self._taken.add(key)
         if key not in self.values:
@@ -86,20 +97,20 @@ class TomlTable:
         return self.take(key, read, default)
 
     def tables(self, key: str) -> Iterator[TomlTable]:
-        """Yield the tables in the array at `key`."""
+        """Yield the tables in the array that is the value of `key`."""
         found = self.take(key, _array, [])
         for number, values in enumerate(found):
             yield self.below(values, key, number)
 
     def named(self, key: str) -> Iterator[tuple[str, TomlTable]]:
-        """Yield the name and the table of each table nested below `key`."""
+        """Yield the name and the values of each table in the table that is the value of `key`."""
         self._taken.add(key)
         below = self.below(self.values.get(key, {}), key)
         for name, values in below.values.items():
             yield name, below.below(values, name)
 
     def finish(self) -> None:
-        """Raise InputError if the table has a key that no method read."""
+        """Raise InputError if the table has a key that none of the methods above has read."""
         for key in self.values:
             if key not in self._taken:
                 hint = suggestion(key, self._taken)
@@ -113,33 +124,36 @@ def _array(value: Any) -> list[Any]:
 
 
 def text(value: Any) -> str:
-    """Return `value` if it is a text that is not blank. Raise ValueError."""
+    """Return `value` if it is a text and not blank, else raise ValueError."""
     if not isinstance(value, str) or not value.strip():
         raise ValueError(f"{value!r} is no text")
     return value
 
 
 def texts(value: Any) -> tuple[str, ...]:
-    """Return `value` as a tuple if it is a list of texts. Raise ValueError."""
+    """Return `value` as a tuple if it is a list of texts, else raise ValueError."""
     return tuple(text(item) for item in _array(value))
 
 
 def flag(value: Any) -> bool:
-    """Return `value` if it is true or false. Raise ValueError."""
+    """Return `value` if it is true or false, else raise ValueError."""
     if not isinstance(value, bool):
         raise ValueError(f"{value!r} is neither true nor false")
     return value
 
 
 def calendar_date(value: Any) -> date:
-    """Return `value` if it is a date without a time. Raise ValueError."""
+    """Return `value` if it is a date without a time, else raise ValueError."""
     if isinstance(value, datetime) or not isinstance(value, date):
         raise ValueError(f"{value!r} is not a date such as 2026-03-02")
     return value
 
 
 def number(low: float, high: float) -> Callable[[Any], float]:
-    """Return a function that reads a number from `low` to `high`."""
+    """Return a function that returns its argument if it is a number from `low` to `high`.
+
+    For any other argument, the function raises ValueError.
+    """
 
     def read(value: Any) -> float:
         if (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Text for messages: names, sentences, and numbers with units."""
+"""Texts of messages: names, sentences, and numbers with units."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ MOST_NAMES = 4
 
 
 class Advice(NamedTuple):
-    """A problem and its solution, each a sentence without a full stop."""
+    """A problem, and what solves it: each is a sentence without a full stop."""
 
     problem: str
     mend: str
 
     @property
     def text(self) -> str:
-        """Both sentences."""
+        """The text of both sentences."""
         return f"{self.problem}. {self.mend}"
 
 
@@ -35,23 +35,23 @@ def capital(text: str) -> str:
 
 
 def uncapitalized(text: str) -> str:
-    """Return the text with its first letter in lower case, to follow a name and a colon."""
+    """Return the text with its first letter in lower case, as after a name and a colon."""
     return text[:1].lower() + text[1:]
 
 
 def named(names: Iterable[str], most: int = MOST_NAMES) -> str:
-    """Return the first `most` names in quotes and without repetitions, and the number of others."""
+    """Return the first `most` different names, in quotes, and how many more there are."""
     return listed(list(dict.fromkeys(map(quoted, names))), most)
 
 
 def listed(texts: list[str], most: int = MOST_NAMES) -> str:
-    """Return the first `most` texts, and the number of further texts."""
+    """Return the first `most` texts, and how many more there are."""
     more = len(texts) - most
     return ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def plural(count: int, noun: str) -> str:
-    """Return a count and its noun, such as 1 run or 3 runs."""
+    """Return a number and a noun, such as "1 run" or "3 runs"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
@@ -61,21 +61,27 @@ def part_is(part: int, whole: int, noun: str) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in percent, without its sign; a share near 0 or 100 % has a decimal."""
+    """Return the fraction `share` in percent, without a minus sign.
+
+    It has a decimal if it is near 0 or 100 % without being equal to it.
+    """
     value = 100.0 * abs(share)
     is_near = 0.0 < value < 1.0 or 0.0 < abs(value - 100.0) < 1.0
     return f"{value:.{int(is_near)}f} %"
 
 
 def shown_duration(seconds: float) -> str:
-    """Return a duration as text in seconds, minutes or hours."""
+    """Return a duration as text, in seconds, minutes or hours, depending on its length."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
-    """Return the lines of a text table, with the first `left` columns aligned to the left."""
+    """Return the lines of a text table.
+
+    The first `left` columns are aligned to the left, all others to the right.
+    """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(
@@ -92,7 +98,10 @@ SHOWN = 5
 
 
 def hint(name: str, known: Iterable[str], most: int = SHOWN) -> str:
-    """Return a hint for an unknown `name`: the most similar known names, or else the first ones."""
+    """Return a hint for an unknown `name`: the most similar known names, or else the first ones.
+
+    At most `most` names are shown.
+    """
     known = list(known)
     lower = {other.lower(): other for other in known}
     close = [other for text, other in lower.items() if name and name.lower() in text]
@@ -126,11 +135,11 @@ class Lengths(NamedTuple):
     metres: float = 1.0
 
     def text(self, length: float) -> str:
-        """Return a measured length (m) as text, to a millimetre."""
+        """Return a measured length (m) in this unit as text, precise to a millimetre."""
         return measured(length, "m", 3, self)
 
     def typed(self, length: float) -> str:
-        """Return a length (m) that a user typed as text."""
+        """Return a length (m) in this unit as text, as a user typed it."""
         return typed(length, "m", self)
 
 
@@ -142,8 +151,8 @@ def measured(
 ) -> str:
     """Return a reading with its unit.
 
-    `decimals` is the number of decimals in the SI unit, or in degrees or percent. None means three
-    significant digits, or all digits before the decimal point.
+    `decimals` is the number of decimals in the SI unit, in degrees for an angle, or in percent.
+    None means three significant digits. All digits before the decimal point are shown.
     """
     if not math.isfinite(value):
         return NOTHING
@@ -169,7 +178,7 @@ def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
 
 
 def typed(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """Return a parameter's value as a user typed it: six digits, without trailing zeros."""
+    """Return a parameter's value as a user typed it: with six digits, without zeros at the end."""
     if not math.isfinite(value):
         return _joined(f"{value}", unit)
     if unit == "m":
@@ -186,7 +195,10 @@ def typed(value: float, unit: str, lengths: Lengths = METRES) -> str:
 def _as_shown(
     value: float, unit: str, decimals: int | None, lengths: Lengths
 ) -> tuple[float, str, int | None]:
-    """Return value, unit and decimals converted to degrees, percent or the unit of length."""
+    """Return a value in the unit in which it is shown, that unit, and the number of decimals.
+
+    Angles are shown in degrees, shares of a threshold in percent, lengths in the unit of `lengths`.
+    """
     if unit == "rad":
         return math.degrees(value), "°", 0 if decimals is None else decimals
     if unit == OF_THRESHOLD:
@@ -200,7 +212,7 @@ def _as_shown(
 
 
 def _decimals_of(value: float) -> int:
-    """Return the number of decimals that show three significant digits, at most three."""
+    """Return the number of decimals at which a value has three significant digits, at most 3."""
     size = abs(value)
     if size < 1.0:
         return SIGNIFICANT if 0.0 < size < 0.1 else SIGNIFICANT - 1 if size else 0
@@ -232,16 +244,17 @@ ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
 def joined(names: Iterable[str]) -> str:
-    """Return the names sorted and separated by `;`.
+    """Return the names, sorted, as one text in which `;` separates them.
 
-    A backslash escapes `;` and backslashes in a name, so that `split` returns the same names.
+    In a name, a backslash is put before each `;` and each backslash. So `split` returns the same
+    names.
     """
     escaped = (name.replace("\\", "\\\\").replace(";", "\\;") for name in sorted(names))
     return ";".join(escaped)
 
 
 def split(text: str) -> list[str]:
-    """Return the names in a text that `joined` made."""
+    """Return the names in a text that `joined` returned."""
     found = []
     at = 0
     while text and at <= len(text):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Decide whether a detector detects a motion, with the detector's own model.
 
-The rays are cast once through the empty room and then intersected with the moving body in closed
-form. A motion starts at an update of the detector; with the saw-tooth, at the update of the first
-tilt.
+The rays are cast once through the room without a body. The moving body is then intersected with
+them by formulas. A motion starts at an update of the detector. If the detector tilts its fan from
+update to update, it is the update of the first tilt.
 """
 
 from __future__ import annotations
@@ -26,16 +26,23 @@ AT_ONCE = 1_500_000
 
 
 class DetectorView(Protocol):
-    """One detector in the room, and its response to motions."""
+    """One detector in a room, and how it responds to motions.
+
+    All methods return an array (m,), with a value for each of m motions.
+    """
 
     def strengths(self, motion: Motion, start: Start) -> Array:
-        """Return the signal (m,) of each motion divided by the threshold (> 1: detected)."""
+        """Return the largest signal (m,) during each motion, divided by the threshold.
+
+        The motion is detected if the result is above 1.
+        """
         ...
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return (m,) whether the detector could detect each motion.
+        """Return whether (m,) the detector could possibly detect each motion.
 
-        The test is much faster than `strengths`, and false only for motions that are not detected.
+        This is much faster than `strengths`. A motion for which the result is false is not
+        detected.
         """
         ...
 
@@ -46,14 +53,16 @@ class RangeView:
 
     Attributes
     ----------
+    origin
+        The position (3,) in m.
     directions
         Unit directions (tilts, rays, 3) in the world.
     free
-        The ranges (tilts, rays) in m without the body.
+        The ranges (tilts, rays) in m in the room without a body.
     period
         The time in s between two scans of the same tilt.
     offsets
-        The times (tilts,) of the first scans in s.
+        The time (tilts,) in s of the first scan of each tilt.
     """
 
     origin: Array
@@ -72,7 +81,7 @@ class RangeView:
         return [Rays(self.origin, ways, free) for ways, free in each]
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return (m,) whether any ray can hit the body during the motion."""
+        """Return whether (m,) any ray can hit the body during each motion."""
         found = np.zeros(len(start), bool)
         apart = np.linalg.norm(start.feet[:, :2] - self.origin[:2], axis=1)
         far = max(float(rays.far.max(initial=0.0)) for rays in self._tilts)
@@ -83,7 +92,7 @@ class RangeView:
         return found
 
     def strengths(self, motion: Motion, start: Start) -> Array:
-        """Return the largest change (m,) of any range, divided by the threshold."""
+        """Return the largest change (m,) of a range in each motion, divided by the threshold."""
         changes = np.zeros(len(start))
         near = np.flatnonzero(self.may_notice(motion, start))
         at_once = max(1, AT_ONCE // max(1, self.free.shape[1]))
@@ -95,7 +104,7 @@ class RangeView:
         return np.where(changes > 0.0, ratio, 0.0)
 
     def _changes(self, motion: Motion, start: Start) -> Array:
-        """Return the largest change (m,) in m of any range from one scan of a tilt to the next."""
+        """Return the largest change (m,) in m of a range between successive scans of a tilt."""
         longest = float(start.length.max(initial=0.0)) / motion.speed
         largest = np.zeros(len(start))
         for tilt, offset in enumerate(self.offsets.tolist()):
@@ -110,9 +119,10 @@ class RangeView:
     def _compare(
         self, tilt: int, motion: Motion, start: Start, times: list[float], largest: Array
     ) -> None:
-        """Raise `largest` (m,) to the changes of one tilt's ranges from each time to the next.
+        """Update `largest` (m,), in place, with the changes of ranges between successive times.
 
-        Only rays that hit a body are compared: the range of any other ray is `free`.
+        Only the ranges of one tilt are compared. A ray that hits no body has the range `free` and
+        is not compared.
         """
         free = self.free[tilt]
         rays = len(free)
@@ -137,14 +147,19 @@ class WarmView:
 
     Attributes
     ----------
+    origin
+        The position (3,) in m.
     directions
         Unit directions (n, 3) of the rays in the world.
     weights
-        The signed solid angle (n,) of each ray in sr.
+        The solid angle (n,) of each ray in sr, with the sign of its element's polarity.
     free
-        The ranges (n,) in m without the body.
-    behind, body
-        Radiosity of the surfaces (n,) at the hits and of the body, in W/m² above the ambient's.
+        The ranges (n,) in m in the room without a body.
+    behind
+        The radiosity (n,) of the surfaces that the rays hit without a body, in W/m² above that of
+        surfaces at ambient temperature.
+    body
+        The same for the body.
     threshold
         The least signal that is detected, in W per m² of lenslet.
     interval
@@ -168,11 +183,11 @@ class WarmView:
         return Rays(self.origin, self.directions, self.free)
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return (m,) whether any ray can hit the body during the motion."""
+        """Return whether (m,) any ray can hit the body during each motion."""
         return self._all.may_hit(motion, start)
 
     def strengths(self, motion: Motion, start: Start) -> Array:
-        """Return the largest size (m,) of the signal, divided by the threshold."""
+        """Return the largest size (m,) of the signal in each motion, divided by the threshold."""
         signals = np.zeros(len(start))
         near = np.flatnonzero(self.may_notice(motion, start))
         at_once = max(1, AT_ONCE // max(1, len(self.free)))
@@ -182,7 +197,7 @@ class WarmView:
         return signals / self.threshold
 
     def _signals(self, motion: Motion, start: Start) -> Array:
-        """Return the largest size (m,) of the signal, from rest until the signal has decayed."""
+        """Return the largest size (m,) of the signal from the begin of each motion until its decay."""
         longest = float(start.length.max(initial=0.0)) / motion.speed
         moving = math.ceil(longest / self.interval - 1e-9) + 1
         settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0
@@ -199,7 +214,7 @@ class WarmView:
         return signals
 
     def _power(self, motion: Motion, start: Start, time: float) -> Array:
-        """Return the change (m,) of the power on the elements by the bodies.
+        """Return the change (m,) of the power on the elements that each body causes at `time`.
 
         The unit is W per m² of lenslet.
         """
@@ -212,7 +227,10 @@ class WarmView:
 
 
 def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
-    """Raise `largest` (m,) to the changes (n,) of the bodies (n,), which must be in order."""
+    """Update `largest` (m,), in place, with the changes (n,) of ranges.
+
+    `body` (n,) has the number of the body of each change, in ascending order.
+    """
     if len(body):
         first = np.flatnonzero(np.diff(body, prepend=-1))
         most = np.maximum.reduceat(change, first)
@@ -220,7 +238,7 @@ def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
 
 
 def _hit_distances(body_hits: BodyHits, range_min: float) -> Array:
-    """Return the distances (n,) in m of the hits from the origin.
+    """Return the distance (n,) in m from the origin at which each ray hits the body.
 
     A ray begins at `range_min`. If it begins inside a body, it hits the far side of that body.
     """

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kind of sensor for coverage maps and proposals, and the functions of that kind they need.
+"""The kind of sensor that coverage maps and proposed places are for.
 
-No other module of `coverage` imports from a kind.
+This module imports from that kind what coverage needs. No other module of `coverage` imports from a
+kind.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ DETECTOR = KINDS["PIR"]
 class Walker:
     """A walking person as an upright cylinder; the default is an adult.
 
-    `height` and `radius` are in m, `speed` in m/s. `celsius` is the mean surface temperature of
-    skin and clothing.
+    `height` and `radius` are in m, `speed` in m/s. `celsius` is the mean temperature of the surface
+    of skin and clothing.
     """
 
     height: float = 1.7

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cells of a coverage map, the coverage of rooms, and the best choice of detectors."""
+"""The cells of a coverage map, the coverage of rooms, and the choice of the best places."""
 
 from __future__ import annotations
 
@@ -28,10 +28,13 @@ class Cells:
     ----------
     at
         The centres (n, 3) of the cells.
-    room, storey
-        The name of the room and the number of the storey of each cell (n,).
+    room
+        The name of the room of each cell, n names.
+    storey
+        The number (n,) of the storey of each cell.
     lengths
-        How far a body can move from the centre in each direction (n, 8), from `Motion.lengths`.
+        How far a body can move from the centre of each cell in each of 8 directions (n, 8).
+        `Motion.lengths` returns it.
     """
 
     size: float
@@ -49,14 +52,14 @@ class Cells:
         return sorted(set(self.room), key=lambda name: (name == NO_ROOM, name))
 
     def of(self, rooms: Iterable[str]) -> Cells:
-        """Return the cells of these rooms."""
+        """Return the cells in these rooms."""
         wanted = set(rooms)
         rows = np.array([name in wanted for name in self.room], bool)
         names = tuple(name for name in self.room if name in wanted)
         return Cells(self.size, self.at[rows], names, self.storey[rows], self.lengths[rows])
 
     def starts(self) -> tuple[Start, NDArray[np.intp], NDArray[np.intp]]:
-        """Return all possible motions, with the cell and the direction of each."""
+        """Return all possible motions, and the cell and the direction of each of them."""
         cell, direction = np.nonzero(self.lengths > 0.0)
         start = Start(self.at[cell], HEADINGS[direction], self.lengths[cell, direction])
         return start, cell, direction
@@ -64,10 +67,16 @@ class Cells:
 
 @dataclass(frozen=True)
 class RoomCoverage:
-    """The coverage of a room, as numbers of cells; `area` is that of one cell in m².
+    """The coverage of a room.
 
-    No detector covers the `dead` cells, exactly one covers the cells `once`, and several cover the
-    cells `overlap`.
+    Attributes
+    ----------
+    cells
+        The number of cells in the room.
+    dead, once, overlap
+        The numbers of cells that no detector covers, that one covers, and that several cover.
+    area
+        The area of a cell in m².
     """
 
     name: str
@@ -79,7 +88,7 @@ class RoomCoverage:
 
     @property
     def share(self) -> float:
-        """The share of cells that at least one detector covers."""
+        """The fraction of the cells that at least one detector covers."""
         return 1.0 - self.dead / self.cells
 
 
@@ -87,8 +96,8 @@ class RoomCoverage:
 class CoverageMap:
     """A coverage map.
 
-    `strength` (detectors, cells, 8) is the signal divided by the threshold for each direction of
-    the motion, 0 if the body cannot move that way.
+    `strength` (detectors, cells, 8) is the largest signal for a motion in each of 8 directions,
+    divided by the threshold. It is 0 if the body cannot move in that direction.
     """
 
     motion: Motion
@@ -98,32 +107,42 @@ class CoverageMap:
 
     @property
     def noticed(self) -> Array:
-        """The share of the possible directions that each detector detects, (detectors, cells)."""
+        """The fraction of the directions in which a detector detects a motion, (detectors, cells).
+
+        Only directions in which the body can move count.
+        """
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).sum(axis=2) / possible
         return share
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """Whether each detector covers each cell, (detectors, cells)."""
+        """Whether (detectors, cells) each detector covers each cell."""
         return covered_by(self.noticed)
 
     @property
     def count(self) -> NDArray[np.intp]:
-        """The number of detectors that cover each cell (cells,)."""
+        """The number (cells,) of detectors that cover each cell."""
         number: NDArray[np.intp] = self.covered.sum(axis=0)
         return number
 
     @property
     def best(self) -> Array:
-        """The share of the possible directions that at least one detector detects, (cells,)."""
+        """The fraction (cells,) of the directions in which any detector detects a motion.
+
+        Only directions in which the body can move count.
+        """
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).any(axis=0).sum(axis=1) / possible
         return share
 
     @property
     def margin(self) -> Array:
-        """The strength (cells,) of the best detector, the median over the possible directions."""
+        """The strength (cells,) of a motion in each cell.
+
+        For each direction, the detector with the largest strength counts. The result is the median
+        over the possible directions.
+        """
         best = self.strength.max(axis=0, initial=0.0).astype(np.float64)
         best[self.cells.lengths <= 0.0] = np.nan
         median: Array = np.nanmedian(best, axis=1) if len(best) else np.empty(0)
@@ -146,7 +165,7 @@ class CoverageMap:
 
 
 def covered_by(noticed: Array) -> NDArray[np.bool_]:
-    """Return whether the shares `noticed` are large enough for a covered cell."""
+    """Return whether a cell is covered, given the fraction of directions that are detected."""
     covered: NDArray[np.bool_] = noticed >= ENOUGH - 1e-9
     return covered
 
@@ -157,9 +176,14 @@ COLUMNS = ("x_m", "y_m", "floor_m", "room", "directions", "covered_by", "noticed
 def map_csv(coverage: CoverageMap) -> str:
     """Return the map as CSV with a row for each cell.
 
-    The columns are the centre, the room, the number of possible directions, the number of detectors
-    that cover the cell, the share of directions that any detector detects, the margin, and the
-    share that each detector detects.
+    The columns are:
+
+    - the centre, in three columns, and the room
+    - the number of possible directions
+    - the number of detectors that cover the cell
+    - the fraction of directions in which any detector detects a motion
+    - the margin, as in `CoverageMap.margin`
+    - the fraction of directions in which each detector detects a motion, a column for each
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -183,7 +207,10 @@ def table(coverage: CoverageMap) -> str:
 
 
 def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
-    """Return name, area, and covered, dead and overlapping part of each room and of all rooms."""
+    """Return the texts of a table's rows: one for each room, then one for all rooms.
+
+    A row has the name, the area, and the covered, the dead and the overlapping part.
+    """
     return [
         (
             room.name,
@@ -218,9 +245,11 @@ class ChosenPlaces:
     Attributes
     ----------
     chosen
-        The rows of the chosen sets, in the order of their gains.
-    covered, greedy
-        The weight that the chosen sets cover, and the weight that the greedy choice covered.
+        The rows of the chosen sets in `sets`, the one with the largest gain first.
+    covered
+        The weight that the chosen sets cover together.
+    greedy
+        The weight that the sets of the greedy choice cover, before any swap.
     bound
         A weight that no choice of as many sets can exceed.
     swaps
@@ -235,7 +264,7 @@ class ChosenPlaces:
 
     @property
     def assured(self) -> float:
-        """A lower bound of the covered weight, as a share of the optimum."""
+        """A fraction of the optimum that the chosen sets reach at least: `covered` / `bound`."""
         return self.covered / self.bound if self.bound > 0.0 else 1.0
 
 
@@ -290,14 +319,15 @@ def _gains(sets: Sets, taken: NDArray[np.bool_], worth: Array) -> Array:
 
 
 def _best(gains: Array) -> int:
-    """Return the first set with the largest gain."""
+    """Return the index of the largest gain, the first of equal ones."""
     return int(np.flatnonzero(gains >= gains.max() - TIE)[0])
 
 
 def _greedy(sets: Sets, count: int, worth: Array, bounds: list[float]) -> list[int]:
-    """Return the sets of the largest gain, one after the other.
+    """Return the sets that the greedy choice takes, in order.
 
-    The bound of each step is added to `bounds`.
+    It always takes the set that adds most to the covered weight. After each set, an upper bound of
+    the optimum is added to `bounds`.
     """
     taken = np.zeros(sets.shape[1], bool)
     chosen: list[int] = []
@@ -319,7 +349,10 @@ def _online_bound(sets: Sets, chosen: list[int], count: int, worth: Array) -> fl
 
 
 def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], int]:
-    """Swap single sets while that covers more; return the choice and the number of swaps."""
+    """Replace single chosen sets by better ones, until none is better.
+
+    Return the new choice and the number of replacements.
+    """
     chosen = list(chosen)
     swaps = 0
     for _ in range(MOST_ROUNDS):
@@ -339,7 +372,7 @@ def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], in
 
 
 def _ranked(sets: Sets, chosen: list[int], worth: Array) -> list[int]:
-    """Return the chosen sets in the order of their gains."""
+    """Return the chosen sets in the order in which a greedy choice would take them."""
     left, ranked = list(chosen), []
     taken = np.zeros(sets.shape[1], bool)
     while left:

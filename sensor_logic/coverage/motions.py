@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motions that a coverage map tests: a person's step, an arm, a cat, as boxes and cylinders.
+"""The motions that a coverage map tests: a person's step, an arm, crawling, a cat.
 
-The step and the arm are from the test of occupancy sensors NEMA WD 7: a person who walks at 4 ft/s
-through cells of 3 ft, and an arm of 3 × 3 × 15 in, 36 in above the floor, which turns by 90° in a
-second.
+Bodies are boxes and cylinders. The step and the arm are from NEMA WD 7, the test of occupancy
+sensors. In it, a person walks at 4 ft/s through cells of 3 ft. An arm of 3 × 3 × 15 in, 36 in above
+the floor, turns by 90° in a second.
 """
 
 from __future__ import annotations
@@ -31,12 +31,23 @@ CLOSE = 1e-6
 
 @dataclass(frozen=True)
 class Motion:
-    """A body and its motion, in m, s and radians; `bottom` and `top` are heights above the floor.
+    """A body and its motion, in m, s and radians.
 
-    With `walks`, the body moves straight ahead by at most `step` at `speed`. Otherwise it is a
-    horizontal bar from the cell's centre outwards that turns by `step` radians at `speed` rad/s. A
-    body with a `radius` is a cylinder. Any other body is a box, `length` along its heading and
-    `width` across.
+    Attributes
+    ----------
+    bottom, top
+        Heights of the body above the floor.
+    step
+        How far the body moves at most: a length if it walks, else an angle.
+    speed
+        The speed of the motion, per second.
+    radius
+        The radius of a cylinder; 0 for a box.
+    length, width
+        The size of a box along its heading and across.
+    walks
+        The body moves straight ahead. If false, it is a horizontal bar that begins at the cell's
+        centre and turns about it.
     """
 
     identifier: str
@@ -53,23 +64,24 @@ class Motion:
 
     @property
     def room(self) -> float:
-        """The free radius in m around the cell's centre that the body needs."""
+        """The distance in m around the cell's centre that must be free for the body."""
         return self.radius or self.width / 2.0
 
     @property
     def reach(self) -> float:
-        """The distance in m from the body's axis to its farthest point, seen from above."""
+        """The distance in m from the body's axis to its farthest point, as seen from above."""
         return self.radius or math.hypot(self.length, self.width) / 2.0
 
     @property
     def longest(self) -> float:
-        """The largest distance in m from the start to any point of the body during the motion."""
+        """The distance in m from the start within which the body stays during the motion."""
         return self.reach + (self.step if self.walks else self.length)
 
     def at_height(self, height: float) -> Motion:
-        """Return the motion with the body's top at `height` m.
+        """Return the same motion at another height.
 
-        For a body above the floor, `height` is the height of its middle. Raise AngenError.
+        For a body on the floor, `height` (m) is the height of its top. For a body above the floor,
+        it is the height of its middle. Raise AngenError if the body cannot have that height.
         """
         if self.bottom == 0.0:
             low, high = 0.0, height
@@ -83,8 +95,8 @@ class Motion:
     def lengths(self, clearance: Array) -> Array:
         """Return how far the body can move in each direction (…, 8), in m or radians.
 
-        `clearance` (…, 8) is the free distance in m in each direction from the cell's centre. The
-        result is 0 where the body cannot move.
+        `clearance` (…, 8) is the free distance in m from the cell's centre in each direction. Where
+        the body cannot move, the result is 0.
         """
         if self.walks:
             most = np.minimum(clearance - max(self.radius, self.length / 2.0), self.step)
@@ -159,10 +171,15 @@ MOTIONS: Mapping[str, Motion] = {
 
 
 class BodyHits(NamedTuple):
-    """Pairs (n,) of a `body` and a `ray` that hits it, by their numbers.
+    """The hits of rays on bodies.
 
-    `enter` and `leave` are the distances in m from the rays' origin at which the ray enters and
-    leaves the body. The origin can be inside the body.
+    Attributes
+    ----------
+    body, ray
+        The number (n,) of the body and of the ray of each hit.
+    enter, leave
+        The distances (n,) in m along the ray at which it enters and leaves the body. If the rays'
+        origin is inside the body, `enter` is negative.
     """
 
     body: NDArray[np.intp]
@@ -175,8 +192,14 @@ class BodyHits(NamedTuple):
 class Start:
     """The start of m motions.
 
-    `feet` (m, 3) are points on the floor, `heading` (m,) is in radians, and `length` (m,) is how
-    far each body moves.
+    Attributes
+    ----------
+    feet
+        The points (m, 3) on the floor where the bodies start.
+    heading
+        Their headings (m,) in radians.
+    length
+        How far each body moves (m,), in m or radians.
     """
 
     feet: Array
@@ -184,7 +207,7 @@ class Start:
     length: Array
 
     def part(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Start:
-        """Return the motions of these rows."""
+        """Return only the motions with these rows."""
         return Start(self.feet[rows], self.heading[rows], self.length[rows])
 
     def __len__(self) -> int:
@@ -192,10 +215,11 @@ class Start:
 
 
 class Rays:
-    """Rays from one `origin` (3,), sorted by bearing.
+    """Rays from one point `origin` (3,).
 
-    The order lets each body be compared with few rays. `directions` (n, 3) are unit vectors, and
-    `free` (n,) has the ranges in m without a body.
+    They are sorted by bearing, so that a body is intersected only with the rays in its direction.
+    `directions` (n, 3) are unit vectors, and `free` (n,) has the ranges in m in the room without a
+    body.
     """
 
     def __init__(self, origin: Array, directions: Array, free: Array) -> None:
@@ -214,7 +238,7 @@ class Rays:
     def beside(
         self, towards: Array, reach: Array | float
     ) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
-        """Return which rays come near each body, seen from above.
+        """Return which rays come near each body, as seen from above.
 
         Parameters
         ----------
@@ -226,10 +250,11 @@ class Rays:
         Returns
         -------
         apart
-            The distances (m,) of the bodies.
+            The distances (m,) of the bodies from the origin.
         first, count
-            The first ray in the order of bearings, and the number of rays, that come within `reach`
-            of each body (m,).
+            For each body (m,), the rays whose lines come within `reach` of it. They are successive
+            in the order of bearings: `first` is the position of the first ray, `count` their
+            number.
         """
         apart = np.linalg.norm(towards, axis=1)
         outside = apart > reach * (1.0 + 1e-9)
@@ -242,10 +267,10 @@ class Rays:
         return apart, np.where(outside, first, rays), np.where(outside, count, rays)
 
     def may_hit(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return (m,) which bodies can hit rays during their motion.
+        """Return whether (m,) any ray can hit each body during its motion.
 
-        The test uses bearing, distance and height. The result is true for every body for which
-        `hits` finds a hit at any time.
+        The test compares bearings, distances and heights. It is true for every body that `hits`
+        would find at some time, and for some others.
         """
         if not len(start):
             return np.zeros(0, bool)
@@ -266,10 +291,11 @@ class Rays:
         return is_hit & (nearest <= apart + reach + CLOSE)
 
     def _between(self, low: float, high: float) -> tuple[Array, Array]:
-        """Return the range of horizontal distances in which each ray is between two heights.
+        """Return the horizontal distances between which each ray is between two heights.
 
-        The heights are relative to the origin, the rays in the order of bearings. A ray that is
-        never between the heights has the range from inf to -inf.
+        `low` and `high` are relative to the origin. The result has, for each ray in the order of
+        bearings, the nearest and the farthest distance. For a ray that is never between the
+        heights, they are inf and -inf.
         """
         rise, far = self.rise[self.order], self.far[self.order]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -284,7 +310,7 @@ class Rays:
 
 
 def hits(motion: Motion, start: Start, time: float, rays: Rays) -> BodyHits:
-    """Return the hits of rays on bodies, `time` s after the bodies start."""
+    """Return the hits of rays on the bodies at `time` s after the bodies start."""
     gone = np.minimum(motion.speed * max(time, 0.0), start.length)
     turned = start.heading if motion.walks else start.heading + gone
     ahead = np.stack([np.cos(turned), np.sin(turned)], axis=1)
@@ -311,7 +337,7 @@ def hits(motion: Motion, start: Start, time: float, rays: Rays) -> BodyHits:
 def _near(
     motion: Motion, towards: Array, low: Array, rays: Rays
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return pairs of a body and a ray that come near each other, in the order of the bodies."""
+    """Return pairs of a body and a ray that come near each other, sorted by body."""
     apart, first, count = rays.beside(towards, motion.reach)
     body = np.repeat(np.arange(len(towards)), count)
     within = np.arange(len(body)) - np.repeat(np.cumsum(count) - count, count)
@@ -328,10 +354,10 @@ def _near(
 
 
 def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, Array]:
-    """Return the distances at which rays enter and leave upright cylinders.
+    """Return the distances along rays at which they enter and leave upright cylinders.
 
-    `towards` (n, 2) are the horizontal vectors to the cylinders' axes; `flat` (n, 2) are the
-    horizontal components of the rays' unit directions.
+    `towards` (n, 2) are the horizontal vectors from the rays' origin to the cylinders' axes. `flat`
+    (n, 2) are the horizontal components of the rays' unit directions.
     """
     square = np.einsum("ni,ni->n", flat, flat)
     nearest = np.einsum("ni,ni->n", towards, flat)
@@ -348,9 +374,10 @@ def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, 
 
 
 def _slab(direction: Array, middle: Array, half: float) -> tuple[Array, Array]:
-    """Return the distances at which rays enter and leave a slab.
+    """Return the distances along rays at which they enter and leave a slab.
 
-    The slab is within `half` of `middle` along one axis.
+    Along one axis, the slab has all points whose coordinate is within `half` of `middle`.
+    `direction` is the component of the rays' directions along that axis.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         one, two = (middle - half) / direction, (middle + half) / direction

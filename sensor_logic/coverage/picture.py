@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A coverage map as an SVG picture: the plan of each storey, its cells, a legend, the rooms."""
+"""A coverage map as an SVG picture.
+
+It has a plan of each storey with the cells, a legend, and a table of the rooms.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ LEVELS = (
 
 
 def levels(coverage: CoverageMap) -> np.typing.NDArray[np.intp]:
-    """Return the index (cells,) into LEVELS of each cell."""
+    """Return, for each cell, the index (cells,) of its level of coverage in LEVELS."""
     count = np.minimum(coverage.count, 3)
     partly = (coverage.best > 0.0).astype(np.intp)
     found: np.typing.NDArray[np.intp] = np.where(count > 0, count + 1, partly)
@@ -46,14 +49,14 @@ def levels(coverage: CoverageMap) -> np.typing.NDArray[np.intp]:
 
 
 def linear(colour: Array) -> Array:
-    """Return the linear values of sRGB colours."""
+    """Return sRGB colours as linear values."""
     low, high = colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4
     result: Array = np.where(colour <= 0.04045, low, high)
     return result
 
 
 def css(level: int) -> str:
-    """Return the CSS colour of a level."""
+    """Return the CSS colour of the level with this index."""
     return "#" + "".join(f"{round(255 * c):02x}" for c in VIRIDIS[level].tolist())
 
 
@@ -68,7 +71,10 @@ HATCH = (
 
 
 def svg(coverage: CoverageMap, storeys: Sequence[PlanStorey], title: str) -> str:
-    """Return the picture; `storeys` are the plans of the map's storeys, in the same order."""
+    """Return the picture of a map.
+
+    `storeys` are the floor plans of the map's storeys, in the same order.
+    """
     numbers = {name: i + 1 for i, name in enumerate(coverage.sensors)}
     kinds = dict.fromkeys(coverage.sensors, DETECTOR.identifier)
     motion = coverage.motion
@@ -101,7 +107,7 @@ def svg(coverage: CoverageMap, storeys: Sequence[PlanStorey], title: str) -> str
 
 
 def _cells(coverage: CoverageMap, storey: int, frame: Frame) -> str:
-    """Return the cells as squares in the colours of their levels, one path for each colour."""
+    """Return the cells of a storey as squares, one SVG path for all cells of the same level."""
     here = coverage.cells.storey == storey
     level = levels(coverage)
     side = coverage.cells.size * frame.scale
@@ -136,7 +142,10 @@ def _legend(y: float) -> tuple[str, float]:
 
 
 def _table(coverage: CoverageMap, y: float) -> tuple[str, float]:
-    """Return the table of rooms and the list of detectors with their covered areas."""
+    """Return a table of the rooms, a list of the detectors beside it, and their height in px.
+
+    The list has the area that each detector covers.
+    """
     parts = []
     columns = (MARGIN, 220.0, 290.0, 360.0, 430.0)
     heads = ("room", "free m²", "covered", "dead m²", "overlap")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulated faults: change a log as lost messages, bad clocks and stuck sensors would."""
+"""Simulated faults: change a log as lost messages, wrong clocks and stuck sensors would."""
 
 from .make import FaultyLog, make_faults, truth_csv, undo
 from .plan import Fault, FaultPlan, read_plan

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Add faults to a log, and list them in a truth file, from which the log can be restored.
 
-The faults of a sensor depend only on the plan, its seed, and that sensor's name and rows.
+The faults of a sensor depend on the plan with its seed, and on the sensor's name and rows. They do
+not depend on other sensors.
 
-A message is all rows of a sensor at one time: they are lost, late or doubled together. The first
-row of each field is its initial state and is never lost, late or doubled.
+All rows of a sensor at one time are a message: they are lost, late or doubled together. The first
+row of each field is its initial state. It is never lost, late or doubled.
 """
 
 from __future__ import annotations
@@ -32,7 +33,10 @@ Span = tuple[int, int]
 
 @dataclass(frozen=True)
 class DrawnFault:
-    """A fault that was drawn for a sensor: its begin (microseconds) and a description."""
+    """A fault that was drawn at random for a sensor.
+
+    `fault` is its name, `time` its begin in microseconds, and `text` a description.
+    """
 
     fault: str
     time: int
@@ -42,10 +46,18 @@ class DrawnFault:
 
 @dataclass
 class FaultyLog:
-    """A log with faults, and the information to restore it.
+    """A log with faults, and what is needed to restore it.
 
-    `clean` is the log without faults, `missing` has its rows that the faulty log lacks, and `drawn`
-    lists the faults that were drawn for each sensor.
+    Attributes
+    ----------
+    log
+        The log with faults.
+    clean
+        The log without faults.
+    missing
+        The rows of `clean` that `log` lacks.
+    drawn
+        The faults that were drawn for each sensor.
     """
 
     log: Log
@@ -56,7 +68,21 @@ class FaultyLog:
 
 @dataclass
 class _Sensor:
-    """The rows of one sensor while the faults are added one by one."""
+    """A sensor's rows while faults are added to them, one after the other.
+
+    Attributes
+    ----------
+    span
+        The first and the last time of the log in microseconds.
+    frame_at
+        A function that returns the frame at a time.
+    table
+        The number of the fault's table in the plan.
+    missing
+        Rows that faults have removed.
+    drawn
+        The faults that were drawn.
+    """
 
     facts: SensorFacts
     rows: list[Change]
@@ -68,7 +94,10 @@ class _Sensor:
     drawn: list[DrawnFault] = field(default_factory=list)
 
     def generator(self, fault: str) -> np.random.Generator:
-        """Return a random generator for this sensor, table and fault, independent of all others."""
+        """Return the random generator for a fault of this sensor.
+
+        It depends on the seed, the table, the sensor's name and the fault's name.
+        """
         names = [zlib.crc32(text.encode()) for text in (self.facts.name, fault)]
         return np.random.default_rng([self.seed, self.table, *names])
 
@@ -77,18 +106,21 @@ class _Sensor:
         self.drawn.append(DrawnFault(fault, time, self.facts, text))
 
     def messages(self) -> Iterator[list[Change]]:
-        """Return the messages: the rows of each time, without the initial states."""
+        """Return the messages, each as a list of rows of the same time.
+
+        Initial states are not messages.
+        """
         later = [row for row in self.rows if not row.is_first]
         return (list(rows) for _, rows in groupby(later, key=lambda row: row.time))
 
     def replace_messages(self, rows: Iterable[Change]) -> None:
-        """Replace all rows except the initial states."""
+        """Replace all rows, except initial states, with `rows`."""
         first = [row for row in self.rows if row.is_first]
         self.rows = sorted([*first, *rows], key=_order)
 
 
 def make_faults(log: Log, plan: FaultPlan) -> FaultyLog:
-    """Return the log with the faults of the plan."""
+    """Return the log with faults, as the plan says."""
     first = {id(change) for change in log.initial().values()}
     of: dict[SensorFacts, list[Change]] = defaultdict(list)
     for index, change in enumerate(log.changes):
@@ -118,12 +150,15 @@ def _order(row: Change) -> tuple[int, str, str]:
 
 
 def _with_fault(row: Change, fault: str, time: int | None = None) -> Change:
-    """Return the row with one more fault, at `time` (microseconds) if that is given."""
+    """Return the row with one more fault, moved to `time` (microseconds) if that is given."""
     return replace(row, faults=(*row.faults, fault), time=row.time if time is None else time)
 
 
 def _frames(log: Log) -> Callable[[int], float]:
-    """Return a function that gives the nearest frame of a time, interpolated from the log."""
+    """Return a function that returns the frame nearest to a time.
+
+    It interpolates between the frames of the log's rows.
+    """
     times = np.array([change.time for change in log.changes], float)
     frames = np.array([change.frame for change in log.changes])
     return lambda time: float(round(float(np.interp(time, times, frames))))
@@ -153,7 +188,7 @@ def _us(seconds: float) -> int:
 
 
 def _false_alarms(sensor: _Sensor, fault: Fault) -> None:
-    """Switch the sensor's first output on at random times."""
+    """Switch the sensor's first output on at random times, for random durations."""
     if not fault.false_alarms_per_day:
         return
     rng = sensor.generator("false_alarm")
@@ -175,7 +210,7 @@ def _false_alarms(sensor: _Sensor, fault: Fault) -> None:
 
 
 def _stuck(sensor: _Sensor, fault: Fault) -> None:
-    """Hold the sensor's outputs on or off, or hold all its fields at their values."""
+    """Hold the sensor's outputs on or off, or hold all its fields at their values at that time."""
     if not fault.stuck:
         return
     rng = sensor.generator("stuck")
@@ -200,10 +235,10 @@ def _is_output(channel: Channel) -> bool:
 def _force(
     sensor: _Sensor, channel: Channel, spans: list[Span], value: Value | None, fault: str
 ) -> None:
-    """Hold a field at a value (None: at its last value) during the spans.
+    """Hold a field at `value` during the given spans.
 
-    The spans are in order and do not overlap. After each span the field returns to the sensed
-    value.
+    None holds the value that the field has at the begin of the span. Spans are in order and do not
+    overlap. After each span, the field has the value that the sensor senses.
     """
     rows = [row for row in sensor.rows if row.channel is channel]
     out: list[Change] = []
@@ -239,7 +274,7 @@ def _force(
 
 
 def _battery(sensor: _Sensor, fault: Fault) -> None:
-    """Drop all messages after the end of the battery's life."""
+    """Remove all messages after the battery has died."""
     life = _drawn(sensor.generator("battery"), fault.battery_life)
     if math.isinf(life):
         return
@@ -258,7 +293,10 @@ def _drop(sensor: _Sensor, fault: str, is_dropped: Callable[[int], bool]) -> Non
 
 
 def _clock(sensor: _Sensor, fault: Fault) -> None:
-    """Shift the times of all messages by an offset and a drift of the sensor's clock."""
+    """Move all messages to the times that the sensor's clock shows, which is wrong.
+
+    The clock has an offset and a drift.
+    """
     rng = sensor.generator("clock")
     offset = _drawn(rng, fault.clock_offset)
     ppm = _drawn(rng, fault.clock_drift_ppm)
@@ -320,7 +358,7 @@ TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)
 
 
 def truth_csv(faulty: FaultyLog) -> str:
-    """Return the truth file of a faulty log, sorted by time."""
+    """Return the truth file of a log with faults, sorted by time."""
     found = [(drawn.time, _drawn_row(drawn)) for drawn in faulty.drawn]
     numbered = [(str(number), row) for number, row in enumerate(faulty.log.changes, start=1)]
     for number, row in [*numbered, *(("", row) for row in faulty.missing)]:
@@ -338,9 +376,10 @@ def _drawn_row(drawn: DrawnFault) -> tuple[str, ...]:
 
 
 def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
-    """Return the events without faults, in their order.
+    """Return the events of the log without faults, in the order that they had there.
 
-    Raise InputError if `truth` is no truth file or belongs to another log, or OSError.
+    Raise InputError if `truth` is not a truth file, or if it belongs to another log. Raise OSError
+    if it cannot be opened.
     """
     left: dict[int, Event[float]] = dict(enumerate(faulty, start=1))
     put: dict[int, Event[float]] = {}
@@ -357,7 +396,7 @@ def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
 
 
 def _is_same(logged: Event[float], event: Event[float], with_time: bool) -> bool:
-    """Return whether two events are equal; `with_time`: also in time."""
+    """Return whether two events are equal; times are compared only `with_time`."""
     return logged.row[1 - with_time :] == event.row[1 - with_time :]
 
 

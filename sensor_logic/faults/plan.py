@@ -22,9 +22,16 @@ LONGEST_S = 1e9
 
 
 class _Bounds(NamedTuple):
-    """The valid numbers of a key, and their description `text` for messages.
+    """What a key in a faults file can have as value.
 
-    With `is_range`, a value is one number or a list [lowest, highest].
+    Attributes
+    ----------
+    low, high
+        The least and the greatest number.
+    is_range
+        The value can also be a list [lowest, highest].
+    text
+        A description of these numbers for messages.
     """
 
     low: float
@@ -67,10 +74,11 @@ NEEDS = {
 
 @dataclass(frozen=True)
 class Fault:
-    """Faults of the sensors whose name matches one of `sensors` and whose kind is in `kinds`.
+    """Faults of some sensors.
 
-    An empty `kinds` means any kind. Times are in seconds. A value is drawn uniformly from its
-    range. `docs/faults.md` explains each key.
+    The name of such a sensor matches one of `sensors`, and its kind is in `kinds`. An empty `kinds`
+    means any kind. Times are in seconds. For a pair of numbers, a value between them is drawn from
+    a uniform distribution. `docs/faults.md` explains each key.
     """
 
     sensors: tuple[str, ...] = ("*",)
@@ -90,7 +98,7 @@ class Fault:
     false_alarm_lasts: Range = (0.0, 0.0)
 
     def concerns(self, name: str, kind: str) -> bool:
-        """Return whether the faults apply to a sensor of this name and kind."""
+        """Return whether a sensor with this name, of this kind, has these faults."""
         return (not self.kinds or kind in self.kinds) and any(
             _matches(name, pattern) for pattern in self.sensors
         )
@@ -98,14 +106,20 @@ class Fault:
 
 @dataclass(frozen=True)
 class FaultPlan:
-    """A faults file; `places` has the file and line of each fault's sensors, for messages."""
+    """The content of a faults file.
+
+    `places` has, for each fault, the file and the line of its key `sensors`, for messages.
+    """
 
     seed: int
     faults: tuple[Fault, ...]
     places: tuple[str, ...]
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Raise InputError for a name or pattern that matches none of a home's sensors."""
+        """Raise InputError if a name or pattern in the plan matches no sensor of a home.
+
+        `names` are the names of the home's sensors.
+        """
         names = sorted(names)
         for fault, place in zip(self.faults, self.places, strict=True):
             for pattern in fault.sensors:
@@ -140,13 +154,16 @@ def read_plan(path: Path) -> FaultPlan:
 
 
 class _Places(NamedTuple):
-    """The lines of keys in a faults file, for messages."""
+    """Finds the lines of keys in a faults file, for messages."""
 
     path: Path
     lines: dict[KeyPath, int]
 
     def of(self, key: str, number: int | None = None) -> str:
-        """Return file and line of a key in fault `number` (None: at the top of the file)."""
+        """Return the file and the line of a key.
+
+        `number` is the number of the fault's table; None means the key is at the top of the file.
+        """
         path = (key,) if number is None else ("fault", number, key)
         return f"{self.path}: line {line_of(self.lines, path)}"
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangles, rays and moving rays."""
+"""Intersections of triangles with rays, at rest and in motion."""

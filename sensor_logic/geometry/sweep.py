@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The times at which moving rays intersect triangles, and the motion of a body between two poses.
 
-The times are exact for rays whose ends move in straight lines.
+A ray goes from a start to an end. The times are exact if both move in straight lines.
 
-A ray intersects a triangle while it passes the three edges on the same side. That side is the sign
-of det(W, p, e), where W is the ray from start to end, p the vector from the ray's start to a
-corner, and e the edge [1]_. If the ray's ends move in straight lines, the determinant is a
-quadratic function of time. The intersection can begin or end only at its roots, and at the times at
-which an end of the ray crosses the triangle's plane. So one test between two such times decides for
-the whole interval.
+The line of a ray passes each edge of a triangle on one of two sides. The ray can intersect the
+triangle only while all three sides are the same. The side is the sign of det(W, p, e): W is the ray
+from start to end, p the vector from its start to a corner, and e the edge [1]_. If start and end
+move in straight lines, the determinant is a quadratic function of time.
+
+So an intersection can begin or end only at a root of such a function, or when an end of the ray
+crosses the triangle's plane. Between two successive of these times, nothing changes: a single test
+decides for the whole interval.
 
 References
 ----------
@@ -39,9 +41,10 @@ class RayCrossings:
     ray, solid
         The index of the ray and the number of the solid.
     begin, end
-        The begin and the end of the intersection, as shares of the step's time, 0 to 1.
+        When the intersection begins and ends, as fractions of the step's time, 0 to 1.
     near, far
-        The distances from the ray's start at `begin` and `end`; they change linearly in between.
+        The distances of the hit from the ray's start at `begin` and at `end`; between these times,
+        the distance changes linearly.
     """
 
     ray: Index
@@ -60,13 +63,13 @@ class RayCrossings:
 
 
 def no_crossings() -> RayCrossings:
-    """Return an empty set of crossings."""
+    """Return `RayCrossings` without any crossing."""
     none = np.zeros(0)
     return RayCrossings(np.zeros(0, np.intp), none, none, none, none, np.zeros(0, np.int64))
 
 
 def joined(parts: list[RayCrossings]) -> RayCrossings:
-    """Return the crossings of all `parts`."""
+    """Return the crossings of all `parts` in one."""
     if not parts:
         return no_crossings()
     columns = zip(*(vars(part).values() for part in parts), strict=True)
@@ -74,13 +77,13 @@ def joined(parts: list[RayCrossings]) -> RayCrossings:
 
 
 def crossings(paths: Array, lengths: Array, triangles: TriangleTree, number: int) -> RayCrossings:
-    """Return the crossings of moving rays and the triangles of one solid.
+    """Return the crossings of moving rays with the triangles of one solid.
 
     Parameters
     ----------
     paths
-        Both ends of k rays at the bounds of n equal time intervals, (n + 1, k, 2, 3). The ends move
-        in straight lines within an interval.
+        The ends of k rays at the n + 1 times that separate n equal intervals, (n + 1, k, 2, 3).
+        Within an interval, the ends move in straight lines.
     lengths
         The lengths (k,) of the rays, in the unit of `near` and `far`.
     triangles
@@ -115,12 +118,12 @@ def crossings(paths: Array, lengths: Array, triangles: TriangleTree, number: int
 def _intersections(
     before: Array, after: Array, corners: Array
 ) -> tuple[Index, Array, Array, Array, Array]:
-    """Return the intersections of q pairs of a moving ray and a triangle.
+    """Return the intersections of moving rays with triangles, for q pairs of a ray and a triangle.
 
     Parameters
     ----------
     before, after
-        The ends (q, 2, 3) of the rays at the begin and at the end of the interval.
+        The ends (q, 2, 3) of the rays at the begin and at the end of a time interval.
     corners
         The triangles (q, 3, 3).
 
@@ -129,9 +132,9 @@ def _intersections(
     pair
         The index (p,) of the pair of each intersection.
     begin, end
-        The times (p,) at which the intersection begins and ends, as shares of the interval.
+        When the intersection begins and ends (p,), as fractions of the interval.
     near, far
-        The distances (p,) along the ray at these times, as shares of the ray's length.
+        The distances (p,) along the ray at these times, as fractions of the ray's length.
     """
     # Relative to the ray's start, so that the numbers are small.
     drift = after[:, 0] - before[:, 0]
@@ -185,7 +188,10 @@ def _intersections(
 
 
 def _value(coefficients: Array, at: Array) -> Array:
-    """Return a polynomial's value; the last axis has its coefficients, from the constant on."""
+    """Return the value of a polynomial at `at`.
+
+    The coefficients are along the last axis, with that of the constant first.
+    """
     value = coefficients[..., -1]
     for power in range(coefficients.shape[-1] - 2, -1, -1):
         value = value * at + coefficients[..., power]
@@ -226,11 +232,19 @@ MOST = 10_000
 
 
 class Movement:
-    """The motion of a body from the matrix `before` to the matrix `after`, both (4, 4).
+    """The motion of a body between two poses: the matrices `before` and `after`, both (4, 4).
 
-    The matrices are invertible and have the same handedness. Give both relative to a near point,
-    for precision. `angle` is the angle of the rotation (0 to π rad). `rigid` says that the body
-    keeps its size.
+    The matrices are invertible and have the same handedness. For precision, their positions should
+    be relative to a point near the body.
+
+    Attributes
+    ----------
+    angle
+        The angle of the rotation from `before` to `after`, 0 to π rad.
+    rigid
+        Whether the body keeps its size.
+    still
+        Whether the matrices are equal.
     """
 
     def __init__(self, before: Array, after: Array) -> None:
@@ -251,7 +265,7 @@ class Movement:
             self._centre = (across + half * np.cross(self._axis, across)) / 2.0
 
     def at(self, shares: Array) -> Array:
-        """Return the body's matrices (n, 4, 4) at the shares `shares` (n,) of the time, 0 to 1."""
+        """Return the body's matrices (n, 4, 4) at n fractions (0 to 1) of the motion's time."""
         between = shares[:, None, None]
         if not self.angle:
             return np.asarray(self.before + between * (self.after - self.before))
@@ -293,9 +307,9 @@ def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> A
     Parameters
     ----------
     shares
-        Shares (n,) of the step's time, 0 to 1.
+        The n times, as fractions (0 to 1) of the step's time.
     ends
-        The final positions (k, 3) of the points in the world.
+        The positions (k, 3) of the points in the world at the end of the step.
 
     Returns
     -------
@@ -308,15 +322,17 @@ def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> A
 
 
 def pieces_needed(body: Movement, sensor: Movement, ends: Array, tolerance: float) -> int:
-    """Return the number of equal time intervals in which the sensor's points move almost straight.
+    """Return how many equal intervals a step is divided into.
+
+    There are enough of them that, within each, points that move with the sensor have nearly
+    straight paths as seen from the body.
 
     Parameters
     ----------
     ends
-        The final positions (k, 3) of the points in the world.
+        The positions (k, 3) of the points in the world at the end of the step.
     tolerance
-        The largest deviation of a point's path from a straight line within an interval. The path is
-        seen from the body, the deviation measured in the world.
+        The largest distance between a path and a straight line, in lengths of the world.
     """
     straight = body.rigid and sensor.rigid and not (body.angle or sensor.angle)
     if straight:

@@ -4,10 +4,11 @@
 `TriangleTree` finds the triangles near a moving ray. `RayTree` casts many rays at once against a
 surface of very many triangles, in little memory.
 
-Blender's BVH takes 120 bytes and a microsecond per triangle before the first ray. `RayTree` sorts
-the triangles along a Morton curve and stores boxes around every eight of them, around every eight
-of those boxes, and so on: 8 bytes per triangle and a quarter of the time. A ray then costs some 20
-times as much, so `RayTree` is for surfaces with many more triangles than rays.
+To build its BVH, Blender takes 120 bytes and a microsecond per triangle. `RayTree` takes 8 bytes
+and a quarter of a microsecond. It sorts the triangles along a Morton curve. It then stores boxes
+around every eight triangles, around every eight of these boxes, and so on. A ray takes about 20
+times as long as with Blender's BVH. So `RayTree` is for surfaces with many more triangles than
+rays.
 """
 
 from __future__ import annotations
@@ -51,22 +52,22 @@ for bit in range(HALF):
 
 @dataclass(frozen=True)
 class Boxes:
-    """Axis-aligned boxes (n,): `centre` (n, 3) and half of their size, `half` (n, 3)."""
+    """n axis-aligned boxes: `centre` (n, 3), and half of their sizes as `half` (n, 3)."""
 
     centre: Array
     half: Array
 
     def overlap(self, rows: Index, others: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Return whether pairs (q,) of boxes are less than `room` apart along each axis.
+        """Return whether (q,) two boxes are at most `room` apart along each axis, for q pairs.
 
-        A pair is a box of this set, with its index in `rows`, and one of `others`, with its index
-        in `which`.
+        The first box of a pair is box `rows` (q,) of these. The second one is box `which` (q,) of
+        `others`.
         """
         apart = np.abs(others.centre[which] - self.centre[rows])
         return _all_three(apart <= others.half[which] + self.half[rows] + room)
 
     def around(self) -> Boxes:
-        """Return the boxes around every WITHIN consecutive boxes."""
+        """Return a box around every WITHIN consecutive boxes."""
         starts = np.arange(0, len(self.centre), WITHIN)
         lo = np.minimum.reduceat(self.centre - self.half, starts)
         hi = np.maximum.reduceat(self.centre + self.half, starts)
@@ -74,10 +75,10 @@ class Boxes:
 
 
 class SweptBundles:
-    """Bounds of n bundles of k moving rays.
+    """The space that each of n bundles of k moving rays passes through.
 
     `before` and `after` (n, k, 2, 3) are the ends of the rays at the begin and the end of the
-    motion.
+    motion. The space is bounded by an axis-aligned box, and by a box aligned with rays and motion.
     """
 
     def __init__(self, before: Array, after: Array) -> None:
@@ -99,10 +100,10 @@ class SweptBundles:
         self.turned_axes = np.abs(self.axes)
 
     def overlap(self, rows: Index, boxes: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Return whether no tested plane separates pairs (q,) of a bundle and a box.
+        """Return whether (q,) a bundle and a box can overlap, for q pairs.
 
-        A plane separates them if they are more than `room` apart. `rows` has the indices of the
-        bundles, `which` the indices of the boxes.
+        It is false if a face of one of the bundle's two bounding boxes separates bundle and box by
+        more than `room`. `rows` has the indices of the bundles, `which` those of the boxes.
         """
         near = self.box.overlap(rows, boxes, which, room)
         left = np.flatnonzero(near)
@@ -118,7 +119,7 @@ class SweptBundles:
 class TriangleTree:
     """Triangles (m, 3, 3) in a hierarchy of boxes.
 
-    Triangles with a NaN or infinite corner are left out.
+    Triangles with a NaN or infinite corner are not in it.
     """
 
     def __init__(self, corners: Array) -> None:
@@ -136,13 +137,14 @@ class TriangleTree:
     def near(self, before: Array, after: Array) -> Iterator[tuple[Index, Index, Index]]:
         """Yield candidates for crossings in batches: piece (q,), ray (q,) and triangle (q,).
 
-        The candidates include all crossings.
+        All crossings are among the candidates.
 
         Parameters
         ----------
         before, after
-            The ends (n, k, 2, 3) of k neighbouring rays at the begin and the end of n pieces of
-            their paths, in which the ends move in straight lines.
+            The paths of k neighbouring rays are divided into n pieces, in which the rays' ends move
+            in straight lines. These are the ends (n, k, 2, 3) at the begin and the end of each
+            piece.
         """
         if not len(self._numbers) or not before.size:
             return
@@ -181,7 +183,11 @@ class TriangleTree:
     def _rays_near(
         self, before: Array, after: Array, room: float, single: Index, which: Index
     ) -> NDArray[np.bool_]:
-        """Return whether pairs (q,) of a single ray and a triangle are near each other."""
+        """Return whether (q,) a single ray and a triangle can be near each other, for q pairs.
+
+        `single` has the rays, numbered through all pieces, and `which` the numbers of the
+        triangles' boxes.
+        """
         known, place = np.unique(single, return_inverse=True)
         swept = SweptBundles(*(at.reshape(-1, 1, 2, 3)[known] for at in (before, after)))
         return swept.overlap(place, self._levels[0], which, room)
@@ -189,9 +195,10 @@ class TriangleTree:
     def _descend(
         self, swept: SweptBundles, room: float, level: int, rows: Index, which: Index
     ) -> Iterator[tuple[Index, Index]]:
-        """Yield overlapping pairs of a bundle and a leaf box.
+        """Yield pairs of a bundle and a box of the lowest level that can overlap.
 
-        The search starts at pairs (q,) of a bundle `rows` and a box `which` of the given level.
+        The search starts at q pairs: the bundles `rows` (q,) and the boxes `which` (q,) of the
+        given level.
         """
         boxes = self._levels[level]
         for start in range(0, len(rows), PAIRS_AT_ONCE):
@@ -226,10 +233,10 @@ def _boxes(points: Array) -> Boxes:
 
 
 def morton_codes(points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
-    """Return the positions (n,) of points (n, 3) on a Morton curve.
+    """Return the positions (n,) of points (n, 3) along a Morton curve.
 
-    Neighbours on the curve are mostly near in space. A point with NaN or infinite coordinates has
-    an arbitrary position.
+    Points that are neighbours on the curve are mostly near each other in space. A point with NaN or
+    infinite coordinates has an arbitrary position.
     """
     found = np.zeros(len(points), np.int64)
     finite = points[np.isfinite(points).all(axis=1)]
@@ -259,10 +266,18 @@ RAYS_AT_ONCE = 1024
 
 @dataclass(frozen=True)
 class _Rays:
-    """Rays (k,).
+    """k rays.
 
-    `across` and `up` (k, 3) are unit vectors perpendicular to the unit `directions` (k, 3),
-    `inverse` (k, 3) the reciprocals of the directions, and `limits` (k,) the lengths.
+    Attributes
+    ----------
+    origins, directions
+        The origins (k, 3) and the unit directions (k, 3).
+    across, up
+        Unit vectors (k, 3) perpendicular to the directions.
+    inverse
+        The reciprocals (k, 3) of the directions' components.
+    limits
+        The lengths (k,).
     """
 
     origins: Array
@@ -273,14 +288,14 @@ class _Rays:
     limits: Array
 
     def of(self, which: Index | slice) -> _Rays:
-        """Return the rays of these indices."""
+        """Return the rays with these indices."""
         return _Rays(*(part[which] for part in vars(self).values()))
 
 
 class RayTree:
-    """A hierarchy of the triangles (m, 3), given by indices into the points (n, 3).
+    """A hierarchy of triangles (m, 3), which are given by indices into `points` (n, 3).
 
-    The arrays are not copied. No ray hits a triangle with a NaN or infinite corner.
+    The arrays are not copied. Triangles with a NaN or infinite corner are never hit.
     """
 
     def __init__(self, points: NDArray[np.float32], triangles: NDArray[np.int32]) -> None:
@@ -306,16 +321,16 @@ class RayTree:
         self._room = ROUNDING * size
 
     def meet(self, origins: Array, directions: Array, limits: Array) -> tuple[Array, Index]:
-        """Cast rays and return the distance (k,) and the triangle (k,) of each hit.
+        """Cast rays; return the distance (k,) and the triangle (k,) of the nearest hit of each.
 
         A ray without a hit has distance inf and triangle -1.
 
         Parameters
         ----------
         origins, directions
-            The rays (k, 3); directions of any length.
+            The rays (k, 3). Directions can have any length.
         limits
-            The longest distances (k,).
+            The distances (k,) up to which hits count.
         """
         far, hit_triangle = np.full(len(origins), np.inf), np.full(len(origins), -1, np.intp)
         for part in _parts(len(origins), RAYS_AT_ONCE):
@@ -326,9 +341,10 @@ class RayTree:
     def ray_cast(
         self, origin: Array, direction: Array, distance: float = np.inf
     ) -> tuple[Array, Array, int, float] | tuple[None, None, None, None]:
-        """Return point, normal, triangle and distance of a single ray's hit, or four Nones.
+        """Cast a single ray; return point, normal, triangle and distance of the nearest hit.
 
-        The result has the form of Blender's `BVHTree.ray_cast`.
+        Without a hit, return four times None. The result has the form of Blender's
+        `BVHTree.ray_cast`.
         """
         start, way = np.asarray(origin, float), np.asarray(direction, float)
         far, hit_triangle = self.meet(start[None], way[None], np.array([distance]))
@@ -367,10 +383,11 @@ class RayTree:
     def _descend(
         self, rays: _Rays, level: int, last: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """Return pairs of a ray and a box of the level `last` that it enters, with the distances.
+        """Return pairs of a ray and a box of level `last` that it enters, and where it enters.
 
-        The search starts below the given pairs of `level`, or at all boxes if `level` is above the
-        top.
+        The third result is the distance at which the ray enters the box. Only boxes inside the
+        boxes of the given pairs, which are of `level`, are searched. If `level` is above the top
+        level, all boxes are.
         """
         if level == len(self._levels):
             ray, box = _all_pairs(len(rays.limits), len(self._levels[-1][0]))
@@ -389,7 +406,10 @@ class RayTree:
     def _entered(
         self, rays: _Rays, level: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """Return the pairs whose ray enters the box within its limit, and the distances."""
+        """Return the given pairs whose ray enters the box within its limit, and where it enters.
+
+        The third result is the distance at which the ray enters the box.
+        """
         lo, hi = self._levels[level]
         enter, leave = np.zeros(len(ray)), rays.limits[ray]
         with np.errstate(invalid="ignore", over="ignore"):
@@ -407,10 +427,11 @@ class RayTree:
     def _hit_triangles(
         self, rays: _Rays, ray: Index, leaf: Index, best: Array, hit_triangle: Index
     ) -> None:
-        """Lower `best` in place to the distance of the nearest triangle in pairs of ray and leaf.
+        """Update `best` and `hit_triangle`, in place, with the hits of rays on triangles.
 
-        Two triangles compute the side of a point at their common edge from the same numbers, so no
-        ray slips through between them.
+        Each ray is tested against the triangles in the leaf box of its pair. `best` has the
+        distance of each ray's nearest hit. Two triangles with a common edge use the same numbers to
+        decide on which side of the edge a ray passes. So no ray slips through between them.
         """
         places = leaf[:, None] * WITHIN + np.arange(WITHIN)
         exists = places < len(self._order)
@@ -454,7 +475,7 @@ def _rays(origins: Array, directions: Array, limits: Array) -> _Rays:
 def _dot(one: Array, two: Array) -> Array:
     """Return the scalar products (k,) of vectors (k, 3).
 
-    Each product is computed alike, wherever it is in the array.
+    A product does not depend on the position of its vectors in the array, not even by rounding.
     """
     found: Array = one[:, 0] * two[:, 0] + one[:, 1] * two[:, 1] + one[:, 2] * two[:, 2]
     return found
@@ -465,9 +486,10 @@ def _all_pairs(rays: int, boxes: int) -> tuple[Index, Index]:
 
 
 def _around(rows: NDArray[np.float32], extreme: np.ufunc) -> NDArray[np.float32]:
-    """Return the least or greatest of each WITHIN rows (n, 3).
+    """Return the least or the greatest coordinates of every WITHIN consecutive rows (n, 3).
 
-    numpy's reduction takes five times as long along so short an axis.
+    `extreme` is np.minimum or np.maximum. numpy's own reduction takes five times as long along so
+    short an axis.
     """
     missing = -len(rows) % WITHIN
     found = np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)]).reshape(-1, WITHIN, 3)

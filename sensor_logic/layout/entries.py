@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read a layout and check it as far as possible without the home.
+"""Read a layout, and check what can be checked without the home.
 
-A layout is a list of sensors, or an object with a list of sensors as `sensors`. An existing sensor
-keeps its value for a key that the layout leaves out; a new sensor has the default. `others_enabled`
-switches all sensors on or off that the layout does not name.
+A layout is a list of sensors, or an object that has such a list under the key `sensors`. If a key
+of a sensor is left out, an existing sensor keeps its value, and a new sensor gets the default.
+`others_enabled` switches on or off all sensors of the home that are not in the layout.
 """
 
 from __future__ import annotations
@@ -127,7 +127,11 @@ KEYS: dict[str, Callable[[Any], str]] = {
 
 @dataclass(frozen=True)
 class LayoutEntry:
-    """A sensor in a layout: the `values` of its KEYS, and the `lines` of its keys in the file."""
+    """A sensor in a layout.
+
+    `values` has the values of its keys, which are in KEYS. `lines` has the line of each value in
+    the file, by path.
+    """
 
     file: str
     values: Mapping[str, Any]
@@ -139,18 +143,19 @@ class LayoutEntry:
         return str(self.values["name"])
 
     def where(self, *key: str) -> str:
-        """Return the file, the line of the value at the path `key`, and this sensor's name."""
+        """Return the file, the line of the value at the path `key` in this sensor, and its name."""
         line, name = self.lines.get(key, self.lines[()]), self.values.get("name")
         return f"{self.file}, line {line}" + (f": '{name}'" if isinstance(name, str) else "")
 
     def error(self, text: str, *key: str) -> InputError:
-        """Return the error for the value at the path `key` in this sensor."""
+        """Return an error with the place of the value at the path `key` in this sensor."""
         return InputError(f"{self.where(*key)}: {text}")
 
     def settings(self, kind: Kind) -> dict[str, Any]:
-        """Return the parameters that the keys `preset` and `parameters` set, with the kind's types.
+        """Return the parameters that this sensor gets from the keys `preset` and `parameters`.
 
-        Raise InputError for an unknown preset or parameter, or for an invalid value.
+        Values have the types of the kind's parameters. Raise InputError for an unknown preset or
+        parameter, or for an invalid value.
         """
         found: dict[str, Any] = {}
         preset = self.values.get("preset")
@@ -173,7 +178,10 @@ class LayoutEntry:
         return found
 
     def former_choices(self, kind: Kind) -> list[tuple[str, str, FormerChoice]]:
-        """Return the choices in `parameters` that `settings` replaces, as for `former_text`."""
+        """Return the former choices in `parameters`, which `settings` replaces.
+
+        They are in the form that `former_text` needs.
+        """
         known, given = specs(kind.parameters), self.values.get("parameters", {})
         found = ((name, former_choice(known[name], value)) for name, value in given.items())
         return [(self.name, name, former) for name, former in found if former is not None]
@@ -184,7 +192,7 @@ def _is_number(default: Any) -> bool:
 
 
 def _of_type(default: Any, spec: Spec, value: Any) -> str:
-    """Return why a value is invalid for this parameter; "" if it is valid."""
+    """Return why a value is not valid for this parameter; "" if it is valid."""
     if spec.pointer:
         return _no_or_name(value)
     if spec.choices:
@@ -199,9 +207,10 @@ def _of_type(default: Any, spec: Spec, value: Any) -> str:
 
 @dataclass(frozen=True)
 class Layout:
-    """The `sensors` of a layout, and an entry without a name for all other sensors of the home.
+    """The content of a layout.
 
-    `others` is None if the other sensors stay as they are.
+    `others` is an entry without a name that applies to all sensors of the home that are not in
+    `sensors`. It is None if these stay as they are.
     """
 
     sensors: list[LayoutEntry]
@@ -209,7 +218,7 @@ class Layout:
 
 
 def read_layout(path: Path) -> Layout:
-    """Read a layout file and check each sensor by itself. Raise InputError."""
+    """Read a layout file, and check each sensor on its own. Raise InputError."""
     found, lines = read_json(read_text(path), path.name)
     top: KeyPath = ()
     others = None
@@ -242,7 +251,7 @@ def read_layout(path: Path) -> Layout:
 
 
 def _checked(entry: LayoutEntry) -> LayoutEntry:
-    """Return the entry after checking it by itself. Raise InputError."""
+    """Return the entry, with all checked that can be without the home. Raise InputError."""
     if not isinstance(entry.values, dict):
         raise LayoutEntry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
     for key, value in entry.values.items():

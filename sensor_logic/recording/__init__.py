@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The readings of a run, in memory and as bytes."""
+"""The readings of a run: in memory, and as bytes for a file."""

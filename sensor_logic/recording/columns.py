@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A column of a track: values of one type in time order, compressed in memory.
 
-A day of a sensor at 10 Hz has 864,000 readings, most of which equal the one before. Each chunk is
-stored as a repeating pattern (the tilts of a range scan), as runs of equal values, or unchanged. A
-column can be read like a list, or as a whole by numpy.
+In a day, a sensor at 10 Hz has 864,000 readings, most of them equal to the one before. Values are
+compressed in chunks of equal size. A chunk is stored as runs of equal values, as a repeating
+pattern (the tilts of a range scan), or as it is. A column can be read like a list, or as a whole by
+numpy.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ Values = NDArray[Any]
 
 
 class EvenSpacing(NamedTuple):
-    """The numbers `offset` + m × `spacing`, for integers m."""
+    """The numbers `offset` + m × `spacing` for all integers m, a grid."""
 
     offset: int
     spacing: Fraction
 
     def values(self, steps: Index) -> NDArray[np.float64]:
-        """Return the numbers (n,) for the integers `steps` (n,)."""
+        """Return the numbers (n,) of the grid with the integers m in `steps` (n,)."""
         spacing = self.spacing
         return np.asarray(self.offset + steps * spacing.numerator / spacing.denominator)
 
     def steps(self, values: Values) -> Index | None:
-        """Return the integer m of each value; None unless `values` restores them to the bit."""
+        """Return the integer m of each value; None if a value is not exactly on the grid."""
         nearest = np.rint((values - self.offset) / float(self.spacing))
         if not (np.abs(nearest) < LARGEST).all():
             return None
@@ -53,8 +54,15 @@ class EvenSpacing(NamedTuple):
 class _Packed(NamedTuple):
     """A compressed chunk of `size` values.
 
-    `values` is a repeating pattern. With `lengths`, it has the values of runs instead. With
-    `start`, the unpacked numbers are the differences of consecutive steps on an even grid.
+    Attributes
+    ----------
+    values
+        A pattern to repeat, up to `size` values. With `lengths`: the values of runs.
+    lengths
+        The lengths of the runs.
+    start
+        The integer m of the first value, if the chunk is on an `EvenSpacing`. The unpacked numbers
+        are then the differences between successive m.
     """
 
     size: int
@@ -71,8 +79,8 @@ class _Packed(NamedTuple):
 class Column(Sequence[Any]):
     """Values of one type (bool, int, float or str).
 
-    Booleans are stored as 0 and 1, texts as indices into `texts`. `grid` is the even spacing on
-    which most floats lie.
+    Booleans are stored as 0 and 1, texts as indices into `texts`. For a column of floats, `grid`
+    can be the even spacing that most values lie on.
     """
 
     def __init__(
@@ -146,7 +154,7 @@ class Column(Sequence[Any]):
         return numbers if dtype is None else numbers.astype(dtype)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether all values are equal, numbers to the bit."""
+        """Return whether all values are equal; numbers must be equal to the bit."""
         if isinstance(other, Column) and self.type is other.type and self.type is not str:
             return len(self) == len(other) and all(
                 _same(a, b)
@@ -168,7 +176,7 @@ class Column(Sequence[Any]):
         return np.concatenate([np.empty(0, self._code), *parts])
 
     def parts(self) -> Iterator[tuple[int, Values]]:
-        """Yield the values chunk by chunk, each with the index of its first value."""
+        """Yield the values chunk by chunk: the index of the chunk's first value, and the values."""
         names = np.array([*self.texts, ""], object)
         for start, numbers in self._numbers():
             yield start, names[numbers] if self.type is str else numbers
@@ -176,7 +184,7 @@ class Column(Sequence[Any]):
     def changes(self, begin: int = 0) -> NDArray[np.intp]:
         """Return the indices, from `begin` on, of the values that differ from the value before.
 
-        Values are compared by their bits. The first value counts as different.
+        Values are compared by their bits. The value at `begin` always counts as different.
         """
         found, last = [np.empty(0, np.intp)], None
         for start, numbers in self._numbers(begin // CHUNK):
@@ -191,7 +199,7 @@ class Column(Sequence[Any]):
         return np.concatenate(found)
 
     def until(self, value: float) -> int:
-        """Return how many numbers are at most `value`, in a column of ascending numbers."""
+        """Return how many values are at most `value`, in a column of ascending numbers."""
         number = bisect_right(self._firsts, value) - 1
         if number < 0 and self._packed:
             return 0
@@ -202,7 +210,7 @@ class Column(Sequence[Any]):
         return number * CHUNK + int(np.searchsorted(self._chunk(number), value, side="right"))
 
     def _numbers(self, first: int = 0) -> Iterator[tuple[int, Values]]:
-        """Yield the numbers chunk by chunk, from chunk `first` on."""
+        """Yield the numbers chunk by chunk, from chunk `first` on, as `parts` does."""
         for number in range(first, len(self._packed)):
             yield number * CHUNK, self._unpacked(number)
         if len(self._rest):
@@ -233,7 +241,7 @@ def _same(one: Values, other: Values) -> bool:
 
 
 def _packed_on(grid: EvenSpacing | None, values: Values) -> _Packed | None:
-    """Return the values as differences of grid steps; None if they are not on the grid."""
+    """Return a chunk as differences on the grid; None if it is not on the grid."""
     steps = grid.steps(values) if grid is not None else None
     if steps is None:
         return None

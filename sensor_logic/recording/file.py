@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Convert a recording to bytes for a file and back: small, exact, and with a checksum.
 
-The first line has a title, the version and the checksum; a header in JSON and the columns follow.
-Frames and times are not stored if the clock determines them. A column with few different floats is
-stored as a table of these floats and indices into the table. Header and columns are compressed.
+The first line has a title, the version and the checksum. A header in JSON follows, then the
+columns. Header and columns are compressed. Frames and times are not stored if they follow from the
+clock and the steps of the updates. A column with few different floats is stored as a table of these
+floats, with an index into the table for each value.
 """
 
 from __future__ import annotations
@@ -44,9 +45,10 @@ TOO_MANY = "it has more readings than a file can hold"
 
 
 def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
-    """Return the recording and the facts in the bytes after the line with the checksum.
+    """Return a recording and the facts stored with it, from the bytes after the first line.
 
-    Raise AngenError, also if the recording has more than `values` values, or one of `WRONG`.
+    Raise AngenError, also if the recording has more than `values` values. Damaged bytes can also
+    raise one of the errors in `WRONG`.
     """
     size = int.from_bytes(body[:4], "little")
     unpacker = zlib.decompressobj()
@@ -74,7 +76,7 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
 
 
 def size_of(recording: Recording) -> int:
-    """Return the number of values in a recording."""
+    """Return the number of values in a recording, those of all columns together."""
     return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
 
 
@@ -92,7 +94,10 @@ class _Reader:
         self._at = start
 
     def take(self, packed: Any, size: int) -> bytes:
-        """Return the next `packed` bytes, which must unpack to `size` bytes."""
+        """Return the next bytes, unpacked.
+
+        `packed` is their compressed size, and `size` the size that they must have unpacked.
+        """
         self._at += _whole(packed, 0)
         unpacker = zlib.decompressobj()
         raw = unpacker.decompress(self._data[self._at - packed : self._at], size + 1)
@@ -191,9 +196,9 @@ LEVEL = 3
 
 
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
-    """Return the bytes of the recording and of `facts` (plain values).
+    """Return a recording and `facts` about it as bytes.
 
-    Raise AngenError if the recording is too large.
+    The facts are plain values, as in JSON. Raise AngenError if the recording is too large.
     """
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
         raise AngenError(TOO_MANY)
@@ -210,9 +215,9 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
 
 
 def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
-    """Return the recording and the facts that `to_bytes` wrote.
+    """Return the recording and the facts from bytes that `to_bytes` returned.
 
-    Raise AngenError, also if the recording has more than `values` values.
+    Raise AngenError if they are damaged, or if the recording has more than `values` values.
     """
     title, _, body = data.partition(b"\n")
     if not title.startswith(TITLE + b" "):
@@ -239,7 +244,7 @@ class _Writer:
         self.data = bytearray()
 
     def add(self, raw: bytes) -> int:
-        """Append compressed bytes and return their size."""
+        """Compress bytes, append them, and return their compressed size."""
         packed = zlib.compress(raw, LEVEL)
         self.data += packed
         return len(packed)
@@ -281,7 +286,10 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
 
 
 def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
-    """Return the clock steps of the updates; None if they do not give exact frames and times."""
+    """Return the clock's steps at which the updates were.
+
+    Return None if the clock does not give exactly the updates' frames and times for these steps.
+    """
     if clock is None:
         return None
     frames, times = np.asarray(track.frames), np.asarray(track.times)
@@ -298,7 +306,7 @@ def _same(one: Column, other: Column) -> bool:
 
 
 def _column(column: Column, out: _Writer) -> dict[str, Any]:
-    """Append a column and return its entry in the header."""
+    """Append a column, and return its entry in the header."""
     values = column.numbers()
     if column.type is str:
         texts = sorted(column.texts)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The readings of a run, as used by playback, logs and reports."""
+"""The readings of a run in memory, for playback, logs and reports."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class Track:
     Attributes
     ----------
     uid
-        Identifies the sensor in this session, also after it was renamed: its object's session uid,
-        or its path in a collection instance.
+        Identifies the sensor in this session, even if it is renamed. It is the session uid of its
+        object, or the path of a sensor in a collection instance.
     steps
-        The least change of a field that is an event.
+        For some fields, the least change that is an event, by name.
     clock
         The time base of frames and times, if known.
     columns
-        The values of each field by name; NaN where nothing was measured.
+        The values of each field by name; NaN for values that were not measured.
     """
 
     sensor: str
@@ -93,7 +93,7 @@ class Track:
         return sum(column.nbytes for column in columns)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether all readings are equal to the bit; NaN equals NaN."""
+        """Return whether all readings are equal to the bit; a NaN equals the same NaN."""
         return isinstance(other, Track) and self._content() == other._content()
 
     def _content(self) -> list[Any]:
@@ -101,23 +101,23 @@ class Track:
         return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
 
     def reading_at(self, index: int) -> Field:
-        """Return the field of the main reading at an update: the first number that was measured.
+        """Return the main field at an update: the first field with a number that was measured.
 
-        Which field is measured depends on the method of the sensor.
+        It depends on the method that the sensor had at the update with this index.
         """
         numbers = [f for f in self.kind.samples if f.type is float]
         measured = (f for f in numbers if not math.isnan(self.columns[f.name][index]))
         return next(measured, numbers[0])
 
     def at(self, frame: float) -> int | None:
-        """Return the index of the last update at or before `frame`; None before the first."""
+        """Return the index of the last update at or before `frame`; None if there is none."""
         index = self.frames.until(frame) - 1
         return index if index >= 0 else None
 
 
 @dataclass
 class Recording:
-    """The tracks of a run by sensor name, the frames that it covered, and its time base."""
+    """The tracks of a run by sensor name, its first and last frame, and its time base."""
 
     tracks: dict[str, Track] = field(default_factory=dict)
     clock: Clock | None = None
@@ -129,9 +129,9 @@ class Recording:
         return next((track for track in self.tracks.values() if track.uid == uid), None)
 
     def only(self, names: Collection[str]) -> Recording:
-        """Return the recording with only the sensors of these names."""
+        """Return the recording with only the sensors that have these names."""
         return replace(self, tracks={n: t for n, t in self.tracks.items() if n in names})
 
     def covers(self, frame: float) -> bool:
-        """Return whether the recording includes this frame."""
+        """Return whether the run included this frame."""
         return self.frame_start <= frame < self.frame_end + 1

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a run: its numbers, its drawings (SVG) and its page (HTML)."""
+"""The report of a run: its content, its drawings (SVG) and its page (HTML)."""

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The content of a report as numbers: the run, its sensors, and the plan of the home, in metres."""
+"""The content of a report as plain data: the run, its sensors, and the plan of the home.
+
+Lengths are in metres.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +21,10 @@ from .sections import Line
 
 @dataclass(frozen=True)
 class ReportedSensor:
-    """A sensor of the run.
+    """A sensor in a report.
 
-    `period` (s) is the time between updates. `settings` are the settings that differ from the
-    defaults, as (name, value with unit).
+    `period` (s) is the time between updates. `settings` has the parameters that differ from their
+    defaults, as pairs of a name and a value with its unit.
     """
 
     name: str
@@ -33,15 +36,16 @@ class ReportedSensor:
 
 @dataclass(frozen=True)
 class PlanShape:
-    """The lines of a solid in the plan; `top` (m) is its highest point at or below the cut.
+    """The lines that show a solid in the plan; `top` (m) is its highest point below the cut.
 
-    The `role` is one of these:
+    The plan is cut at a height, as usual for floor plans. The `role` decides how the solid is
+    drawn:
 
-    - "wall": cut and thin
-    - "solid": cut
-    - "low": below the cut, drawn from above
-    - "floor": at most as high as a rug
-    - "moving": cut, and it moves during the run
+    - "wall": it is cut, and thin
+    - "solid": it is cut
+    - "low": it is below the cut, and drawn as seen from above
+    - "floor": it is at most as high as a rug
+    - "moving": it is cut, and moves during the run
     """
 
     role: str
@@ -58,13 +62,13 @@ class SensorInPlan:
     at
         The position (2,) in m.
     looks
-        The viewing direction (2,) seen from above, shorter than 1 if it points up or down.
+        The horizontal components (2,) of its unit viewing direction: short if it looks up or down.
     height
         The height in m above the floor.
     fans
-        The ends (n, 2) of the rays of each fan from the sensor.
+        The outlines of fans of rays: the ends (n, 2) of the rays of each fan.
     beams
-        Single rays, start and end (2, 2).
+        Single rays: the start and the end (2, 2) of each.
     pad
         The outline (n, 2) of a pressure-sensitive face.
     """
@@ -80,10 +84,10 @@ class SensorInPlan:
 
 @dataclass(frozen=True)
 class PlanStorey:
-    """A storey of the home.
+    """A storey of the home in the plan.
 
-    `floor` and `cut` are heights in m. `view` (2, 2) has two corners of the area that the plan
-    shows.
+    `floor` and `cut` are heights in m. `view` (2, 2) has the lower left and the upper right corner
+    of the area that the plan shows.
     """
 
     floor: float
@@ -97,7 +101,8 @@ class PlanStorey:
 class Report:
     """The content of a report.
 
-    `facts` are pairs (name, value) about the scene; `plan_frame` is the frame shown in the plan.
+    `facts` are pairs of a name and a value, about the scene. `plan_frame` is the frame that the
+    plan shows.
     """
 
     title: str
@@ -110,7 +115,7 @@ class Report:
 
     @property
     def span(self) -> tuple[float, float]:
-        """The begin and the end of the run (s)."""
+        """The first and the last time of the run (s)."""
         clock = self.recording.clock
         assert clock is not None
         first = clock.first_step(self.recording.frame_start)
@@ -118,7 +123,7 @@ class Report:
         return clock.step_time(first), clock.step_time(last)
 
     def ordered(self) -> tuple[ReportedSensor, ...]:
-        """Return the sensors in the order of their numbers: by room, then by name.
+        """Return the sensors in the order in which they are numbered: by room, then by name.
 
         Sensors without a room come last.
         """
@@ -128,7 +133,7 @@ class Report:
 
 
 def _natural(text: str) -> tuple[tuple[str, int, str], ...]:
-    """Return a sorting key that puts "PIR 9" before "PIR 10"."""
+    """Return a sorting key of a text, by which "PIR 9" comes before "PIR 10"."""
     parts = re.findall(r"(\D*)(\d*)", text)
     return tuple((word, int(digits or 0), digits) for word, digits in parts)
 
@@ -142,18 +147,20 @@ class Figures:
 
     Attributes
     ----------
+    updates
+        The number of updates.
     events
         The number of events after the first update.
     first, last
-        The times (s) of the first and the last event.
+        The times (s) of the first and the last of these events.
     active
-        The share (0 to 1) of updates at which the sensor was active.
+        The fraction (0 to 1) of updates at which the sensor was active.
+    field
+        The first field with a number that was measured, if any.
     greatest
         The greatest valid value of `field`.
-    field
-        The main numeric field.
     invalid
-        The share of invalid updates.
+        The fraction of updates whose reading is not valid.
     """
 
     updates: int
@@ -167,12 +174,12 @@ class Figures:
 
     @property
     def unit(self) -> str:
-        """The unit of the main field."""
+        """The unit of `field`."""
         return self.field.unit if self.field else ""
 
     @property
     def greatest_text(self) -> str:
-        """The greatest value with its unit; "" without a value."""
+        """The greatest value of `field` with its unit; "" if there is none."""
         if self.field is None or self.greatest is None:
             return ""
         return self.field.short(self.greatest)
@@ -197,9 +204,10 @@ def figures(track: Track) -> Figures:
 
 
 def quantity(track: Track) -> tuple[str, Array]:
-    """Return the first numeric event field that was measured, and its values (n,).
+    """Return the name and the values (n,) of the first field with a number that was measured.
 
-    Return "" and no values if there is no such field, as for a switch.
+    Only fields whose changes are events count. If there is no such field, as for a switch, return
+    "" and no values.
     """
     names = [field.name for field in track.kind.events if field.type is float]
     for name in names:
@@ -210,7 +218,7 @@ def quantity(track: Track) -> tuple[str, Array]:
 
 
 def invalid(track: Track) -> NDArray[np.bool_]:
-    """Return the mask (n,) of the updates whose field `valid` is false."""
+    """Return the mask (n,) of the updates whose reading is not valid."""
     if "valid" not in track.columns:
         return np.zeros(len(track), bool)
     valid: NDArray[np.int8] = np.asarray(track.columns["valid"], dtype=np.int8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw a storey's plan: cut walls, furniture from above, the sensors and their fields of view."""
+"""Draw the plan of a storey: cut walls, furniture from above, sensors and what they see."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BEARING = 20.0
 
 
 class Frame:
-    """The mapping from metres of the plan, with y upwards, to pixels of the drawing."""
+    """The mapping from positions in the plan (m, y upwards) to pixels in the drawing."""
 
     def __init__(self, view: Array) -> None:
         size = np.maximum(view[1] - view[0], 1e-6)
@@ -42,7 +42,10 @@ class Frame:
         self.bottom = TOP + self.height
 
     def px(self, points: Array) -> Array:
-        """Return pixels (n, 2) of points (n, 2) in m; points far outside the frame are clipped."""
+        """Return points (n, 2) in m as pixels (n, 2).
+
+        Points far outside the frame are moved nearer to it.
+        """
         off = np.clip((points - self.view[0]) * self.scale, -1e4, 1e4)
         return np.stack([self.left + off[..., 0], self.bottom - off[..., 1]], axis=-1)
 
@@ -52,7 +55,8 @@ def floor_plan(
 ) -> tuple[str, float]:
     """Return the plan as SVG, and its height in px.
 
-    `numbers` and `kinds` are by sensor name; `name` prefixes the ids in the SVG.
+    `numbers` and `kinds` have the number and the kind of each sensor by its name. All ids in the
+    SVG begin with `name`.
     """
     frame = Frame(storey.view)
     outline = (
@@ -77,7 +81,7 @@ def floor_plan(
 
 
 def _axes(frame: Frame) -> list[str]:
-    """Return axes with ticks in metres of the scene."""
+    """Return the x and y axis, with ticks at positions of the scene in metres."""
     parts = []
     low, high = frame.view
     for axis, ends in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
@@ -104,7 +108,7 @@ def _axes(frame: Frame) -> list[str]:
 
 
 def _scale_bar(frame: Frame) -> str:
-    """Return a scale bar in two halves, at least an eighth of the width long."""
+    """Return a scale bar in two halves, which is at least an eighth of the width long."""
     length = ticks(0.0, frame.width / frame.scale / 4, 2)[1]
     x, y, size = frame.left, frame.bottom + 40, length * frame.scale
     half = f"{coordinate(x + size / 2)}"
@@ -132,7 +136,10 @@ def _shapes(frame: Frame, shapes: Sequence[PlanShape]) -> list[str]:
 
 
 def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
-    """Return the indices of the smallest shapes, to leave out until MOST_POINTS is kept."""
+    """Return the indices of shapes to leave out, so that at most MOST_POINTS points remain.
+
+    The smallest shapes are left out first.
+    """
     points, found = sum(d[3] for d in drawn), set()
     for i in sorted(range(len(drawn)), key=lambda i: (drawn[i][2], drawn[i][4])):
         if points <= MOST_POINTS:
@@ -143,7 +150,7 @@ def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
 
 
 def _styles(shape: PlanShape) -> list[tuple[str, Sequence[Line]]]:
-    """Return pairs of a style and the lines drawn in that style; only closed lines are filled."""
+    """Return pairs of a style and the lines that are drawn in it; only closed lines are filled."""
     if shape.role != "wall":
         closed = [line for line in shape.lines if line.closed]
         return [(shape.role, closed), ("hollow", [li for li in shape.lines if not li.closed])]
@@ -154,18 +161,19 @@ def _styles(shape: PlanShape) -> list[tuple[str, Sequence[Line]]]:
 
 
 def _is_thin(lines: Sequence[Line]) -> bool:
-    """Return whether a cut solid is as thin as a wall, unlike the surface of a room or the sky.
+    """Return whether a solid that is cut is as thin as a wall.
 
-    The mean thickness is compared; areas of holes are subtracted.
+    The surface of a whole room or of a sky is not. The thickness is estimated from the area, less
+    that of holes, and the length of the outlines.
     """
     area = abs(sum(line.area for line in lines))
     return 2 * area <= THIN_M * sum(line.length for line in lines)
 
 
 def _path(frame: Frame, lines: Sequence[Line]) -> tuple[str, int, float]:
-    """Return the lines as an SVG path, its number of points, and its size in px.
+    """Return the lines as an SVG path, the number of its points, and its size in px.
 
-    Lines outside the frame and lines too small to see are left out.
+    Lines outside the frame are left out, and lines too small to see.
     """
     path, points, largest = [], 0, 0.0
     low = np.array([frame.left, TOP])
@@ -184,12 +192,12 @@ def _path(frame: Frame, lines: Sequence[Line]) -> tuple[str, int, float]:
 
 
 def polyline(points: Array) -> str:
-    """Return the SVG path `M…L…` through points (n, 2) in px."""
+    """Return the SVG path `M…L…` through points (n, 2), which are in px."""
     return "M" + "L".join(f"{coordinate(x)} {coordinate(y)}" for x, y in points.tolist())
 
 
 def _fans(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
-    """Return the areas of a sensor's fans of rays, as overlapping polygons."""
+    """Return the areas that a sensor's fans of rays cover, as polygons that can overlap."""
     parts = []
     origin = frame.px(placed.at[None])
     for i, ends in enumerate(placed.fans):
@@ -201,7 +209,7 @@ def _fans(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
 
 
 def _lines(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
-    """Return a sensor's beams and pad, or else its viewing direction."""
+    """Return a sensor's beams and pad; for a sensor without fans and beams, also where it looks."""
     parts = []
     origin = frame.px(placed.at[None])
     if placed.beams:
@@ -222,7 +230,10 @@ def _marks(
     numbers: Mapping[str, int],
     kinds: Mapping[str, str],
 ) -> list[str]:
-    """Return the marks with the sensors' numbers, and a line to each sensor away from its mark."""
+    """Return the marks with the sensors' numbers.
+
+    If a mark is moved away from its sensor, a line connects them.
+    """
     if not sensors:
         return []
     shown = sorted(sensors, key=lambda placed: numbers[placed.name])

@@ -48,7 +48,7 @@ th,td{padding:2.5px 5px}h1{font-size:20px}h2{font-size:14px;margin-top:20px}}
 
 
 def html(report: Report) -> str:
-    """Return the whole report as a self-contained page, for screen and paper."""
+    """Return the whole report as one HTML page without other files, for screen and print."""
     light = "".join(f"--{name}:{colours[0]};" for name, colours in INKS.items())
     dark = "".join(f"--{name}:{colours[1]};" for name, colours in INKS.items())
     css = PAGE_STYLE.replace("$light", light).replace("$dark", dark)
@@ -72,7 +72,7 @@ def html(report: Report) -> str:
 
 
 def svg(report: Report) -> str:
-    """Return the timeline and the plans in one drawing, black on white."""
+    """Return the timeline and all plans in one drawing, black on white."""
     parts, y = [], 30.0
     for drawing, height, _ in _timelines(report):
         parts.append(f'<g transform="translate(0 {y:g})">{drawing}</g>')
@@ -123,7 +123,10 @@ def _numbered(report: Report) -> Numbered:
 
 
 def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
-    """Yield drawing, height and description of each part of the timeline that fits on a sheet."""
+    """Yield the parts of the timeline, each of a size that fits on a sheet of paper.
+
+    Each is a drawing, its height and its description.
+    """
     numbered = _numbered(report)
     for start in range(0, len(numbered), ROWS):
         rows = numbered[start : start + ROWS]
@@ -136,7 +139,7 @@ def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
 
 
 def _plans(report: Report) -> Iterator[tuple[str, str, tuple[str, float, str]]]:
-    """Yield the heading, the caption and the drawing of each storey."""
+    """Yield the heading, the caption and the drawing of each storey's plan."""
     numbers = {sensor.name: number for number, sensor in _numbered(report)}
     kinds = {sensor.name: sensor.kind_name for sensor in report.sensors}
     for i, storey in enumerate(report.storeys, start=1):
@@ -198,7 +201,7 @@ def _table_row(
 
 
 def _settings(report: Report) -> str:
-    """Return the table of settings that differ from the defaults."""
+    """Return a table of all settings that differ from their defaults."""
     rows = []
     for number, sensor in _numbered(report):
         if sensor.settings:

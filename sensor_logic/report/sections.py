@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines of a plan from triangles: the cut by a horizontal plane, and the outline from above.
+"""Lines of a plan, from triangles: where a horizontal plane cuts them, and outlines from above.
 
-Both are polylines in x and y. Corners closer than a tenth of a millimetre are welded, so that the
-loops of meshes whose faces do not share vertices also close.
+Both are polylines in x and y. Corners closer than a tenth of a millimetre are welded. So loops also
+close for meshes whose faces do not share vertices.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ MOST_LOOSE = 200
 
 @dataclass(frozen=True)
 class Line:
-    """A polyline (n, 2) in m; a closed line does not repeat its first point.
+    """A polyline with points (n, 2) in m; a closed line does not repeat its first point.
 
-    If the normals point outwards, a loop around a solid runs counter-clockwise.
+    A closed line around a solid is counter-clockwise if the solid's normals point outwards.
     """
 
     points: Array
@@ -38,7 +38,7 @@ class Line:
 
     @property
     def area(self) -> float:
-        """The signed area in m²; 0 for an open line."""
+        """The area in m², negative for clockwise lines; 0 for an open line."""
         if not self.closed:
             return 0.0
         x, y = (self.points - self.points[0]).T
@@ -46,15 +46,15 @@ class Line:
 
     @property
     def length(self) -> float:
-        """The length in m; the perimeter of a closed line."""
+        """The length in m, which is the perimeter for a closed line."""
         ends = np.roll(self.points, -1, axis=0) if self.closed else self.points[1:]
         return float(np.linalg.norm(ends - self.points[: len(ends)], axis=1).sum())
 
 
 def cut(points: Array, triangles: Triangles, height: float) -> list[Line]:
-    """Return the intersection of the plane z = `height` with triangles (m, 3) of points (n, 3).
+    """Return the lines where the plane z = `height` cuts triangles.
 
-    Lengths are in m.
+    The triangles (m, 3) are given by indices into `points` (n, 3). Lengths are in m.
     """
     points, corners = weld(points, _near(points, triangles, height))
     above: Mask = np.asarray(points[:, 2] >= height)
@@ -77,7 +77,7 @@ def cut(points: Array, triangles: Triangles, height: float) -> list[Line]:
 
 
 def from_above(points: Array, triangles: Triangles) -> list[Line]:
-    """Return the outlines, seen from above, of the faces that point up."""
+    """Return the outlines of the faces that point up, as seen from above."""
     points, corners = weld(points, triangles)
     a, b, c = (points[corners[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
@@ -93,7 +93,7 @@ def from_above(points: Array, triangles: Triangles) -> list[Line]:
 
 
 def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
-    """Return the triangles that can intersect the plane, also after their corners are welded."""
+    """Return the triangles that the plane can cut, also if welding moves their corners."""
     levels = points[:, 2][triangles]
     reach = np.abs(points[np.isfinite(points)]).max(initial=0.0)
     margin = 10 * WELD_M + 4 * reach / CELLS
@@ -103,9 +103,9 @@ def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
 
 
 def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
-    """Return welded points, and the triangles over them.
+    """Return the points after welding, and the triangles given by their indices.
 
-    Triangles of zero area and triangles with a NaN or infinite corner are left out.
+    Triangles of zero area are left out, and triangles with a NaN or infinite corner.
     """
     finite: Mask = np.asarray(np.isfinite(points).all(axis=1))
     used, inverse = np.unique(triangles[finite[triangles].all(axis=1)], return_inverse=True)
@@ -117,7 +117,11 @@ def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
 
 
 def _same_places(points: Array) -> tuple[Indices, Indices]:
-    """Return the first point at each place, and each point's place (n,), for points (n, 2 or 3)."""
+    """Return the distinct places among points (n, 2 or 3).
+
+    The first result has the index of the first point at each place. The second has, for each point
+    (n,), the number of its place.
+    """
     low = points.min(axis=0)
     cell = max(WELD_M, float((points.max(axis=0) - low).max()) / (CELLS - 1))
     key = np.zeros(len(points), np.int64)
@@ -128,9 +132,10 @@ def _same_places(points: Array) -> tuple[Indices, Indices]:
 
 
 def _chained(places: Array, segments: Indices) -> list[Line]:
-    """Return polylines from directed segments (n, 2) between places.
+    """Return polylines made of directed segments.
 
-    Each polyline is as long as possible and has the direction of most of its segments.
+    `segments` (n, 2) has, for each segment, the indices of its start and its end in `places`. Each
+    polyline is as long as possible. Its direction is that of most of its segments.
     """
     at: dict[int, list[int]] = defaultdict(list)
     ends = segments[segments[:, 0] != segments[:, 1]].tolist()
@@ -165,10 +170,10 @@ def _chained(places: Array, segments: Indices) -> list[Line]:
 
 
 def joined(lines: list[Line], gap: float) -> list[Line]:
-    """Return the lines after joining open lines whose ends are at most `gap` (m) apart.
+    """Return the lines, with open lines joined if their ends are at most `gap` (m) apart.
 
-    The nearest ends are joined first. Walls are often modelled without the faces where they adjoin,
-    so their cut is open at these places.
+    The nearest ends are joined first. Walls that adjoin are often modelled without faces between
+    them, so the lines where they are cut are open there.
     """
     closed = [line for line in lines if line.closed]
     loose = [line.points for line in lines if not line.closed]
@@ -192,7 +197,9 @@ def joined(lines: list[Line], gap: float) -> list[Line]:
 
 
 def simplified(points: Array, tolerance: float, closed: bool = False) -> Array:
-    """Return the points (n, 2) without points within `tolerance` of the line through the others.
+    """Return points (n, 2) of a polyline without those that hardly change its shape.
+
+    The points that are left out are within `tolerance` of the simplified line.
 
     References
     ----------

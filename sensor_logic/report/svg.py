@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Helpers of all drawings: colours, escaped text, numbers, round ticks."""
+"""Helpers for all drawings: colours, escaped text, numbers, round ticks, marks."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def safe(text: str) -> str:
-    """Return text escaped for XML and HTML, also inside an attribute."""
+    """Return a text escaped for XML and HTML, so that it can also stand in an attribute."""
     return escape(_FORBIDDEN.sub("\ufffd", text))
 
 
 def shown_number(value: float) -> str:
-    """Return a number with a real minus sign and without rounding errors."""
+    """Return a number as text, with a minus sign (not a hyphen) and without rounding errors."""
     return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
 
 
 def coordinate(value: float) -> str:
-    """Return a coordinate of a drawing as text, to a tenth of a pixel."""
+    """Return a coordinate in a drawing as text, rounded to a tenth of a pixel."""
     text = f"{value:.1f}"
     text = text[:-2] if text.endswith(".0") else text
     return "0" if text == "-0" else text
 
 
 def ticks(low: float, high: float, count: int) -> list[float]:
-    """Return about `count` round numbers that span `low` to `high`.
+    """Return about `count` round numbers for an axis from `low` to `high`.
 
     The numbers are multiples of 1, 2 or 5 times a power of ten.
     """
@@ -51,12 +51,15 @@ def ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def place(value: float, low: float, high: float, first: float, last: float) -> float:
-    """Return the position between `first` and `last` of a value on an axis `low` to `high`."""
+    """Return the position of a value on an axis.
+
+    The axis has the value `low` at the position `first`, and `high` at `last`.
+    """
     return first + (value - low) / (high - low) * (last - first)
 
 
 def text_width(text: str, size: float) -> float:
-    """Return the approximate width of a text in a sans-serif font; rather too large."""
+    """Return the approximate width of a text in a sans-serif font; it is rather too large."""
     return sum(_width(character) for character in text) * size
 
 
@@ -71,7 +74,7 @@ def _width(character: str) -> float:
 
 
 def shortened(text: str, width: float, size: float) -> str:
-    """Return the text, shortened with an ellipsis if it is too wide."""
+    """Return the text, shortened with an ellipsis if it is wider than `width`."""
     if text_width(text, size) <= width:
         return text
     while text and text_width(text + "…", size) > width:
@@ -129,7 +132,7 @@ HUE_STYLE = """
 
 
 def style(colours: dict[str, str]) -> str:
-    """Return the CSS of all drawings, with these colours by name."""
+    """Return the CSS of all drawings, with the given colours by their names."""
     text = "".join(HUE_STYLE.replace("$n", str(n)) for n in range(1, HUES + 1)) + STYLE
     for name in sorted(colours, key=len, reverse=True):
         text = text.replace(f"${name}", colours[name])
@@ -137,17 +140,17 @@ def style(colours: dict[str, str]) -> str:
 
 
 def plain_style() -> str:
-    """Return the CSS of a standalone drawing, black on white."""
+    """Return the CSS of a drawing outside the page, black on white."""
     return style({name: light for name, (light, _) in INKS.items()})
 
 
 def hue(kind_name: str) -> int:
-    """Return the number of a kind's colour, from 1 to HUES, in the order of the kinds' numbers."""
+    """Return the number of a kind's colour, from 1 to HUES; kinds are counted by their number."""
     return (KINDS[kind_name].number - 1) % HUES + 1
 
 
 def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str:
-    """Return a small shape in the colour of the kind, with a label, centred at (x, y)."""
+    """Return a small shape with a label, centred at (x, y), in the colour of the kind."""
     kind = f'class="fill{hue(kind_name)}"'
     half = 8.0 if len(label) < 3 else 9.5
     shapes = {
@@ -175,17 +178,17 @@ DIRECTIONS = 16
 def spread(
     places: Array, size: tuple[float, float], box: tuple[float, float, float, float]
 ) -> Array:
-    """Return positions (n, 2) for marks of `places` (n, 2).
+    """Return positions (n, 2) for marks of points `places` (n, 2), so that marks do not overlap.
 
-    In order, each mark gets the nearest free spot; without a free spot, it gets the spot farthest
-    from all other marks.
+    Marks are placed in order. Each gets the free position nearest to its point. If none is free, it
+    gets the position farthest from all other marks.
 
     Parameters
     ----------
     size
         Width and height of a mark.
     box
-        Left, top, right and bottom of the area to keep marks in, where possible.
+        Left, top, right and bottom of the area in which marks stay, if they fit into it.
     """
     offsets = np.array(
         [(0.0, 0.0)]

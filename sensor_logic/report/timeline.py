@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the timeline: a row for each sensor, by room, with its active times and its values."""
+"""Draw the timeline: a row for each sensor, with when it was active and its values.
+
+Rows are grouped by room.
+"""
 
 from __future__ import annotations
 
@@ -27,20 +30,21 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Columns:
-    """n columns of equal duration.
+    """A track in n columns of equal duration, which are drawn as columns of pixels.
 
     Attributes
     ----------
     known
-        The share (n,) of the column in which the sensor was simulated.
+        The fraction (n,) of the column for which the sensor was simulated.
     active, invalid
-        The shares (n,) of `known` in which the sensor was active or invalid.
+        The fraction (n,) of this time in which the sensor was active, and in which its reading was
+        not valid.
     low, high, last
-        The least, the greatest and the last value (n,) in the column; NaN without a value.
+        The least, the greatest and the last value (n,) in the column; NaN if there is none.
     quantity
-        The field of the values.
+        The name of the field with these values.
     top
-        The greatest valid value of all columns.
+        The greatest valid value in all columns.
     """
 
     known: Array
@@ -54,19 +58,19 @@ class Columns:
 
     @property
     def sometimes(self) -> NDArray[np.bool_]:
-        """The columns in which the sensor was active at least briefly."""
+        """The mask of the columns in which the sensor was active at least briefly."""
         return self.active > ROUNDING
 
     @property
     def throughout(self) -> NDArray[np.bool_]:
-        """The columns in which the sensor was active throughout."""
+        """The mask of the columns in which the sensor was active all the time."""
         return self.active > 1.0 - ROUNDING
 
 
 def columns(track: Track, period: float, step: float, span: tuple[float, float], n: int) -> Columns:
-    """Return the track over `span` (s) in `n` columns.
+    """Return the track during `span` (s) in `n` columns.
 
-    `period` (s) is the time between updates, each of which is at most one `step` (s) late.
+    `period` (s) is the time between updates. An update can be late by up to one `step` (s).
     """
     times = np.array(track.times, np.float64)
     if not len(times):
@@ -79,7 +83,7 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
     width = (span[1] - span[0]) / n
 
     def share(mask: NDArray[np.bool_]) -> Array:
-        """Return the share (n,) of each column during which the masked readings hold."""
+        """Return the fraction (n,) of each column in which readings in the mask apply."""
         durations = np.where(mask, held - times, 0.0)
         total = np.concatenate([[0.0], np.cumsum(durations)])
         moments = np.stack([times, held], axis=1).ravel()
@@ -101,11 +105,15 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
 
 
 def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
-    """Return the least, greatest and last value (n,) between `edges` (n + 1,)."""
+    """Return the least, greatest and last value (n,) in n columns of time.
+
+    `edges` (n + 1,) are the times between which the columns are. A value applies from its time in
+    `times` to that in `held`.
+    """
     n = len(edges) - 1
 
     def at(moments: Array, side: str) -> Array:
-        """Return the value that holds at each time, or just before it (side "left")."""
+        """Return the value that applies at each moment; with side "left", just before it."""
         index = np.searchsorted(times, moments, "right" if side == "right" else "left") - 1
         exists = index >= 0
         reaches = held[index] > moments if side == "right" else held[index] >= moments
@@ -121,7 +129,10 @@ def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[A
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first, and one past the last, column of each run where the mask is true."""
+    """Return the runs of columns in which the mask is true.
+
+    For each run, it is the index of the first column, and the index after the last one.
+    """
     change = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in change.reshape(-1, 2)]
 
@@ -139,7 +150,7 @@ SECONDS_UP_TO = 300.0
 
 
 def moments(first: float, last: float, count: int) -> list[float]:
-    """Return about `count` round times (s) from `first` to `last`."""
+    """Return about `count` round times (s) between `first` and `last`, for ticks."""
     span = last - first
     if span <= SECONDS_UP_TO:
         found = ticks(first, last, count)
@@ -151,7 +162,10 @@ def moments(first: float, last: float, count: int) -> list[float]:
 
 
 def time_label(time: float, span: float) -> str:
-    """Return the label of a time (s) on an axis over `span` seconds: 90, 1:30 or 2:15."""
+    """Return the label of a time (s) on an axis that spans `span` seconds.
+
+    Depending on the span, it is like 90, 1:30 or 2:15.
+    """
     if span <= SECONDS_UP_TO:
         return shown_number(time)
     sign, seconds = ("−" if time < 0 else ""), round(abs(time))
@@ -165,7 +179,7 @@ def time_label(time: float, span: float) -> str:
 
 
 def unit(span: float) -> str:
-    """Return the title, with the unit, of an axis over `span` seconds."""
+    """Return the title of an axis that spans `span` seconds, with the unit of its labels."""
     if span <= SECONDS_UP_TO:
         return "time in s"
     if span < HOUR:
@@ -190,9 +204,9 @@ LEGEND_HEIGHT = 48.0
 def timeline(
     report: Report, numbered: Sequence[tuple[int, ReportedSensor]], name: str
 ) -> tuple[str, float]:
-    """Return the rows of these sensors as SVG, and the height in px.
+    """Return the rows of some sensors as SVG, and the height in px.
 
-    `name` prefixes the ids in the SVG.
+    `numbered` has the number and the sensor of each row. All ids in the SVG begin with `name`.
     """
     first, last = report.span
     rooms = any(sensor.room for sensor in report.sensors)
@@ -215,7 +229,10 @@ def timeline(
 
 
 def column_width(sensors: int) -> float:
-    """Return the narrowest column width in px that keeps all rows within COLUMNS columns."""
+    """Return the width of a column in px, as narrow as possible.
+
+    The rows of all sensors together have at most COLUMNS columns.
+    """
     most = round((RIGHT - LEFT) / FINEST)
     whole = [k for k in range(1, most + 1) if most % k == 0]
     return FINEST * next((k for k in whole if sensors * most // k <= COLUMNS), most)
@@ -272,7 +289,7 @@ def _row(
 
 
 def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
-    """Return a row's drawing, relative to its upper left corner."""
+    """Return the drawing of a row, relative to the row's upper left corner."""
     parts = []
     measured = bool(seen.quantity)
     if measured:
@@ -289,7 +306,7 @@ def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
 
 
 def _bars(mask: np.typing.NDArray[np.bool_], width: float, high: float, low: float, k: int) -> str:
-    """Return the runs of a mask as strokes, which make a smaller file than boxes."""
+    """Return each run in a mask as a stroke; strokes make a smaller file than rectangles."""
     found = runs(mask)
     if not found:
         return ""
@@ -312,11 +329,17 @@ def _box(a: int, b: int, width: float, pattern: str) -> str:
 
 
 def _curve(seen: Columns, width: float, colour: int) -> str:
-    """Return the value as steps above zero, in each column from the least to the greatest value."""
+    """Return the values as a curve with steps, filled down to zero.
+
+    In each column, it goes from the least to the greatest value.
+    """
     top = seen.top if np.isfinite(seen.top) and seen.top > 0.0 else 1.0
 
     def level(values: np.typing.NDArray[np.float64]) -> np.typing.NDArray[np.float64]:
-        """Return the height above the base in half pixels; invalid values can exceed the top."""
+        """Return the height above the curve's base, in half pixels.
+
+        Invalid values can be above the top. They are limited to slightly more than it.
+        """
         return np.round(np.clip(values / top, 0.0, 1.1) * (CURVE_BASE - CURVE_TOP) * 2)
 
     low, high, last = level(seen.low), level(seen.high), level(seen.last)
@@ -340,7 +363,7 @@ def _curve(seen: Columns, width: float, colour: int) -> str:
 
 
 def legend(report: Report, name: str, y: float) -> str:
-    """Return the legend of the timeline, in two lines."""
+    """Return the legend of the timeline, which has two lines."""
     named = {sensor.kind_name for sensor in report.sensors}
     kinds = [kind for kind in KINDS.values() if kind.identifier in named]
     parts, x = [], 4.0

@@ -199,8 +199,8 @@ class RadioTiming:
         blanking
             The time in s after a message, during which the module ignores triggers.
         delay
-            A function. `delay(i)` is the time in s that a message takes if it is sent at update i
-            or between that update and the one before it.
+            A function of the index i of an update. It returns the time in s that a message takes
+            which is sent at this update or shortly before.
         """
         received, arrivals = np.zeros(len(times), bool), np.array(times, np.float64)
         module = self._module

@@ -86,7 +86,10 @@ class TomlTable:
             return read(self.values[key])
 
     def one_of(self, key: str, known: Iterable[str], default: Any = _MISSING) -> str:
-        """Return the value of `key`, which must be one of the `known` names."""
+        """Return the value of `key`, which must be one of the `known` names.
+
+        Raise InputError if it is not, or if the key is missing and there is no default.
+        """
         names = set(known)
 
         def read(value: Any) -> str:

@@ -197,7 +197,7 @@ class WarmView:
         return signals / self.threshold
 
     def _signals(self, motion: Motion, start: Start) -> Array:
-        """Return the largest size (m,) of the signal from the begin of each motion until its decay."""
+        """Return the largest size (m,) of the signal, from each motion's begin until it decays."""
         longest = float(start.length.max(initial=0.0)) / motion.speed
         moving = math.ceil(longest / self.interval - 1e-9) + 1
         settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0

@@ -102,7 +102,7 @@ class _Sensor:
         return np.random.default_rng([self.seed, self.table, *names])
 
     def note(self, fault: str, time: int, text: str) -> None:
-        """Add an entry to the list of drawn faults."""
+        """Add a fault to the list of drawn faults."""
         self.drawn.append(DrawnFault(fault, time, self.facts, text))
 
     def messages(self) -> Iterator[list[Change]]:

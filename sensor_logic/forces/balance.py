@@ -169,7 +169,10 @@ class _Arguments:
 
 
 def balance(loads: Sequence[Load], points: Points, joints: Sequence[Joint] = ()) -> Balance:
-    """Return the contact forces on bodies 0 … len(loads) − 1, in read-only arrays."""
+    """Return the contact forces that keep bodies in balance, in read-only arrays.
+
+    Body i has the required wrench `loads[i]`.
+    """
     return _balance(_Arguments(loads, points, joints))
 
 
@@ -237,7 +240,7 @@ def _in_axes(axes: Array, wrenches: Array) -> Array:
 
 
 def _frames(normals: Array) -> Array:
-    """Return frames (n, 3, 3) whose rows are the normal and two tangents."""
+    """Return, for each normal (n, 3), a frame: rows (3, 3) with the normal and two tangents."""
     helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     one = np.cross(normals, helper)
     one /= np.linalg.norm(one, axis=1)[:, None]
@@ -247,7 +250,11 @@ def _frames(normals: Array) -> Array:
 def _mapping(
     loads: Sequence[Load], points: Points, frames: Array, axes: Array, unit: Array
 ) -> Array:
-    """Return the wrenches (6·bodies, 3n) of unit forces at the points, scaled by `unit`."""
+    """Return the matrix (6·bodies, 3n) that maps forces at n points to wrenches on the bodies.
+
+    The forces are in the `frames` of the points, the wrenches in the `axes` of the bodies. Wrenches
+    are multiplied by `unit`.
+    """
     count = len(points.places)
     mapping = np.zeros((len(loads), 6, count, 3))
     index = np.arange(count)
@@ -267,9 +274,10 @@ def _mapping(
 
 
 def _ties(loads: Sequence[Load], joints: Sequence[Joint], unit: Array) -> tuple[Array, Array]:
-    """Return the wrenches of unit forces and moments of joints, as columns, and their stiffnesses.
+    """Return the columns that joints add to the matrix of `_mapping`, and their stiffnesses.
 
-    The columns extend the matrix of `_mapping`.
+    Each column is the wrenches on the bodies of a unit force or of a unit moment that a joint
+    exerts.
     """
     columns, stiffness = [], []
     for joint in joints:
@@ -370,7 +378,7 @@ class _Problem:
         return solve(hessian, self.target + self.scaled @ self.offset)
 
     def state(self, displacement: Array, soft: Array) -> _State:
-        """Return φ and its gradient at a displacement."""
+        """Return φ, its gradient and the forces at a displacement."""
         wanted = displacement @ self.scaled - self.offset
         given = wanted.copy()
         local = wanted[: 3 * self.count].reshape(self.count, 3)

@@ -42,7 +42,17 @@ class Contact:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Side:
-    """A contact as seen from one of its two bodies."""
+    """A contact as seen from one of its two bodies.
+
+    Attributes
+    ----------
+    number
+        The index of the contact.
+    other
+        The number of the other body.
+    nearest, furthest
+        The least and the greatest gap of the contact in m.
+    """
 
     number: int
     other: int
@@ -68,8 +78,8 @@ def without_covered(
     movable
         Whether each body can move, and so needs support.
     preferred
-        The numbers of bodies, such as a pressure pad, that win ties: a contact with such a body
-        also covers an equally deep contact with a body that is not preferred.
+        The numbers of bodies, such as a pressure pad, whose contacts also cover equally deep ones.
+        This holds only for contacts with a body that is not preferred.
     """
     sides: dict[int, list[_Side]] = {}
     for number, contact in enumerate(contacts):
@@ -206,7 +216,7 @@ class _View:
         self.pieces = [p for p in pieces if _extent(p) > SLIVER * self.extent]
 
     def patch(self) -> Patch | None:
-        """Return the remaining patch, with new sample points, or None if nothing remains."""
+        """Return what remains of the patch, with new sample points; None if nothing does."""
         if not self.changed:
             return self.whole
         total = float(self.whole.areas.sum())

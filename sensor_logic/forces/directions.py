@@ -121,7 +121,7 @@ FLAT = math.cos(math.radians(2))  # a face or edge tilted further touches with a
 TOUCHING = 1e-5  # of the smaller shape's size: cores closer than this count as overlapping
 SAME = 2e-6  # of that size: depths that differ by less are equal, and the order of faces decides
 EDGE_BIAS = 0.005  # of that size: an edge must separate better than a face by this much
-PLANE_SHARE = 0.25  # share of its depth up to which a body in a flat polygon is on one side of it
+PLANE_SHARE = 0.25  # of a body's depth: a body sunk into a polygon by less is on one side of it
 MANY = 60_000  # products of edges and corners up to which all pairs of edges are tried
 
 

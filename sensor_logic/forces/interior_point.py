@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An interior-point method for the least spring energy under friction cones.
 
-It converges in 10 to 60 steps where Newton's method zigzags. Newton's method does so near the apex
-of a friction cone, where the curvature of the energy changes from step to step by many orders of
-magnitude.
+It converges in 10 to 60 steps where Newton's method zigzags. That happens near the apex of a
+friction cone: there, the curvature of the energy changes by many orders of magnitude from step to
+step.
 
 The method is Mehrotra's predictor-corrector [1]_ with Nesterov and Todd's scaling for second-order
 cones [2]_. It works in the standard cone x₀ ≥ |x₁, x₂|. A force f = A x with A = diag(1, o, o) is
@@ -95,20 +95,19 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
 
     Parameters
     ----------
-    problem : Cones
+    problem
         The springs, the cones of n points and the required wrenches.
-    soft : (6·bodies,) array
-        Diagonal of E, greater than 0.
-    start : (6·bodies,) array
-        Displacement to start from. A start near the solution saves few steps.
-    near_enough : (6·bodies,) array
-        The largest error of each component at which the wrenches count as balanced.
+    soft
+        The diagonal (6·bodies,) of E, greater than 0.
+    start
+        The displacement (6·bodies,) to start from. A start near the solution saves few steps.
+    near_enough
+        The largest error (6·bodies,) of each component at which the wrenches count as balanced.
 
     Returns
     -------
-    Inside
-        The result of the balanced step with the smallest duality gap. If no step was balanced, its
-        displacement is that of the last step, and its forces are zero.
+    The result of the balanced step with the smallest duality gap. If no step was balanced, the
+    displacement is that of the last step, and the forces are zero.
     """
     count = problem.count
     contacts, ties = problem.scaled[:, : 3 * count], problem.scaled[:, 3 * count :]

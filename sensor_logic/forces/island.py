@@ -21,9 +21,10 @@ from .world import Constraint, Key, Node, Support, World
 
 # In m. Bodies nearer than this are tested for contact.
 TOLERANCE = 0.002
-# In m. The same beyond a collision margin, which is soft.
+# In m. The same for gaps beyond a collision margin, because the margin is soft.
 MESH_TOLERANCE = 0.008
-# The least cosine between the push of a contact, found with `reach`, and a body's required force.
+# The least cosine between a body's required force and the push of a contact that is only within
+# `reach`.
 ALONG = 0.3
 
 
@@ -235,7 +236,7 @@ def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) 
 
 
 def standing_groups(island: Island, world: World) -> list[Group]:
-    """Return the points at which animated bodies stand on their supports."""
+    """Return the contact points of animated bodies with the nodes that support them."""
     groups = []
     for key, support in island.supports:
         count = len(support.places)

@@ -122,9 +122,10 @@ RESIDUAL = 0.02
 LEAST_NEED = 0.2
 # An animated body that requires less than this share of its weight is in free fall.
 LEAST_WEIGHT = 0.05
-# As LEAST_NEED, but a share of the island's total load, which a weightless body can transmit.
+# The same for a body without weight, as a share of the total load of the island, which such a body
+# can transmit.
 LEAST_SHARE = 1e-3
-# The weight, in the residual, of the moments of a body whose moments are soft.
+# The factor of moments in the residual of a body whose `softness` is not 0 for moments.
 BLURRED = 0.1
 # In m. An unsupported weight this near to the side of a pad, or above it, may belong on the pad.
 BESIDE, ABOVE = 0.25, 2.0

@@ -71,7 +71,7 @@ class Change:
 
     @property
     def event(self) -> Event[float]:
-        """The change as an event of the event log."""
+        """The same change as an `Event`, a row of the event log."""
         sensor, name = self.channel.sensor, self.channel.field
         return Event(self.time / 1e6, sensor.name, name, self.frame, sensor.kind, self.value)
 
@@ -139,7 +139,7 @@ class Log:
         return found
 
     def updates(self) -> list[Change]:
-        """Return the changes without the initial states."""
+        """Return all changes that are not initial states."""
         first = {id(change) for change in self.initial().values()}
         return [change for change in self.changes if id(change) not in first]
 

@@ -8,9 +8,9 @@ triangle only while all three sides are the same. The side is the sign of det(W,
 from start to end, p the vector from its start to a corner, and e the edge [1]_. If start and end
 move in straight lines, the determinant is a quadratic function of time.
 
-So an intersection can begin or end only at a root of such a function, or when an end of the ray
-crosses the triangle's plane. Between two successive of these times, nothing changes: a single test
-decides for the whole interval.
+So an intersection can begin or end only at a root of such a function, or when start or end crosses
+the triangle's plane. Between two successive of these times, nothing changes: a single test decides
+for the whole interval.
 
 References
 ----------
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from ..model import Array
 from .trees import Index, TriangleTree
 
-# In shares of the step's time. A shorter interval is a rounding error.
+# As a fraction of the step's time. A shorter interval is a rounding error.
 NO_TIME = 1e-9
 
 
@@ -199,9 +199,9 @@ def _value(coefficients: Array, at: Array) -> Array:
 
 
 def _roots(quadratics: Array) -> tuple[Array, Array]:
-    """Return the two roots of c0 + c1 t + c2 t², each (q, e), for coefficients (q, e, 3).
+    """Return the two roots of c0 + c1 t + c2 t² for each quadratic function, both (q, e).
 
-    A root that does not exist is NaN or infinite.
+    `quadratics` (q, e, 3) has c0, c1 and c2. A root that does not exist is NaN or infinite.
     """
     constant, linear, square = np.moveaxis(quadratics, -1, 0)
     # This form avoids the difference of two nearly equal numbers.

@@ -147,7 +147,7 @@ class DistanceParameters(Parameters):
         return []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Return advice if the output never switches on or hardly ever off."""
+        """Return advice if the output never switches on, or hardly ever switches off."""
         threshold, most = lengths.typed(self.threshold), lengths.typed(self.range_max)
         if self.threshold <= self.range_min:
             return [

@@ -67,7 +67,7 @@ def follow(before: float, target: float, dt: float, rise: float, fall: float) ->
 #
 # The scene gives the light (`LightSample`). The model adds noise and the circuit: the time
 # constants of a photoresistor and its voltage divider, or the counts of a digital part. A
-# comparator with hysteresis then compared whether the sensor is lit.
+# comparator with hysteresis then decides whether the sensor is lit.
 
 THESIS = "camera sensor of the thesis's Gazebo plugin"
 GL5528 = "GL5528 data sheet"

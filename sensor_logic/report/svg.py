@@ -168,7 +168,7 @@ def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str
     )
 
 
-# The places of marks beside the points that they label, without overlaps.
+# The positions of marks near the points that they label, so that marks do not overlap.
 
 # The distances (px) and directions to try, the nearest first.
 RINGS = (0.0, 17.0, 26.0, 38.0, 54.0, 76.0, 108.0)

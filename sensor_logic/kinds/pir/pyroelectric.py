@@ -103,14 +103,14 @@ LARGEST_NORM = 5.371920351148152
 class Response:
     """The filters between the power on the elements and the comparator.
 
+    All their constants are above 0.
+
     Attributes
     ----------
     electrical, thermal
         The time constants of the elements in s.
     low_cut, high_cut
         The pass band of the amplifier in Hz.
-
-    All are above 0.
     """
 
     electrical: float
@@ -148,8 +148,8 @@ class Response:
 class StepMatrices(NamedTuple):
     """The matrices `carry` (5, 5), `level` (5,) and `change` (5,) of one time step.
 
-    With P the power at the begin of the step, ΔP its change during the step, and x the state at the
-    begin, the state at the end is carry · x + level · P + change · ΔP.
+    At the begin of the step, the state is x and the power P. The power changes by ΔP. Then the
+    state at the end is carry · x + level · P + change · ΔP.
     """
 
     carry: Array
@@ -355,7 +355,7 @@ def zones_of(parameters: PirParameters) -> Zones:
 
 
 def response_of(parameters: PirParameters) -> Response:
-    """Return the filter chain of the detector."""
+    """Return the filters of the detector."""
     return Response(
         parameters.electrical_time,
         parameters.thermal_time,

@@ -701,5 +701,5 @@ def sip_gesture(began: float) -> Gesture:
 
 
 def _with_parked_walking_frame(parked: ParkedWalkingFrame | None, pose: BodyPose) -> BodyPose:
-    """Return the pose, with the walking frame where it is parked if it was left behind."""
+    """Return the pose; if the walking frame was left behind, it is where it was left."""
     return pose if parked is None else replace(pose, walker=parked.frame[None])

@@ -52,7 +52,7 @@ def acting(
     day: int,
     ground: Ground | None = None,
 ) -> Shares[Acted]:
-    """Act out a day in steps.
+    """Act out the day with the number `day`, and yield how much of this is done.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def acting(
     draws : Draws
         The random numbers, with the date of day 0.
     day : int
-        The number of the day to act.
+        The number of the day to act, from 0.
     ground : Ground, optional
         The ground from an earlier call. Its cached paths are used again.
 

@@ -3,6 +3,7 @@
 
 Methods that take time are generators. Of all persons, the one whose time `now` is earliest is
 advanced to the next `yield`. So the positions of the others are known when a person looks at them.
+A side of a door is +1 or −1, as `Door.side` returns it.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ ROOM_TO_PASS = 0.5
 
 
 class ActivityAbandoned(Exception):
-    """The activity's time was over before others made way."""
+    """Raised when the time of an activity is over while a person waits for others."""
 
 
 class Navigator(Actor):
@@ -43,7 +44,7 @@ class Navigator(Actor):
 
     def __init__(self, name: str, build: Build, home: HomeInUse, now: float) -> None:
         super().__init__(name, build, home, now)
-        self._key = ""  # key of the place that this person has reserved
+        self._key = ""  # the string under which this person has reserved a place
         self.until = math.inf  # end of the present segment
         self.step: ActivityStep | None = None  # the present step
         # The standpoints on arrival at a place, in order.
@@ -166,8 +167,9 @@ class Navigator(Actor):
     def _waiting_point(self, step: ActivityStep, place: Place) -> tuple[Array, float | None]:
         """Return the point and yaw where the person waits for a place, clear of all moving leaves.
 
-        This is before the last door on the way or, without doors, before the place. The person
-        stays here if no such point is found.
+        The point is before the last door on the way or, without doors, before the place. If there
+        is none, it is where the person is, or just behind the last door but one. A yaw of None is
+        any.
         """
         ground, home = self.home.ground, self.home
         doors = self._doors_to(step, place.at[:2], place.storey)
@@ -196,7 +198,7 @@ class Navigator(Actor):
         return start, None
 
     def _walk_leg(self, step: ActivityStep, goal: Array, yaw: float | None) -> Process:
-        """Walk to a point without opening doors, around people who stand on the way."""
+        """Walk to a point without opening doors; walk around people who stand in the way."""
         yield
         if self.parked is not None and (
             yaw is None or float(np.hypot(*(goal - self.parked.at))) > FETCH_M

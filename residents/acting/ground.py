@@ -2,7 +2,7 @@
 """Paths through a home, and the doors to open on the way.
 
 Shut doors divide the floor of a storey into regions. A path leads from region to region through
-doors.
+doors. A side of a door is +1 or −1, as `Door.side` returns it.
 """
 
 from __future__ import annotations
@@ -210,7 +210,10 @@ class Ground:
         return reached
 
     def crossing(self, door: Door, side: float, radius: float, opened: Open) -> Array:
-        """Return the corner points (n, 2) of the path through an open door, starting on `side`."""
+        """Return the corner points (n, 2) of the path through an open door.
+
+        It leads from the spot on the side `side` to the spot on the other side.
+        """
         ends = [self.spot_or_estimate(door, one, radius).at for one in (side, -side)]
         try:
             return self.find_path(
@@ -222,7 +225,7 @@ class Ground:
             return np.array([ends[0], middle + 0.3 * ahead, middle - 0.3 * ahead, ends[1]])
 
     def in_swing(self, door: Door, point: Array, margin: float) -> bool:
-        """Return whether a leaf that opens comes nearer to a point (2,) than `margin` m."""
+        """Return whether a leaf passes nearer to a point (2,) than `margin` m while it opens."""
         if door.name not in self._swings:
             stands = [door.line(w) for w in np.linspace(door.closed, door.open, 9)]
             self._swings[door.name] = np.concatenate(stands)

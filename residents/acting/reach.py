@@ -103,7 +103,10 @@ def _start(
 
 
 def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
-    """Return whether a path leads to a place, or to a cell at most `SQUEEZE_M` from it."""
+    """Return whether a path leads to a place, or at least to a cell near to it.
+
+    That cell is the nearest one to the place where a body fits. It is at most `SQUEEZE_M` away.
+    """
     try:
         last = floor.middle(entry(floor, BODY_M, place.at))
         find_path(floor, start, place.at[:2], BODY_M)

@@ -121,7 +121,7 @@ class Daylight:
             self._key(tree, path, frames, socket.default_value * skies[:, None])
 
     def _key(self, owner: Any, path: str, frames: Array, values: Array) -> None:
-        """Insert keyframes with `values`, shape (n, k), at n frames: a curve for each column."""
+        """Insert keyframes with `values`, shape (n, k), at n frames; each column is a curve."""
         curves = Curves(owner, "Daylight")
         self._keyed.append(owner)
         for index, column in enumerate(values.T):

@@ -363,7 +363,7 @@ def _carried(
     The thing turns with the heading of the body. It is tilted towards the face by `tilt` (n,), rad.
     """
     keyed, pose, bones = shown
-    # Between two keys a body does not move.
+    # Between two keyframes a body does not move.
     index = np.maximum(np.searchsorted(keyed, at, side="right") - 1, 0)
     carried = upright(pose.take(index), tilt)
     hand = palm(bones, hold.hand or 0, pose.build.scale)[index]

@@ -102,9 +102,9 @@ def _needs_camera() -> bool:
     )
 
 
-# s of movement between two exchanges of keys. More would need much memory.
+# s of movement that have keyframes at a time. More would need much memory.
 MOST_MOVEMENT = 200.0
-# s: keys cover this time after a stretch, for sensors that need later frames.
+# s: keyframes also cover this time after a stretch, for sensors that need later frames.
 AFTER_S = 1.0
 # *Explain* needs this many earlier updates: the last two scans at the same tilt.
 TILTS_BACK = 24
@@ -400,11 +400,12 @@ class Household:
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:
-        """Yield within a context in which residents move in place of the home's story.
+        """Context manager in which residents and what they move can be animated for a day.
 
-        It yields the object that inserts the keyframes, for residents, doors, lamps and things.
+        The home's own animation is switched off. The value is the object that inserts the keyframes
+        for residents, doors, lamps and things.
         """
-        # Keep the keys of lamps: they say with what power a lamp shines when it is on.
+        # Keep the keyframes of lamps: they say with what power a lamp shines when it is on.
         lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
         lights = {light for lamp in lamps for light in lights_of(lamp)}
         with without_animation(self.scene, lights):
@@ -442,9 +443,9 @@ def _check_placed(resident: Any) -> None:
 
 
 def resident_of(person: Person) -> Any:
-    """Return the resident's object that a person of the routine names.
+    """Return the object of the resident that acts a person of the routine.
 
-    Raise `InputError` if there is no such object.
+    Raise `InputError` if the home has no such resident.
     """
     obj = bpy.data.objects.get(person.resident)
     if obj is None:

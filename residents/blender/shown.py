@@ -62,7 +62,7 @@ def show(
     keys = KeyedStretch(residents, places)
     for owner in owners:
         data = owner.animation_data
-        # Keep the keys of lamps: they say with what power a lamp shines when it is on.
+        # Keep the keyframes of lamps: they say with what power a lamp shines when it is on.
         if data is not None and owner not in lamps:
             data.action, data.use_nla = None, False
     daylight.insert_keys()
@@ -152,7 +152,7 @@ def _state_of_sky(world: Any, path: str) -> dict[str, Any]:
 
 
 def _state_of_animation(owner: Any) -> dict[str, Any]:
-    """Return the names of a datablock's action and slot, and what else restores them.
+    """Return what restores a datablock's animation, such as the names of its action and slot.
 
     The action gets a fake user, so that saving the file does not drop it.
     """

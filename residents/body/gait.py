@@ -318,7 +318,7 @@ class Walk:
         return Feet(*(np.stack(pair, 1) for pair in zip(left, right, strict=True)))
 
     def _foot(self, side: int, phase: Array) -> tuple[Array, Array, Array, Array]:
-        """Return one foot at phases (n,), as `rolled_foot` does."""
+        """Return the pose of the foot of a side at phases (n,), in the order of `rolled_foot`."""
         mine: Index = np.array([k for k, step in enumerate(self.steps) if step.side == side])
         numbers = mine - 1
         i = np.maximum(np.searchsorted(numbers - LAND, phase, side="right") - 1, 0)

@@ -283,9 +283,9 @@ def _leaning(pose: BodyPose, lean: Array, slide: float) -> BodyPose:
 
 
 def _crouching(pose: BodyPose, height: Array, weight: Array) -> BodyPose:
-    """Return the poses with the knees bent, as far as people stand and a target is low.
+    """Return the poses with the knees bent where the target of a hand is low.
 
-    `height` (n,) is the height of the target, m.
+    Only standing people bend them. `height` (n,) is the height of the target, m.
     """
     scale = pose.build.scale
     sole = pose.feet.ankle[..., 2].min(-1) - ANKLE_HEIGHT * scale

@@ -375,7 +375,7 @@ def _head(points: Array) -> dict[str, Array]:
 
 
 def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
-    """Return the bones' weights (n,) at points on trunk and arms or, with `is_hand`, on hands."""
+    """Return the bones' weights (n,) at points on trunk and arms; if `is_hand`, on the hands."""
     along_arm = (WRIST - SHOULDER) / np.linalg.norm(WRIST - SHOULDER)
     found: dict[str, Array] = {}
     rest = np.ones(len(points))
@@ -402,7 +402,7 @@ def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
 
 
 def _lower(points: Array, is_foot: bool) -> dict[str, Array]:
-    """Return the bones' weights (n,) at points on hips and legs or, with `is_foot`, on feet."""
+    """Return the bones' weights (n,) at points on hips and legs; if `is_foot`, on the feet."""
     x, y, z = points.T
     left = (y > 0) * 1.0 if is_foot else _step(y / 0.02)
     found: dict[str, Array] = {}

@@ -46,7 +46,7 @@ class Bones:
 def _frame(along: Array, hinge: Array) -> Array:
     """Return the rotation of a frame whose first axis is along a bone.
 
-    The second axis is as near to `hinge` as it can be.
+    The second axis is perpendicular to the bone, and as near to `hinge` as possible.
     """
     a = normalised(along)
     h = normalised(hinge - a * (hinge * a).sum(-1, keepdims=True))

@@ -108,7 +108,7 @@ class DayRows:
 
     @classmethod
     def of(cls, days: Sequence[Day]) -> DayRows:
-        """Join days; a value that does not change at midnight has no second row there."""
+        """Join days; a value that does not change at midnight has no row at that time."""
         return cls(
             days[0].date,
             tuple(_events(days)),
@@ -261,9 +261,9 @@ def lasting(seconds: float) -> str:
 
 
 def calendar_number(first: date) -> int:
-    """Return the number by which the noise of a date is drawn: its day number modulo `CYCLE`.
+    """Return the number on which the noise of a date depends: its day number modulo `CYCLE`.
 
-    So a date has the same noise, whatever the first day of the run.
+    So the noise of a date is the same in each run, whatever the run's first day.
     """
     return day_number(first) % CYCLE
 

@@ -31,7 +31,7 @@ class Meanwhile:
     Attributes
     ----------
     do : tuple of str
-        The movements to draw from, as steps.
+        The steps to draw from, such as "shift".
     every : float
         The mean time from one movement to the next, s.
     varies : float

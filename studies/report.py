@@ -35,9 +35,9 @@ VERSIONS = ("angen_sensors", "blender", "numpy", "python")
 # Columns that are neither varied nor measured.
 NOT_MEASURED = ("run", "seed", "digest", "error", *VERSIONS)
 CONFIDENCE = 0.95
-# Number of bins of a continuous draw, each with the same number of runs.
+# Number of bins for a key with many values, each with the same number of runs.
 BINS = 8
-# A key with more values than this is a continuous draw.
+# A varied key with more values than this is shown in bins.
 FEW = 24
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW)
 MARKS = "osD^v<"
@@ -261,7 +261,10 @@ class Plot(NamedTuple):
 
 
 def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
-    """Return the page, and the pictures in it."""
+    """Return the page, and the pictures that it shows.
+
+    `facts` is the content of the file that describes the study.
+    """
     light, dark = (
         "".join(f"--{name}:{colours[number]};" for name, colours in INKS.items())
         for number in (0, 1)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 RUNS, CSV, PARQUET, LOGS = "runs.jsonl", "results.csv", "results.parquet", "logs"
 # Folder with the days of unfinished runs.
 DAYS = "days"
-# File with the facts of the study for the report.
+# File that describes the study for the report.
 FACTS = "study.json"
 # Parquet types of columns, by the type that pandas infers; all others are text.
 TYPES = {

@@ -189,7 +189,7 @@ ENDS = {"RET", "NUMPAD_ENTER"}
 
 
 def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
-    """Return the floor below a point on a surface, or None.
+    """Return the floor below the point `place` of a surface, or None.
 
     The object with the surface `on` counts as a floor only if that surface is steep. Steep surfaces
     below the point do not count. A ledge, such as the top of a picture frame, counts only if
@@ -220,7 +220,10 @@ def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> 
 
 
 def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
-    """Return a text with the height of a point, and with its height above the floor, if any."""
+    """Return a text with the height of the point `place`.
+
+    If there is a floor, its height above the floor is added.
+    """
     scale, lengths = unit_scale(scene), lengths_of(scene)
     height = f"Z {lengths.text(place.z * scale)}"
     if floor is None:

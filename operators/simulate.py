@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulate the sensors over a range of frames with progress; Esc keeps the simulated frames.
 
-A fresh recording is extended rather than replaced. Frames inside it are not simulated again. A run
-that overlaps or adjoins it is extended to all of its frames, and begins at the first of them. The
-reason is that hold times, noise and the last scan start anew with each run. In a window the
-operator asks before it replaces a recording that it cannot keep.
+Frames of a fresh recording are not simulated again. A run that only overlaps or adjoins the
+recording is extended to all of its frames. The extended run begins at the first frame, because hold
+times, noise and the last scan start anew with each run. In a window the operator asks before it
+replaces a recording that cannot be kept.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class RunPlan:
     is_done
         Whether the recording has these readings already, so that nothing is simulated.
     question
-        What the user is asked, since it will be lost; empty if nothing is lost.
+        Says which recorded readings are lost, for the user to confirm; empty if none are.
     """
 
     first: int

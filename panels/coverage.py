@@ -69,7 +69,10 @@ class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
 
 
 def _draw_rooms(layout: UILayout, found: dict, scene: Any, is_fresh: bool) -> None:
-    """Draw the coverage of each room as a table, greyed out if the map is stale."""
+    """Draw the coverage of each room as a table, greyed out if the map is stale.
+
+    `found` are the figures of the map, as `summary` returns them.
+    """
     box = layout.box().column(align=True)
     frame = found.get("frame", scene.frame_current)
     at = f", frame {frame}" if frame != scene.frame_current else ""

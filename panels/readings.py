@@ -117,7 +117,7 @@ def _text_of(
     words: tuple[str, str, str],
     lengths: Any,
 ) -> ReadingText:
-    """Return the texts for a reading; `words` are its full text, its icon and its brief text."""
+    """Return the texts for the reading `found`; `words` are its full text, icon and brief text."""
     text, icon, brief = words
     return ReadingText(
         text,

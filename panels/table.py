@@ -43,7 +43,10 @@ NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.
 
 
 def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ...]:
-    """Return the sort key of a sensor, by name, room, kind or state. Equal ones sort by name."""
+    """Return the sort key of a sensor, by name, room, kind or state. Equal ones sort by name.
+
+    `seen` has the texts of its reading, which only the order by state needs.
+    """
     if by == "ROOM":
         # Sensors without a room come last.
         return (not sensor.room, sensor.room.lower(), sensor.name.lower())
@@ -55,7 +58,10 @@ def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ..
 
 
 def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
-    """Return whether each of the words is part of the sensor's name, room, kind or state."""
+    """Return whether each of the words is part of the sensor's name, room, kind or state.
+
+    `seen` has the texts of its reading, and so the state.
+    """
     state = seen.text if seen else ""
     text = f"{sensor.name} {sensor.room} {sensor.kind.label} {state}".lower()
     return all(word in text for word in words.lower().split())

@@ -108,7 +108,10 @@ def _draw_inherited(layout: Any, obj: Any) -> None:
 
 
 def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> None:
-    """Draw warnings of what a pyroelectric detector cannot sense in this scene."""
+    """Draw warnings of what a pyroelectric detector cannot sense in this scene.
+
+    `seen` has the texts of the detector's reading.
+    """
     if not warmth.pyroelectric([sensor]):
         return
     cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)

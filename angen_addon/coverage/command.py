@@ -50,7 +50,10 @@ def add_coverage(verbs: Any, every: argparse.ArgumentParser) -> None:
 
 
 def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    """Return a parser of the options that `angen coverage` and `angen place` both have."""
+    """Return a parser of the options that `angen coverage` and `angen place` both have.
+
+    These include the options of the parser `every`, which all commands have.
+    """
     common = argparse.ArgumentParser(add_help=False, parents=[every])
     common.add_argument(
         "--motion",

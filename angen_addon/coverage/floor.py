@@ -238,8 +238,8 @@ class Labels:
     names
         The names of the rooms.
     guessed
-        A mask (nx, ny): the cells of rooms that are open to another room. Only the distances from
-        the sensors decide where such rooms end.
+        A mask (nx, ny): the cells of rooms that are open to another room. No wall shows the end of
+        such a room, only the distances from the sensors of both rooms do.
     """
 
     number: NDArray[np.int64]
@@ -284,7 +284,11 @@ def labels_of(
 def _open_rooms(
     number: NDArray[np.int64], loose: Mask, ways: tuple[Mask, Mask]
 ) -> NDArray[np.int64]:
-    """Return the numbers of rooms that are open to another room: no wall is between two cells."""
+    """Return the numbers of rooms that are open to another room.
+
+    Two rooms are open to each other if neighbouring cells of them have no wall between. `ways` are
+    the results of `passable`.
+    """
     rooms = np.where(loose, number, 0)
     found = []
     for way, one, two in (
@@ -391,7 +395,10 @@ def cells_of(
 def storeys_of(
     home: EvaluatedHome, sensors: Sequence[Sensor], marked: Sequence[Volume]
 ) -> list[tuple[float, list[Sensor]]]:
-    """Return the height of the floor of each storey in m, with the sensors of the storey."""
+    """Return the height of the floor of each storey in m, with the sensors of the storey.
+
+    `marked` are the meshes that mark rooms.
+    """
     inside = [s for s in sensors if s.kind.in_room]
     seen = [p for p in (sensor_in_plan(home, sensor) for sensor in inside) if p is not None]
     by_name = {s.name: s for s in inside}
@@ -471,9 +478,9 @@ def _storey_cells(
 
 
 def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
-    """Return how far (n, 8) in m a body can move from each cell in each of 8 directions.
+    """Return how far (n, 8) in m a body can move from each point in each of 8 directions.
 
-    All of its height must be free.
+    The points `at` (n, 3) are on the floor. All of the body's height must be free.
     """
     low, high = max(motion.bottom, RUG_M), motion.top
     heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))

@@ -167,7 +167,7 @@ def _cast_from(
 
 
 def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
-    """Return the pose of a detector on a wall that looks horizontally.
+    """Return the pose at a point of a wall of a detector that looks horizontally.
 
     It is turned from the wall's normal by `turn` (rad).
     """
@@ -444,9 +444,8 @@ class _Search:
     def _left(self, choice: ChosenPlaces) -> int:
         """Estimate for how many candidates the exact coverage must still be computed.
 
-        These are the ones that may add more floor than the chosen candidate that adds least. The
-        floor that this one adds is estimated, since its exact coverage is less than its upper
-        bound.
+        These are the ones that may add more floor than the weakest chosen candidate. What this one
+        adds counts less than its upper bound, because exact coverages are less.
         """
         *others, weakest = choice.chosen
         free = np.where(self._sets[others].any(axis=0), 0.0, self._weights)

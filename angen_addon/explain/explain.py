@@ -27,8 +27,8 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
 
     If the output is not active at that update, the explanation also says what would have to change.
 
-    `scene` must be the scene of the present context, unchanged since the run. The frame is
-    restored. Raise `AngenError` if the sensor cannot be read.
+    `scene` must be the scene of the present context. It must not have changed after the run. The
+    frame is restored. Raise `AngenError` if the sensor cannot be read.
     """
     with replaying(scene, sensor, recording) as replay:
         appearance = appearance_of(sensor.kind)

@@ -28,7 +28,8 @@ from ..view.overlay.figures import Figure, circle, pairs
 def figure(seen: Any, metres: float) -> Figure:
     """Draw a whole ring where the magnet closes the contact, and a dashed one where it opens it.
 
-    Each ring is drawn twice, in planes at right angles.
+    Each ring is drawn twice, in planes at right angles. The parameters are those of
+    `Appearance.figure`.
     """
     drawn = Figure()
     x, y, z = seen.pose.axes.T
@@ -58,7 +59,10 @@ NO_MAGNET = "It has no magnet, so it is always open. Choose the object that is i
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Warn of a missing magnet, below the parameters in the panel."""
+    """Warn of a missing magnet, below the parameters in the panel.
+
+    `seen` has the texts of the sensor's reading.
+    """
     if sensor.parameters.magnet is None:
         draw_lines(layout, NO_MAGNET, "ERROR")
 

@@ -130,7 +130,10 @@ ACROSS = 25
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return a level fan of rays for the floor plan, as wide as all zones together."""
+    """Return a level fan of rays for the floor plan, as wide as all zones together.
+
+    `sight` is the trace of the sensor's rays, and `metres` the metres in a Blender unit.
+    """
     wide = replace(sight.parameters, zones_across=1, zones_up=1, rays=ACROSS)
     origins, directions, reach = zone_rays(wide, sight.pose)
     level = slice(ACROSS * (ACROSS // 2), ACROSS * (ACROSS // 2 + 1))
@@ -140,7 +143,8 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """Draw a frame at the end of each zone, and the outer edges of all zones together.
 
-    The frame of a zone is filled if all rays of the zone hit something.
+    The frame of a zone is filled if all rays of the zone hit something. The parameters are those of
+    `Appearance.rays_figure`.
     """
     drawn = Figure()
     across, up = seen.parameters.zones_across, seen.parameters.zones_up

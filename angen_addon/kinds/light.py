@@ -71,7 +71,10 @@ class LightCause:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add to an explanation how much more light the sensor needs to be lit, as the first fact."""
+    """Return the explanation `found` with a further fact, before its own.
+
+    It says how much more light the sensor needs to be lit.
+    """
     if found.cause is None:
         return found
     light = replay.sensor.parameters
@@ -183,7 +186,10 @@ LOBE = 0.25
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return the rays for the floor plan; for a sensor with four views, the axes of the views."""
+    """Return the rays for the floor plan; for a sensor with four views, the axes of the views.
+
+    `sight` is the trace of the sensor's rays, and `metres` the metres in a Blender unit.
+    """
     if sight.parameters.method != "FOUR_WALL":
         return sight.rays(metres)
     request = light_request(sight.sensor, sight.parameters, sight.pose, metres, False)
@@ -195,7 +201,8 @@ def figure(seen: Any, metres: float) -> Figure:
     """Draw the lobe of a sensor with a face; a sensor with four views has none.
 
     The lobe shows how much the light from each direction counts: by the cosine of its angle to the
-    face's normal. The four views are drawn by `view_figure`.
+    face's normal. The four views are drawn by `view_figure`. The parameters are those of
+    `Appearance.figure`.
     """
     if seen.parameters.method == "FOUR_WALL":
         return Figure()
@@ -203,7 +210,10 @@ def figure(seen: Any, metres: float) -> Figure:
 
 
 def view_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw the axis of a view, and the rectangle of its picture at the end of the view."""
+    """Draw the axis of a view, and the rectangle of its picture at the end of the view.
+
+    The parameters are those of `Appearance.rays_figure`.
+    """
     drawn = Figure()
     (start,), (end,), _ = ends_of(met, metres)
     drawn.add("dark", dashes(seen.pose.origin / metres, start[0]))
@@ -242,7 +252,10 @@ HOUSINGS = {"": _photoresistor}
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Show the note of the last live reading, such as that a view is narrower than set."""
+    """Show the note of the last live reading, such as that a view is narrower than set.
+
+    `seen` has the texts of the sensor's reading.
+    """
     note = seen.fields.get("note", "") if seen.fields is not None else ""
     if note:
         draw_lines(layout, capital(note), "INFO")

@@ -78,7 +78,10 @@ class BeamCause:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add to an explanation what would open the switch, as the first fact."""
+    """Return the explanation `found` with a further fact, before its own.
+
+    It says what would open the switch.
+    """
     return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
 
 
@@ -146,7 +149,7 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
 
 
 def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Replay update `index`. For a swept switch, first replay all steps since the previous update.
+    """Replay update `index`; for a swept switch, replay all steps after the previous update too.
 
     Return the parameters and the beam at the update; None if the sensor is switched off there.
     """
@@ -230,7 +233,8 @@ LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """Draw the beam up to its hit, with a cross at the hit and a dashed line behind it.
 
-    A bar marks the threshold: the range from which the switch is open.
+    A bar marks the threshold: the range from which the switch is open. The parameters are those of
+    `Appearance.rays_figure`.
     """
     drawn = beams(seen, number, met, metres)
     _, (ends,), (hit,) = ends_of(met, metres)

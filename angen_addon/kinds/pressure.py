@@ -34,7 +34,10 @@ ARROW_PER_N, LEAST_ARROW, LONGEST_ARROW = 0.001, 0.06, 1.2
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Draw the outline of the pad. `force_of_reading` draws the force."""
+    """Draw the outline of the pad. `force_of_reading` draws the force.
+
+    The parameters are those of `Appearance.figure`.
+    """
     drawn = Figure()
     if seen.outline is not None:
         corners = seen.outline
@@ -170,9 +173,10 @@ class PadCause:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add to an explanation the force that is missing, before its other facts.
+    """Return the explanation `found` with further facts, before its own.
 
-    If nothing presses on the pad, also add the nearest object above it.
+    They say which force is missing and, if nothing presses on the pad, which object is nearest
+    above it.
     """
     cause = found.cause
     if cause is None:
@@ -310,7 +314,10 @@ SECTIONS = (
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Show the reading, and warnings with buttons that help."""
+    """Show the reading, and warnings with buttons that help.
+
+    `seen` has the texts of the sensor's reading.
+    """
     pad, scene = sensor.object, context.scene
     problem = advice.without_surface(pad)
     if problem:

@@ -16,7 +16,10 @@ from .overlay.figures import Figure, beams, plain_figure
 
 
 def model_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return the rays that the model casts: the default of `Appearance.plan_rays`."""
+    """Return the rays that the model casts: the default of `Appearance.plan_rays`.
+
+    `sight` is the trace of the sensor's rays, and `metres` the metres in a Blender unit.
+    """
     return sight.rays(metres)
 
 
@@ -45,6 +48,10 @@ def no_lit_figure(seen: Any, number: int, met: RaysMet, before: Any, metres: flo
 class Appearance:
     """The appearance of a kind of sensor. Each attribute has a default, which a kind may replace.
 
+    The functions that draw get the sensor (a `DrawnSensor`) and return a `Figure` in the world.
+    Those for a bundle of rays also get its number and its hits (`RaysMet`). The last parameter of
+    all is the metres in a Blender unit.
+
     Attributes
     ----------
     housings
@@ -55,16 +62,16 @@ class Appearance:
     plan_rays
         Function that returns the rays of the floor plan. Default: the rays of the model.
     figure
-        Draws a sensor (a `DrawnSensor`). Default: a cross if it casts no rays.
+        Draws the sensor itself. Default: a cross if it casts no rays.
     rays_figure
-        Draws a bundle of its rays, given the number of the bundle and its hits. Default: beams.
+        Draws a bundle of its rays. Default: beams.
     scan_figure
         Draws a bundle of rays that the sensor cast at its last update. Default: nothing.
     lit_figure
-        Draws where such a bundle met movement, given the ranges (n,) of the scan before. Default:
-        nothing.
+        Draws where such a bundle met movement. It also gets the ranges (n,) of the scan before.
+        Default: nothing.
     reading_figure
-        Draws a reading that has the `drawn_fields`. Default: nothing.
+        Draws a reading from the sensor's pose and the published fields. Default: nothing.
     drawn_fields
         Names of the fields that `reading_figure` needs.
     handles

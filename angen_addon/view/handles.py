@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The handles that a kind of sensor can have: where each is, and which value dragging it changes.
+"""The handles of the kinds of sensors: the place of each, and the value that it changes.
 
 Each kind lists its handles in its `Appearance`. `gizmos.py` draws them and follows the mouse.
 """
@@ -191,7 +191,7 @@ def edge(name: str, aside: tuple[float, float], share: float, reach: str = "rang
     aside
         The direction (x, y) from the view axis to the handle.
     share
-        The angle between the view axis and the handle, relative to the parameter's value.
+        The handle is this fraction of the angle away from the view axis.
     reach
         The parameter with the range. The handle is at half of it.
     """

@@ -533,7 +533,10 @@ def explain_motion(replay: Replay, index: int) -> Explanation:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Add to an explanation what would have to change for the detector to fire, as first facts."""
+    """Return the explanation `found` with further facts, before its own.
+
+    They say what would have to change for the detector to fire.
+    """
     headline, facts = found.headline, _missing_to_fire(replay, index, found) if found.cause else []
     held = _why_waiting(replay, index)
     if held:
@@ -558,7 +561,10 @@ def _why_waiting(replay: Replay, index: int) -> str:
 
 
 def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
-    """Return facts that say what would have to change for the detector to fire."""
+    """Return facts that say what would have to change for the detector to fire.
+
+    `found` is the explanation so far.
+    """
     if replay.sensor.parameters.model == "PYROELECTRIC":
         share = abs(found.cause.signal)
         if share > 1.0:
@@ -583,7 +589,7 @@ def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
 def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     """Return the nearest object that has moved since the previous update, as a text.
 
-    The text also says why the detector does not report it.
+    The text also says why the detector does not report it. `found` is the explanation so far.
     """
     if index == 0:
         return "unknown at the first update"
@@ -620,7 +626,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
 
 
 def _noticed_names(found: Explanation) -> set[str]:
-    """Return the names of the objects that changed what the detector measures."""
+    """Return the names of objects in the explanation that changed what the detector measures."""
     cause = found.cause
     if isinstance(cause, WarmCause):
         return {thing.name for thing in cause.things}

@@ -35,7 +35,8 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """Draw the tilts of a range scan, or the zones of a lens.
 
     Each tilt is drawn as a surface from the sensor to the hits of its rays. The detector sees
-    nothing between two tilts, so nothing is drawn there.
+    nothing between two tilts, so nothing is drawn there. The parameters are those of
+    `Appearance.rays_figure`.
     """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC":
@@ -109,7 +110,10 @@ def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
 
 
 def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure | None:
-    """Draw the tilt of the last update; return None if the detector has only one tilt."""
+    """Draw the tilt of the last update; return None if the detector has only one tilt.
+
+    The parameters are those of `Appearance.scan_figure`.
+    """
     parameters = seen.parameters
     one_of_many = len(met.reach) == parameters.rays > 1 and parameters.tilt_count > 1
     if parameters.model == "PYROELECTRIC" or not one_of_many:
@@ -128,7 +132,7 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
     """Draw the rays whose range changed by more than the threshold since the scan before.
 
     Noise does not count. `before` holds the ranges (n,) of that scan. Return None if there was no
-    movement.
+    movement. The other parameters are those of `Appearance.scan_figure`.
     """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC" or before.shape != met.ranges.shape:
@@ -190,7 +194,10 @@ HOUSINGS = {
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Show why the detector may report nothing, with buttons that help."""
+    """Show why the detector may report nothing, with buttons that help.
+
+    `seen` has the texts of the sensor's reading.
+    """
     late = advice.warm_up(sensor, context.scene)
     if late:
         box = draw_lines(layout, late.text, "INFO")
@@ -208,7 +215,8 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays for the floor plan.
 
     For a range scan these are the rays of its model. For a lens, each zone is a level fan as wide
-    as the zone and as long as the detection distance in the data sheet.
+    as the zone and as long as the detection distance in the data sheet. `sight` is the trace of the
+    sensor's rays, and `metres` the metres in a Blender unit.
     """
     parameters, pose = sight.parameters, sight.pose
     if parameters.model != "PYROELECTRIC":

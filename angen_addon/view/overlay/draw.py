@@ -43,7 +43,10 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
 
 
 def rows_to_draw(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
-    """Return each sensor that this view shows, with its reading and whether it is selected."""
+    """Return those of the `drawn` sensors that this view shows.
+
+    Each comes with its reading, and with whether it is selected.
+    """
     readings, found = ReadingTexts(scene), []
     active = bpy.context.view_layer.objects.active
     housed = housed_by(active) if active is not None and active.select_get() else None

@@ -164,7 +164,10 @@ def straight(
 
 
 def plain_figure(seen: Any, metres: float) -> Figure:
-    """Return the figure of a sensor that casts no rays: a cross."""
+    """Return the figure of a sensor that casts no rays: a cross.
+
+    The parameters are those of `Appearance.figure`.
+    """
     figure = Figure()
     if not CAST & seen.sensor.kind.needs.keys():
         axes = seen.pose.axes.T * CROSS
@@ -173,7 +176,10 @@ def plain_figure(seen: Any, metres: float) -> Figure:
 
 
 def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Return the figure of a bundle of rays: each ray as a line up to its hit or its range."""
+    """Return the figure of a bundle of rays: each ray as a line up to its hit or its range.
+
+    The parameters are those of `Appearance.rays_figure`.
+    """
     figure = Figure()
     starts, ends, _ = ends_of(met, metres)
     figure.add("beam", pairs(starts, ends))
@@ -199,12 +205,12 @@ def pairs(one: Any, two: Any) -> Array:
 
 
 def triangles(one: Any, two: Any, three: Any) -> Array:
-    """Return triangles (…, 3, 3) from their three corners."""
+    """Return triangles (…, 3, 3) from the arrays `one`, `two` and `three` of their corners."""
     return np.stack([one, two, three], axis=-2)
 
 
 def dashes(one: Array, two: Array) -> Array:
-    """Return a dashed line as DASHES short lines (DASHES, 2, 3) between two points."""
+    """Return a dashed line from `one` point to another, as lines (DASHES, 2, 3)."""
     return (one + (two - one) * DASHES_AT).reshape(DASHES, 2, 3)
 
 

@@ -83,12 +83,18 @@ def arrange(
 
 
 def _count_other_markers(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
-    """Return how many markers besides the label's `own` one are near a label."""
+    """Return how many markers besides the label's `own` one are near a label.
+
+    Near is less than APART times `off`, the distance of a label from its marker.
+    """
     return sum(n != own and _near(plate, m, APART * off) for n, m in enumerate(markers))
 
 
 def _plates_beside(marker: Point, size: Point, off: float) -> list[Rect]:
-    """Return the places that a label of this size may have around its marker."""
+    """Return the places that a label of this size may have around its marker.
+
+    `off` is its distance from the marker.
+    """
     (x, y), (width, height) = marker, size
     found = []
     for aside, up in SIDES:
@@ -271,7 +277,10 @@ def to_screen(
 
 
 def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
-    """Draw the signs and labels of all sensors that the view shows."""
+    """Draw the signs and labels of all sensors that the view shows.
+
+    `drawn` are the drawn sensors of the scene, and `shown` those in this view with their readings.
+    """
     board = drawn.boards.setdefault(context.region.as_pointer(), RegionLabels())
     rows, markers, sizes = _visible_rows(context, board, drawn, shown)
     board.markers = {row.seen.uid: m for row, m in zip(rows, markers, strict=True)}
@@ -305,8 +314,8 @@ def _visible_rows(
 ) -> tuple[list[SensorRow], list[Point], list[float]]:
     """Return the sensors in the view, the pixels of their signs, and how long a metre is at each.
 
-    The length of a metre is in pixels. The signs are projected again only if the view or a sensor
-    moved.
+    The length of a metre is in pixels. `shown` are the sensors of the view, of which some are
+    outside the region. The signs are projected again only if the view or a sensor moved.
     """
     region, view = context.region, context.region_data
     rows = [row for row in shown if row.seen.matrix is not None]
@@ -386,7 +395,7 @@ def _place_labels(
 
 
 def _plate(room: Rect, marker: Point, wide: float) -> Rect:
-    """Return the rectangle of a label of this width, within its `room` and next to its marker."""
+    """Return the rectangle of a label of width `wide`, within its `room` and next to its marker."""
     left, low, right, high = room
     if right <= marker[0]:
         left = right - wide
@@ -395,7 +404,7 @@ def _plate(room: Rect, marker: Point, wide: float) -> Rect:
     return left, low, left + wide, high
 
 
-def _texts(context: Any, name: str, one: ReadingText, full: bool) -> tuple[str, str]:
+def _texts(context: Any, name: str, reading: ReadingText, full: bool) -> tuple[str, str]:
     """Return the name and the reading to write in a label; empty texts for what is not shown.
 
     With `full` the reading is written in full, as for selected and hovered sensors. A sensor
@@ -403,8 +412,8 @@ def _texts(context: Any, name: str, one: ReadingText, full: bool) -> tuple[str, 
     says so.
     """
     settings = context.scene.angen_overlay
-    is_nothing = one.icon == UNKNOWN and one.brief in ("", NOTHING)
-    value = "" if is_nothing else one.text if full else one.short
+    is_nothing = reading.icon == UNKNOWN and reading.brief in ("", NOTHING)
+    value = "" if is_nothing else reading.text if full else reading.short
     return name if settings.names else "", value if settings.values else ""
 
 

@@ -212,7 +212,8 @@ def changing_figures(seen: Any, shown: ReadingText, metres: float) -> list[Figur
 def _reading_figure(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
     """Return the figure of a valid reading; None if the kind draws none.
 
-    While the drawn fields are equal, it is the same object.
+    The parameters are those of `changing_figures`. While the drawn fields are equal, the result is
+    the same object.
     """
     look, fields = seen.appearance, shown.fields
     if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:

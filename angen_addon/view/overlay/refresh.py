@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Decide when the overlay is brought up to date: at a frame change, or shortly after an edit.
 
-At a frame change most sensors cast only the rays of their present update. The rest are cast once
-the playhead rests or after an edit, and never while Blender draws.
+At a frame change each sensor casts only the rays of its present update. All other rays are cast
+after an edit, and once the playhead rests. No ray is cast while Blender draws.
 """
 
 from __future__ import annotations

@@ -50,8 +50,8 @@ def is_applied(obj: Any, preset: Preset) -> bool:
 def preset_of(obj: Any) -> tuple[Preset | None, bool]:
     """Return the preset of a sensor, and whether its values were edited since it was applied.
 
-    If values were edited, but now equal those of other presets, return the one of these with the
-    most values.
+    If the edited values equal those of other presets, return the other preset with most values, as
+    not edited.
     """
     settings = obj.angen_sensor
     presets = KINDS[settings.kind].presets

@@ -207,7 +207,7 @@ class Volume:
 
 
 def volumes(home: EvaluatedHome) -> list[Volume]:
-    """Return the meshes that mark rooms, by name.
+    """Return the meshes that mark rooms, sorted by name.
 
     Meshes that Blender does not evaluate are left out; the doctor reports them.
     """

@@ -93,7 +93,7 @@ def view_from(
     rate
         Its update rate in Hz.
     uid
-        Session uid of the detector's object, which its rays pass.
+        Session uid of the detector's object. Its rays go through this object.
     """
     if parameters.model == "PYROELECTRIC":
         return _warm_view(home, warmth, parameters, pose, rate, uid)

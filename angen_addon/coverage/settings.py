@@ -76,9 +76,10 @@ def _group() -> type:
 
 
 def motion_of(identifier: str, height: float) -> Motion:
-    """Return the motion of this identifier; if `height` is not 0, for a body of that height in m.
+    """Return the motion of this identifier.
 
-    Raise `AngenError` if the motion is impossible at this height.
+    If `height` is not 0, it is the motion of a body of that height in m. Raise `AngenError` if the
+    motion is impossible at this height.
     """
     motion = MOTIONS[identifier]
     if height == 0.0:

@@ -159,7 +159,7 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
 
 
 def proposed(scene: Any) -> list[Any]:
-    """Return the empties of a proposal, by name."""
+    """Return the empties of a proposal, sorted by name."""
     found = [obj for obj in scene.objects if obj.get(COVERAGE_MARK) == PROPOSAL]
     return sorted(found, key=lambda obj: obj.name)
 

@@ -158,7 +158,7 @@ def without_faces(home: Examined) -> Iterator[Found]:
 
 
 def flattened(home: Examined) -> Iterator[Found]:
-    """Report surfaces of scale 0 along an axis, which rays pass.
+    """Report surfaces of scale 0 along an axis, because rays go through them.
 
     Surfaces with keyframes of their scale are left out: they may be meant to shrink.
     """

@@ -226,9 +226,9 @@ def names_nothing(home: Examined) -> Iterator[Found]:
 
 
 def unplaced(home: Examined) -> Iterator[Found]:
-    """Report sensors, and objects that are referred to, which Blender does not evaluate.
+    """Report sensors and other objects that Blender does not evaluate, so that they have no place.
 
-    Such an object has no known place. It is one that a sensor, a lamp or a resident refers to.
+    The other objects are those that a sensor, a lamp or a resident refers to.
     """
     for sensor in home.unplaced:
         yield (

@@ -72,7 +72,8 @@ MEMORY = Memory()
 class ExplainedTime:
     """The explanation of a sensor at a time (s), for the command `angen explain`.
 
-    `run` simulates the frames `first` to `last`, and `text` then gives the explanation.
+    First call `run`, which simulates the frames `first` to `last`. Then `text` gives the
+    explanation.
     """
 
     def __init__(self, scene: Any, sensors: Sequence[Sensor], sensor: Sensor, time: float) -> None:

@@ -302,8 +302,8 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
 def explain_plainly(replay: Replay, index: int) -> Explanation:
     """Explain update `index` of a sensor whose kind has no explanation of its own.
 
-    The explanation has its fields, its nearest hit and its parameters. Raise `AngenError` if the
-    sensor cannot be read.
+    The explanation has the published fields, the nearest hit and the parameters of the sensor.
+    Raise `AngenError` if the sensor cannot be read.
     """
     pending, kind = replay.take_update(index), replay.sensor.kind
     if pending is None:

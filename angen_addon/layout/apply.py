@@ -97,7 +97,7 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
 class _Rollback(ExitStack):
     """Sets properties, and restores their old values at the end of the `with` block.
 
-    Callbacks that are added undo other changes. After `pop_all` nothing is undone.
+    Other changes are undone by callbacks that are added to it. After `pop_all` nothing is undone.
     """
 
     def set(self, owner: Any, name: str, value: Any) -> None:

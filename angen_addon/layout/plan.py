@@ -166,7 +166,7 @@ class Planner:
         return change
 
     def _same_name(self, entry: LayoutEntry) -> Any:
-        """Return the object that an entry would make a sensor: it has the entry's name; or None.
+        """Return the ordinary object that has an entry's name and will become a sensor, or None.
 
         Raise `InputError` if it is not in the view layer.
         """

@@ -327,7 +327,7 @@ class DrawnSensor:
     ) -> bool:
         """Make the figure of the sensor itself again if it has changed.
 
-        Return whether the sensor senses.
+        Return whether the sensor senses. The parameters are those of `follow`.
         """
         if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
             return self.pose is not None

@@ -301,9 +301,9 @@ def _open_rooms(
 
 
 def _cells_near(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[int]]:
-    """Return the cells near a sensor with nothing between them and the point below the sensor.
+    """Return the numbers of the cells near a sensor that level rays from below it reach.
 
-    The point is a little in front of the wall that the sensor is on.
+    The rays start a little in front of the wall that the sensor is on.
     """
     matrix = sensor.world_matrix(home.depsgraph)
     at = np.array(matrix.translation) * home.metres
@@ -478,9 +478,9 @@ def _storey_cells(
 
 
 def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
-    """Return how far (n, 8) in m a body can move from each point in each of 8 directions.
+    """Return how far a body can move from points on the floor, in m, in 8 directions: shape (n, 8).
 
-    The points `at` (n, 3) are on the floor. All of the body's height must be free.
+    The points are `at` (n, 3). The way must be free over all of the body's height.
     """
     low, high = max(motion.bottom, RUG_M), motion.top
     heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))

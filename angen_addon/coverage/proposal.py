@@ -109,10 +109,10 @@ def _on_walls(
 def _wall_spots(
     home: EvaluatedHome, cells: Cells, height: float, way: Array
 ) -> Steps[list[tuple[Array, Array, int]]]:
-    """Return the places on walls that level rays from above the cells hit.
+    """Return the places on walls that level rays hit.
 
-    The rays have the direction `way`, and start `height` m above each cell. For each place return
-    the point, the normal of the wall, and the number of the cell.
+    A ray starts `height` m above each cell, in the direction `way`. For each place return the
+    point, the normal of the wall, and the number of the cell.
     """
     side = np.array([-way[1], way[0], 0.0]) * ASIDE_M
     start = cells.at + np.array([0.0, 0.0, height])
@@ -167,7 +167,7 @@ def _cast_from(
 
 
 def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
-    """Return the pose at a point of a wall of a detector that looks horizontally.
+    """Return the pose of a detector that is at a point of a wall and looks horizontally.
 
     It is turned from the wall's normal by `turn` (rad).
     """
@@ -248,7 +248,7 @@ class Wish:
     seed
         The seed of the random choice among equally good candidates.
     beside
-        Whether the present detectors stay. Then only the floor that they do not cover counts.
+        Whether to count only the floor that the present detectors do not cover.
     """
 
     count: int
@@ -304,7 +304,7 @@ class Proposal:
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
 ) -> Generator[Doing | Proposal, None, None]:
-    """Search for the places where new detectors cover most of the floor.
+    """Search for the places where new detectors together cover the most floor.
 
     Parameters
     ----------
@@ -444,8 +444,8 @@ class _Search:
     def _left(self, choice: ChosenPlaces) -> int:
         """Estimate for how many candidates the exact coverage must still be computed.
 
-        These are the ones that may add more floor than the weakest chosen candidate. What this one
-        adds counts less than its upper bound, because exact coverages are less.
+        These are the ones that may add more floor than the weakest chosen candidate. What that one
+        adds is taken as SHRINKS times its upper bound.
         """
         *others, weakest = choice.chosen
         free = np.where(self._sets[others].any(axis=0), 0.0, self._weights)

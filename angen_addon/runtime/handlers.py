@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's application handlers: they note changes and show readings at the playhead.
 
-Slow work, such as measuring light, waits until the playhead rests. The handlers do nothing in a
-render, whose depsgraph has other visibility and subdivision than the viewport. They call no
-operators.
+Slow work, such as measuring light, is put off until the playhead rests. The handlers do nothing
+during a render, because its depsgraph has the visibility and subdivision of renders, not those of
+the viewport. They call no operators.
 """
 
 from __future__ import annotations
@@ -24,25 +24,29 @@ from . import playhead, state
 from .live import live_of
 from .playhead import fresh_recording
 
-# Work that is too slow while scrubbing waits until the playhead and the user rest.
+# Work that is too slow while scrubbing is put off until the playhead does not move and the user
+# drags nothing.
 
-# s: the playhead rests once it has not moved for this long.
+# s: the playhead counts as resting once it has not moved for this long.
 REST = 0.4
-# s: pause before the next look while a run or the user is busy.
+# s: pause before the timer tries again, if a run goes on or the user drags something.
 BUSY = 1.0
-# s: pause between two sensors, in which the window can react.
+# s: pause between measuring the light of two sensors, in which the window can react.
 NEXT = 0.02
 
 
 def schedule_sensing() -> None:
-    """Start the timer that senses once the playhead and the user rest."""
+    """Start the timer that senses once the playhead rests and the user drags nothing."""
     state.CACHE.shown_at = time.monotonic()
     if not bpy.app.background and not bpy.app.timers.is_registered(_sense_at_rest):
         bpy.app.timers.register(_sense_at_rest, first_interval=REST)
 
 
 def _sense_at_rest() -> float | None:
-    """Sense what is outdated; return the seconds until the next call, None if there is none."""
+    """Sense anew if live readings are outdated, or measure the light of one waiting sensor.
+
+    Return the seconds until Blender shall call this function again; None to stop the timer.
+    """
     context = bpy.context
     scene, view_layer = context.scene, context.view_layer
     if (
@@ -85,15 +89,16 @@ def _windows() -> list[bpy.types.Window]:
 
 
 def cancel_sensing() -> None:
-    """Stop the timer."""
+    """Stop the timer that `schedule_sensing` starts."""
     if bpy.app.timers.is_registered(_sense_at_rest):
         bpy.app.timers.unregister(_sense_at_rest)
 
 
 class View(Protocol):
-    """A view of the sensors, such as the overlay, which frame changes and edits notify.
+    """A drawing of the sensors, such as the overlay, that handlers keep up to date.
 
-    `wants_rays` returns whether it needs the hits of rays even while a recording is shown.
+    The handlers call `follow` after a frame change, and `note_edit` after an edit. `wants_rays`
+    returns whether the view draws the hits of rays, even while a recording is shown.
     """
 
     def wants_rays(self, scene: Any) -> bool: ...
@@ -101,12 +106,12 @@ class View(Protocol):
     def note_edit(self, scene: Any) -> None: ...
 
 
-# The registered views: this package imports none, so they register themselves.
+# The registered views. They register themselves, because this package does not import them.
 _views: list[View] = []
 
 
 def add_view(view: View) -> None:
-    """Register a view, whose methods are called at frame changes and edits from now on."""
+    """Register a view: from now on, its methods are called at frame changes and edits."""
     _views.append(view)
 
 
@@ -117,7 +122,10 @@ def remove_view(view: View) -> None:
 
 @persistent
 def on_frame_change(scene: Any, depsgraph: Any) -> None:
-    """Sense or show the recording at the new frame, and update the views."""
+    """Show the recording at the new frame, or sense there if it is not recorded.
+
+    Then update the views.
+    """
     if depsgraph.mode == "RENDER":
         return
     # Blender does not report what handlers of other code change after this one.
@@ -140,7 +148,8 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
 def _is_shown(scene: Any, depsgraph: Any) -> bool:
     """Whether the depsgraph belongs to the view layer in the window.
 
-    A frame change evaluates all view layers; readings follow the one in the window.
+    A frame change evaluates all view layers, but readings are only those of this view layer. Any
+    view layer counts if the window shows another scene, or if there is no window.
     """
     context = bpy.context
     if context.scene is None or context.scene.session_uid != scene.session_uid:
@@ -150,7 +159,7 @@ def _is_shown(scene: Any, depsgraph: Any) -> bool:
 
 @persistent
 def on_edit(scene: Any, depsgraph: Any) -> None:
-    """Mark what the edit makes stale, and plan the next sensing."""
+    """Mark the recordings, maps and live readings that an edit makes stale; sense anew later."""
     if depsgraph.mode == "RENDER":
         return
     by_run = state.CACHE.publishing and not has_other_edit_handlers()
@@ -174,9 +183,10 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
 
 
 def _has_edit(updates: Any, playing: bool) -> bool:
-    """Whether the user changed something.
+    """Whether updates of the depsgraph come from an edit that can change readings.
 
-    Updates while the animation starts to play do not count, since they include all actions.
+    When the animation starts to play, Blender reports all actions as updated. These updates do not
+    count.
     """
     if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
         return False
@@ -186,8 +196,8 @@ def _has_edit(updates: Any, playing: bool) -> bool:
 def _is_edit(update: Any) -> bool:
     """Whether a depsgraph update can change readings.
 
-    It can if an object moved, changed its shape, or was added to or removed from a collection. So
-    can an update of an action, and of what light sensors see.
+    It can if an object moved, changed its shape, or was added to or removed from a collection. An
+    update of an action can too, and one of a datablock that decides how surfaces and lights look.
     """
     changed = update.id
     if isinstance(changed, (bpy.types.Action, *SHADING)):
@@ -228,13 +238,13 @@ def after_import(*_: Any) -> None:
 
 @persistent
 def before_undo(*_: Any) -> None:
-    """Drop all references to Blender's data, which undo and redo make anew."""
+    """Drop all references to Blender's data, because undo or redo will replace that data."""
     state.CACHE.forget_references()
 
 
 @persistent
 def after_undo(*_: Any) -> None:
-    """Check recording and coverage map again, and show the recording."""
+    """Compare the recording and the coverage map with the scene again, and show the recording."""
     remove_left()
     _verify_again()
     _show_recorded()
@@ -244,9 +254,9 @@ def after_undo(*_: Any) -> None:
 
 
 def _verify_again() -> None:
-    """Compare the recording and the coverage map of the shown scene with the scene.
+    """Compare the present scene with its recording and its coverage map.
 
-    Those of other scenes are compared once such a scene is evaluated.
+    Recordings and maps of other scenes are compared once those scenes are evaluated.
     """
     scene = bpy.context.scene
     for recording in state.CACHE.followed(scene) if scene is not None else ():
@@ -256,7 +266,10 @@ def _verify_again() -> None:
 
 
 def _show_recorded() -> None:
-    """Write the recorded outputs, since those in the file are of the time when it was saved."""
+    """Write the recorded outputs at the playhead to the sensors.
+
+    A file that was just loaded, or a step of undo, has the outputs of another time.
+    """
     context = bpy.context
     if context.scene is None:
         return
@@ -277,7 +290,7 @@ def before_save(*_: Any) -> None:
 
 @persistent
 def after_save(*_: Any) -> None:
-    """Remove the recordings' texts once the file is saved."""
+    """Remove the texts with recordings again, once the file is saved."""
     recording_store.take_out_of_file()
 
 
@@ -321,7 +334,10 @@ def has_other_edit_handlers() -> bool:
 
 
 def restore_handlers() -> None:
-    """Add handlers again that other code has removed: without them changes go unnoticed."""
+    """Add those handlers again that other code has removed.
+
+    Without them, a run would not notice changes.
+    """
     for name, handler in HANDLERS:
         registered = getattr(bpy.app.handlers, name)
         if handler not in registered:

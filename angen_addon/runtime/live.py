@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live readings: sensors sense at the playhead where there is no recording.
 
-Live sensing samples at the same frames as a run. If updates before the playhead were skipped, as
-after a jump, a sensor starts anew. So it never compares with a frame long past.
+A live sensor publishes at the same frames as in a run. If the playhead jumps over updates, the
+sensor starts anew. So it never compares the present frame with one from before the jump.
 """
 
 from __future__ import annotations
@@ -49,13 +49,14 @@ class Live:
         # The last readings, by the sensor's name.
         self.readings: dict[str, Published] = {}
         self.outdated = True
-        # Whether sensors may have moved since the frame before; the uids of their objects.
+        # Whether any sensor may have moved since the frame before.
         self._sensors_moved = True
+        # The session uids of the sensors' objects.
         self._objects: set[int] = set()
         # The last frame whose readings were shown; None if there is none.
         self._frame: int | None = None
         self._is_light_held = False
-        # Whether readings are shown; else rays are cast for views alone.
+        # Whether readings are shown; else rays are cast only to draw them in the viewport.
         self._publishes = True
         self._sensed_frame: int | None = None
         self._outputs: list[bool] = []
@@ -70,7 +71,8 @@ class Live:
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any, publish: bool = True) -> None:
         """Sense at the present frame, and show the readings.
 
-        If `publish` is false, a recording is shown: only cast the rays then, for the views.
+        Set `publish` to false while a recording is shown. Then the sensors only cast their rays,
+        which the viewport draws.
         """
         self._publishes, self._sensed_frame = publish, None
         is_next_frame = self._frame == scene.frame_current - 1
@@ -99,8 +101,8 @@ class Live:
         self._sensed_frame = scene.frame_current
         self._watch(watching, [s for s, _, _ in due], step, depsgraph)
         if not publish:
-            for one in due:
-                self._update_sensor(*one, step, depsgraph)
+            for update in due:
+                self._update_sensor(*update, step, depsgraph)
             self._relist_if_driven()
             return
         changed = [self._show_waiting(runner, step) for runner in self._runners]
@@ -112,9 +114,9 @@ class Live:
             self._probes.caster.solids.forget()
 
     def _relist_if_driven(self) -> None:
-        """List the solids anew if drivers read recorded outputs that have changed.
+        """List all solids anew if outputs have changed and drivers read any.
 
-        Blender does not report what drivers do with these outputs.
+        Blender does not report the changes that drivers make from these outputs.
         """
         values = [bool(runner.sensor.settings.active) for runner in self._runners]
         if values != self._outputs:
@@ -123,9 +125,9 @@ class Live:
                 self._probes.caster.solids.forget()
 
     def look_around(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Cast all rays of all sensors at the present frame, for views.
+        """Cast all rays of all sensors at the present frame, to draw them in the viewport.
 
-        The readings stay. Do not call this method in a handler.
+        The readings do not change. Do not call this method in a handler.
         """
         clock = Clock(scene.frame_start, scene.render.fps, scene.render.fps_base)
         if self.outdated or clock != self._clock or not self._sensors_are_the_same():
@@ -142,11 +144,17 @@ class Live:
         self._relist_if_driven()
 
     def places_are_kept(self, scene: Any) -> bool:
-        """Whether steady sensors are known to be where they were, at the present frame."""
+        """Whether the sensors sensed at the present frame and none had moved since the one before.
+
+        Else even a sensor without animation may be at another place than it was.
+        """
         return self._sensed_frame == scene.frame_current and not self._sensors_moved
 
     def runner(self, uid: Uid) -> SensorRunner | None:
-        """Return the runner of a sensor; None if the sensor is off or has invalid parameters."""
+        """Return the runner of the sensor with this uid.
+
+        Return None if the sensor is switched off or has invalid parameters.
+        """
         return self._by_uid.get(uid)
 
     def is_old(self, scene: Any) -> bool:
@@ -154,14 +162,17 @@ class Live:
         return self.outdated or self._frame != scene.frame_current
 
     def hold_light(self) -> None:
-        """Wait for the playhead to move before light is measured again.
+        """Measure no light until the playhead moves, unless the user asks for it.
 
-        To measure it after each edit would take too long.
+        To measure light after each edit would take too long.
         """
         self._is_light_held = True
 
     def catch_up(self, scene: Any, view_layer: Any) -> None:
-        """Sense at the present frame after an edit; do not call this method in a handler."""
+        """Sense anew at the present frame, because the scene was edited or the frame has changed.
+
+        Do not call this method in a handler.
+        """
         # Objects that were removed since the last evaluation are still listed, but freed.
         view_layer.update()
         was_held = self._is_light_held or bool(self.readings)
@@ -175,7 +186,10 @@ class Live:
             state.CACHE.running = False
 
     def why_old(self, scene: Any) -> str:
-        """Why the last readings are outdated, as a text for the user; empty if they are not."""
+        """Return a text for the user on why the last readings are outdated.
+
+        The text is empty if they are not outdated.
+        """
         if scene.frame_current < scene.frame_start:
             return BEFORE_THE_START
         if self._frame is None:
@@ -187,25 +201,31 @@ class Live:
         return ""
 
     def why_unlit(self, sensor: Sensor) -> str:
-        """Why a sensor's last light is outdated, as a text for the user; empty if it is not."""
+        """Return a text for the user on why the last measured light of a sensor is outdated.
+
+        The text is empty if it is not outdated.
+        """
         if sensor.name not in self._light_updates:
             return ""
         return LIGHT_BEFORE if self._is_light_held else LIGHT_AT_REST
 
     @property
     def edits(self) -> int:
-        """The number of changes so far that may be more than a change of frame."""
+        """The number of changes so far that may be edits, not mere changes of frame."""
         return self._probes.edits
 
     def _sensors_are_the_same(self) -> bool:
-        """Whether every sensor still exists, under its name."""
+        """Whether every listed sensor still exists and has the same name."""
         try:
             return all(s.sensor.name_now == s.sensor.name for s in self._runners)
         except ReferenceError:
             return False
 
     def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
-        """List the sensors anew, but keep the readings of light sensors until they are measured."""
+        """List the sensors anew, and forget all readings except those of light sensors.
+
+        Readings of light sensors are kept until light is measured again.
+        """
         before = dict(self.readings)
         self._forget()
         self._list(view_layer, clock)
@@ -214,13 +234,13 @@ class Live:
         self.readings |= {name: known for name, known in before.items() if name in lit}
 
     def _list(self, view_layer: Any, clock: Clock) -> None:
-        """Make a runner for each sensor of the view layer that can sense."""
+        """Make a runner for each sensor of the view layer that is on and has valid parameters."""
         self._clock = clock
         self.outdated = False
-        every = all_sensors(view_layer)
-        self._objects = {o.session_uid for s in every for o in (s.object, *s.holders)}
+        listed = all_sensors(view_layer)
+        self._objects = {o.session_uid for s in listed for o in (s.object, *s.holders)}
         self._runners = []
-        for sensor in simulated(every):
+        for sensor in simulated(listed):
             try:
                 check(sensor)
             except AngenError as error:
@@ -238,9 +258,10 @@ class Live:
         self._light_updates.clear()
 
     def _due(self, runner: SensorRunner, step: int) -> tuple[int, bool] | None:
-        """Return the number of the update to make now, and whether it follows the one before.
+        """Return the number of the update to make at a step; None if there is none to make.
 
-        Return None if no update is due.
+        Return with it whether the sensor made the update before this one, so that none is missing.
+        Otherwise the sensor starts anew.
         """
         uid = runner.uid
         number = runner.schedule.last_update(step)
@@ -256,14 +277,14 @@ class Live:
     def _is_ahead(self, sensor: Sensor) -> bool:
         """Whether the sensor's last reading is of a later frame than the present one.
 
-        That is so where the playhead went back between two updates: the scene may have changed
-        since.
+        That is so if the playhead went back, but not as far as the update before. The reading is
+        then wrong for the present frame.
         """
         published = self.readings.get(sensor.name)
         return published is not None and self._frame is not None and published.frame > self._frame
 
     def _is_motion_needed(self, step: int) -> bool:
-        """Whether a sensor that needs the motion has an update at this step or beside it."""
+        """Whether any pad has an update at this step, the step before or the step after it."""
         schedules = [s.schedule for s in self._runners if s.sensor.kind.requires_forces]
         return any(
             schedule.step(schedule.last_update(beside)) == beside
@@ -274,7 +295,11 @@ class Live:
     def _watch(
         self, watching: list[SensorRunner], due: list[SensorRunner], step: int, depsgraph: Any
     ) -> None:
-        """Sense between updates, with the sensors that watch every step."""
+        """Let swept switches sense that have no update at this step.
+
+        `watching` are the runners of all swept switches, and `due` those of all sensors with an
+        update.
+        """
         for runner in watching:
             # The next update reports the error.
             with suppress(AngenError):
@@ -284,7 +309,11 @@ class Live:
     def _update_sensor(
         self, runner: SensorRunner, number: int, follows: bool, step: int, depsgraph: Any
     ) -> bool:
-        """Make one update of a sensor; return whether its binary output changed."""
+        """Make update `number` of a sensor; return whether its output `active` changed.
+
+        `follows` says that the sensor also made the update before this one. An update of a light
+        sensor waits until light is measured, and one of a pad until the next frame.
+        """
         name, uid = runner.sensor.name, runner.uid
         self._light_updates.pop(name, None)
         try:
@@ -309,7 +338,7 @@ class Live:
         return self._show(update)
 
     def _fail(self, lit: Iterable[PendingUpdates], error: AngenError) -> None:
-        """Replace the readings of these light sensors by the error."""
+        """Remove the readings of these light sensors, and show the error in their place."""
         for update in lit:
             name = update.runner.sensor.name
             self._light_updates.pop(name, None)
@@ -318,13 +347,13 @@ class Live:
 
     @property
     def has_waiting_light(self) -> bool:
-        """Whether light sensors wait to be measured."""
+        """Whether the light of any light sensor is to be measured now."""
         return bool(self._light_updates) and not self._is_light_held
 
     def measure_waiting(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
-        """Measure the light of waiting sensors at the present frame, selected sensors first.
+        """Measure the light at the present frame for the light sensors that wait for it.
 
-        `at_most` limits the number of sensors.
+        Measure for at most `at_most` sensors, selected ones first; by default for all.
         """
         view_layer.update()
         waiting = sorted(
@@ -339,9 +368,10 @@ class Live:
     def measure_now(
         self, scene: Any, view_layer: Any, sensors: Sequence[Sensor]
     ) -> Generator[Doing | int, None, None]:
-        """Measure the light of these sensors at the present frame, also after an edit.
+        """Measure the light of these sensors at the present frame, even if the scene was edited.
 
-        Yield `Doing` before each picture, and at the end the number of sensors. Raise AngenError.
+        Yield the progress as `Doing` before each picture, and at the end the number of sensors.
+        Raise AngenError.
         """
         if self.is_old(scene):
             self.catch_up(scene, view_layer)
@@ -353,7 +383,10 @@ class Live:
         yield len(sensors)
 
     def _light_update_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:
-        """Return the update of a light sensor at the present frame. Raise AngenError."""
+        """Return the update of a light sensor at the present frame, which may be already waiting.
+
+        Raise AngenError.
+        """
         if scene.frame_current < scene.frame_start:
             raise AngenError(BEFORE_THE_START)
         runner = self.runner(sensor.uid)
@@ -375,9 +408,9 @@ class Live:
     def _measure(
         self, scene: Any, view_layer: Any, lit: Sequence[PendingUpdates]
     ) -> Generator[str, None, None]:
-        """Measure the light of these updates, and show the readings.
+        """Measure the light for these updates of light sensors, and show their readings.
 
-        Yield a text before each picture that takes long. Raise AngenError.
+        Yield a text before each picture that takes long to render. Raise AngenError.
         """
         state.CACHE.running = True
         try:
@@ -398,14 +431,18 @@ class Live:
             state.CACHE.running = False
 
     def _show_waiting(self, runner: SensorRunner, step: int) -> bool:
-        """Show an update that waited for this frame; return whether the binary output changed."""
+        """Show the update of a pad that has waited since the step before.
+
+        Discard an update that has waited for longer. Return whether the output `active` changed.
+        """
         update = self._waiting.pop(runner.uid, None)
         return update is not None and step == update.steps[0] + 1 and self._show(update)
 
     def _restore_outputs(self) -> list[bool]:
-        """Write the last readings to outputs that differ, as after baked keys were removed.
+        """Write the last readings to those outputs that differ from them.
 
-        Return for each sensor whether its binary output changed.
+        They differ after baked keyframes were removed, for example. Return for each sensor whether
+        its output `active` changed.
         """
         return [
             state.show(runner.sensor, published.reading.active, published.reading.value)
@@ -414,9 +451,9 @@ class Live:
         ]
 
     def _show(self, update: PendingUpdates, frame: int | None = None) -> bool:
-        """Publish the reading of an update, and return whether the binary output changed.
+        """Publish the reading of an update; return whether the output `active` changed.
 
-        `frame` is the frame of the reading, by default that of the update.
+        `frame` is the frame of the reading, by default the frame of the update.
         """
         reading, sensor = update.reading(), update.runner.sensor
         if frame is None:
@@ -431,9 +468,10 @@ class Live:
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:
-    """Return a request with at least as many light paths as the scene's light reference.
+    """Return a request for as precise a picture as a light reference.
 
-    A single picture has no reference by which few paths could be corrected.
+    It has at least `reference` light paths, the number that the scene sets for light references. A
+    run needs fewer, since it corrects its pictures by the reference. A single picture has none.
     """
     if request.engine == "EEVEE":
         return request
@@ -441,7 +479,10 @@ def as_exact(request: LightRequest, reference: int) -> LightRequest:
 
 
 def live_of(scene: Any) -> Live:
-    """Return the live sensors of a scene, made anew if those in the cache are of another scene."""
+    """Return the live sensors of a scene.
+
+    They are kept in the cache until those of another scene are needed.
+    """
     live = state.CACHE.live
     if not isinstance(live, Live) or live.scene_uid != scene.session_uid:
         live = state.CACHE.live = Live(scene)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The reading of a sensor at the playhead: its origin, its age and its problems.
 
-Panels, the table, the overlay and the handlers all use `Playhead`. A fresh recording comes first,
-then live readings, then baked keys. Nothing is estimated: if nothing was measured at the playhead,
-the last reading is marked as old, or a text says that there is none.
+Panels, the table, the overlay and the handlers all use `Playhead`. The reading comes from the
+recording if it is fresh and covers the frame, else from live sensing, else from baked keyframes.
+Nothing is estimated: if nothing was measured at the playhead, the last reading is marked as old, or
+a text says that there is none.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class PlayheadReading(NamedTuple):
     Attributes
     ----------
     origin
-        RECORDED, LIVE, BAKED or NOTHING.
+        Where the reading comes from: RECORDED, LIVE, BAKED or NOTHING.
     reading
         The reading; None if there is none.
     frame
@@ -35,11 +36,12 @@ class PlayheadReading(NamedTuple):
     age
         Time from `frame` to the playhead in seconds; negative if `frame` comes after the playhead.
     problem
-        Why the reading is not valid, or missing; empty if it is valid.
+        A text on why the reading is missing or not valid; empty if it is valid.
     old
-        Why the sensor may read something else now, or how to get a reading; else empty.
+        A text on why the reading may be outdated, or on how to get one; empty if it is current.
     keys
-        The values of the baked keys at the playhead, which drivers read.
+        The values of the baked keyframes at the playhead, which drivers read; None without
+        keyframes.
     """
 
     origin: str
@@ -52,7 +54,7 @@ class PlayheadReading(NamedTuple):
 
 
 def why_not_recorded(sensor: Sensor) -> str:
-    """Return why a sensor has no readings in the recording, and what to do."""
+    """Return a text on why a sensor has no readings in the recording, and what the user can do."""
     if not sensor.settings.enabled:
         return "This sensor is not recorded: switch it on and simulate"
     if sensor.kind.requires(LIGHT):
@@ -68,7 +70,10 @@ def fresh_recording(scene: Any) -> Recording | None:
 
 
 def show_recorded(scene: Any, view_layer: Any) -> bool:
-    """Write the recorded outputs of the playhead's frame; return whether there are any."""
+    """Write the recorded outputs at the playhead's frame to the sensors.
+
+    Return whether a fresh recording covers this frame.
+    """
     recording = fresh_recording(scene)
     if recording is not None:
         frame = scene.frame_current + scene.frame_subframe
@@ -77,9 +82,9 @@ def show_recorded(scene: Any, view_layer: Any) -> bool:
 
 
 class Playhead:
-    """The readings of a scene's enabled sensors at its playhead, while no run goes on.
+    """The readings of a scene's enabled sensors at its playhead, outside of runs.
 
-    Make a new one for each use: it does not follow changes.
+    Make a new object for each use, since an old one does not follow changes of the scene.
     """
 
     def __init__(self, scene: Any) -> None:
@@ -95,7 +100,11 @@ class Playhead:
         self._old = self._live.why_old(scene) if self._live is not None else ""
 
     def of(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
-        """Return the reading of a sensor; `quantity` is the field of its main reading."""
+        """Return the reading of a sensor at the playhead.
+
+        `quantity` is the field that the sensor shows as its main value. A live reading that lacks
+        this field does not count.
+        """
         found = (
             self._recorded_reading(sensor)
             if self._is_recorded
@@ -109,9 +118,10 @@ class Playhead:
         return found._replace(keys=keys)
 
     def source(self, sensor: Sensor, least_age: float) -> Any:
-        """Return all that the reading of a sensor depends on, to compare it with an earlier state.
+        """Return a value that is equal to an earlier one if the reading is displayed the same.
 
-        An age below `least_age` (s) makes no difference.
+        It has all that `of` depends on. The age of the reading is left out while it is less than
+        `least_age` seconds.
         """
         read_at: float = self.frame
         found: Any = None

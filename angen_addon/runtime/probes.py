@@ -26,7 +26,10 @@ from . import state
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
-    """Return the ray caster of the scene's settings, notified of changes from now on."""
+    """Return a new ray caster of the sort that the scene's settings name.
+
+    From now on its list of solids is notified of changes of the scene.
+    """
     caster = SceneRayCaster(scene) if scene.angen_ray_caster == "SCENE" else RayCaster()
     state.CACHE.watch(caster.solids)
     return caster
@@ -38,8 +41,20 @@ NOT_MEASURED = (None, LightSample())
 class Probes:
     """The probes for the sensors of a scene.
 
-    They cast rays with `caster`, by default the one of the scene's settings. `names` has the names
-    of solids by their numbers, also of solids that are gone.
+    Attributes
+    ----------
+    caster
+        The ray caster; by default a new one of the sort that the scene's settings name.
+    warmth, reflectance
+        The probes for the warmth and the reflectance of surfaces that rays hit.
+    sweeper
+        Computes what crosses a beam between two steps.
+    names
+        The names of solids by their numbers. Solids that have been removed stay in it.
+    known_forces
+        The forces on the pad that senses at the moment, by whole frame.
+    frame
+        The index of the present frame among the stored frames, while frames are not batched.
     """
 
     def __init__(self, scene: Any, caster: RayCaster | None = None) -> None:
@@ -55,9 +70,7 @@ class Probes:
         self._edits = 0
         self.names: dict[int, str] = {}
         self._named_listing = -1
-        # Forces of the pad that senses now, by whole frames.
         self.known_forces: dict[int, PadForces] = {}
-        # The index of a single frame among the stored frames.
         self.frame = 0
         self._copies: FrameCopies | None = None
         # By the sensor's name: the request with the state of the scene, and the measured light.
@@ -72,13 +85,13 @@ class Probes:
 
     @property
     def edits(self) -> int:
-        """The number of changes so far that may be more than a change of frame."""
+        """The number of changes so far that may be edits, not mere changes of frame."""
         return self._solids.edits + self._edits
 
     def note_edits(self) -> None:
-        """Count a possible edit, because code outside of the run could change the scene.
+        """Count a possible edit, after other code had the chance to change the scene.
 
-        Blender reports such an edit only at the next evaluation.
+        Blender would report its edit only at the next evaluation.
         """
         self._edits += 1
 
@@ -93,23 +106,26 @@ class Probes:
             self.look_at_motion(depsgraph, frame, due)
 
     def expect_light(self, is_asked: bool) -> None:
-        """Set whether light is measured at the next frame."""
+        """Set whether light will be measured at the frame that is evaluated next."""
         self._lighting.is_asked = is_asked
 
     def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
-        """Read the motion of the listed solids alone."""
+        """Read the motion of the listed solids at the whole frame `frame`, and nothing else.
+
+        `due` lists the pads whose forces at this frame will be queried.
+        """
         if self._pads:
             metres = unit_scale(depsgraph.scene)
             self._contacts.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 
     def show(self, frame: int) -> None:
-        """Bring the listed solids to a stored frame."""
+        """Set the poses of the listed solids to those of a stored frame, given by its index."""
         if len(self.caster.frames) > 1:
             self.caster.frames.show(self._solids, frame)
 
     @property
     def is_full(self) -> bool:
-        """Whether the memory for stored frames is full, so that they must be sensed now."""
+        """Whether no further frame can be stored before the stored ones are sensed."""
         return self._copies is None or self._copies.full
 
     @property
@@ -119,21 +135,23 @@ class Probes:
 
     @property
     def must_list(self) -> bool:
-        """Whether objects may have come or gone since the solids were listed."""
+        """Whether objects may have been added or removed since the solids were listed."""
         return self._solids.must_list
 
     def store_frame(self, watched: Any) -> bool:
-        """Store a frame for later queries; return False if objects may have come or gone.
+        """Store a frame for later queries; return whether that was possible.
 
-        Call `store_first_frame` then, to list the solids anew. `watched` is the depsgraph of the
-        scene, or of its moving objects, from which the poses are stored.
+        It is not possible if objects may have been added or removed. In that case call
+        `store_first_frame`, which lists the solids anew. `watched` is the depsgraph from which
+        poses are stored: that of the whole scene, or of a scene with only the moving objects.
         """
         return self._copies is not None and self._copies.add(watched)
 
     def store_first_frame(self, depsgraph: Any, watched: Any) -> None:
-        """Store the first frame of a batch, with a new list of solids.
+        """List the solids anew, and store the first frame of a batch.
 
-        `depsgraph` is that of the whole scene at this frame, `watched` the one of later frames.
+        `depsgraph` is that of the whole scene, which must be at this frame. `watched` is the
+        depsgraph from which poses are stored, as in `store_frame`.
         """
         solids = self._solids
         # A frame with a new list is sensed alone: instances may be gone at the next frame.
@@ -154,12 +172,15 @@ class Probes:
             self._exact.update(depsgraph)
 
     def query_stored_frames(self, depsgraph: Any) -> None:
-        """Make the stored frames the ones that the next queries are about."""
+        """Let the next queries be about the stored frames, not about the present one."""
         if self._copies is not None and len(self._copies):
             self.caster.show(depsgraph, self._copies.finish())
 
     def hits(self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
-        """Return the hits of the last cast at `count` updates, as read-only `RayHits`."""
+        """Return the hits of the rays that were cast last, as read-only `RayHits`.
+
+        There is one answer for each of the `count` updates that the cast was for.
+        """
         if self._named_listing != self._solids.listing:
             self._named_listing = self._solids.listing
             self.names |= {solid.number: solid.name for solid in self._solids.solids}
@@ -176,17 +197,19 @@ class Probes:
         requests: list[LightRequest],
         keep: bool = False,
     ) -> Steps[dict[str, LightSample]]:
-        """Measure the requested light; render only where it can have changed.
+        """Measure the requested light, but render only for sensors whose light can have changed.
 
         Do not call this method in a frame handler.
 
         Parameters
         ----------
+        scene, view_layer, depsgraph
+            The scene, its view layer and the evaluated depsgraph of that view layer.
         requests
             The requests of the light sensors.
         keep
-            Whether nothing but the frame changes until the next call, so that the light scene can
-            be kept; call `close` at the end.
+            Whether to keep the temporary scene for light until the next call. This is allowed if
+            only the frame changes until then. Call `close` at the end.
 
         Yields
         ------
@@ -215,12 +238,15 @@ class Probes:
         return {r.name: self._measured[r.name][1] for r in requests}
 
     def recall_light(self, references: dict[Any, Any]) -> None:
-        """Begin with the light references of an earlier run of the same scene, and add to them."""
+        """Use the light references of an earlier run of the same scene.
+
+        References that are computed later are added to the same dictionary.
+        """
         self._light.recall(references)
 
     @property
     def reference_done(self) -> float:
-        """The share of the light reference that is traced, 0 to 1."""
+        """The part of the light reference that is computed, from 0 to 1."""
         return self._light.reference_done
 
     def close(self) -> None:
@@ -228,5 +254,8 @@ class Probes:
         self._light.close()
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
-        """Return the contact forces on a pad at a whole frame, after `look` at the next one."""
+        """Return the contact forces on a pad at a whole frame.
+
+        Before, call `look` with the frame after it.
+        """
         return self.known_forces.get(frame) or self._contacts.forces(pad, frame)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runners: each reads a sensor's parameters and pose, and answers its model's queries.
+"""Runners of sensors, which make the updates of one sensor each.
 
-The functions in `ANSWERS` answer the queries with the probes.
+A runner reads the parameters and the pose of its sensor. It then calls the sensor's model, which
+queries the scene. The functions in `ANSWERS` answer these queries by the probes.
 """
 
 from __future__ import annotations
@@ -53,21 +54,22 @@ from ..scene.sensors import (
 from .probes import Probes
 from .trace import CAST, Query, RaysMet, Read, Swept, Trace
 
-# Answers to models' queries. A new quantity is a function here and an entry in `ANSWERS`.
+# Answers to models' queries. In all of them, `which` (k,) has the indices of the updates that a
+# query is about; None means all. A new quantity needs a function here and an entry in `ANSWERS`.
 
 
 def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
-    """Return the ranges of rays in m."""
+    """Return the range of each ray in m."""
     frames = query.frames if which is None else query.frames[which]
     cast, in_units = query.probes.caster.cast_at, query.read.rays_in_units(*rays)
     found = cast(query.sensor.uid, query.bundle(bundle), in_units, frames)
-    return Answers([query.read.in_metres(one) for one in found.table], found.rows)
+    return Answers([query.read.in_metres(ranges) for ranges in found.table], found.rows)
 
 
 def answer_surfaces(
     name: str, query: Query, bundle: int, *rays: Array, which: Index | None = None
 ) -> Answers:
-    """Return what the probe `name` knows of the surfaces that rays hit."""
+    """Return what the probe `name` (WARMTH or REFLECTANCE) reads of the surfaces that rays hit."""
     frames = query.frames if which is None else query.frames[which]
     known = query.sensor.uid, query.bundle(bundle)
     in_units = query.read.rays_in_units(*rays)
@@ -85,7 +87,7 @@ def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers
 def answer_crossings(
     query: Query, origins: Array, directions: Array, length: Array, which: Index | None = None
 ) -> Answers:
-    """Return what crossed the rays since the step before."""
+    """Return the crossings of the rays since the step before; None if that step was not swept."""
     chosen = np.arange(len(query.steps)) if which is None else which
     rays = origins, directions, length
     found = [_sweep(query, query.steps[i], int(query.frames[i]), rays) for i in chosen.tolist()]
@@ -113,7 +115,7 @@ def _sweep(
 
 
 def answer_contact(query: Query, which: Index | None = None) -> Answers:
-    """Return the forces on a pad, which are known after the next frame."""
+    """Return the forces on a pad; they can be computed only after the next frame is evaluated."""
     assert query.read.at_step is not None
     weight, chosen = query.read.at_step[FORCES]
     table: list[PadContact] = []
@@ -128,7 +130,7 @@ def answer_contact(query: Query, which: Index | None = None) -> Answers:
 
 
 def answer_light(query: Query, which: Index | None = None) -> Answers:
-    """Return the measured light, which is the same at all the steps."""
+    """Return the measured light, one answer for all steps of the query."""
     assert query.light is not None
     return Answers([query.light], np.zeros(len(query.steps), np.intp))
 
@@ -147,9 +149,10 @@ ANSWERS: dict[str, Callable[..., Answers]] = {
 def read_at_step(
     sensor: Sensor, evaluated: Any, depsgraph: Any, metres: float
 ) -> dict[str, Any] | None:
-    """Return the answers that must be read at this step: the pad's weight and partners, and poses.
+    """Return the answers that can only be read while the scene is at this step, by quantity.
 
-    Return None if the model needs neither.
+    FORCES has the weight of a pad and the partners that it measures. POSES has the poses of the
+    objects that parameters name. Return None if the model needs neither quantity.
     """
     found: dict[str, Any] = {}
     if sensor.kind.requires(FORCES):
@@ -163,10 +166,10 @@ def read_at_step(
 def _named_poses(
     sensor: Sensor, settings: Any, depsgraph: Any, metres: float
 ) -> dict[str, Pose | None]:
-    """Return the poses of the objects that parameters name, by the parameter.
+    """Return the pose of the object in each parameter that takes an object, by parameter.
 
-    The pose is None if a parameter is empty. In a collection instance, objects of its collection
-    are where the instance shows them. Raise AngenError.
+    The pose is None if the parameter is empty. If the sensor is in a collection instance, so may be
+    the object: its pose is then that of its copy in the instance. Raise AngenError.
     """
     pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
     found: dict[str, Pose | None] = {}
@@ -189,7 +192,7 @@ def _named_poses(
 
 
 def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
-    """Return the weight (3,) of a pad in N, zero without a mass."""
+    """Return the weight (3,) of a pad's own mass, as a force in N; zero without a mass."""
     mass = evaluated.angen_load.mass
     if mass == 0.0 and evaluated.rigid_body is not None:
         mass = evaluated.rigid_body.mass
@@ -197,7 +200,7 @@ def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
 
 
 def _partners(settings: Any) -> frozenset[int] | None:
-    """Return the session uids of the objects that a pad measures alone; None for all objects."""
+    """Return the session uids of the only objects that a pad measures; None for all objects."""
     chosen, group = settings.partner_object, settings.partner_collection
     if chosen is None and group is None:
         return None
@@ -216,7 +219,10 @@ def matrix_of(pose: Pose, metres: float) -> Array:
 def light_request(
     sensor: Sensor, parameters: Any, pose: Pose, metres: float, steady: bool
 ) -> LightRequest:
-    """Return the request for a light sensor with these parameters, in Blender units."""
+    """Return the request to measure a light sensor's light, with lengths in Blender units.
+
+    `steady` says whether the sensor keeps its parameters and pose until the next edit.
+    """
     return LightRequest(
         sensor.name,
         matrix_of(pose, metres),
@@ -233,9 +239,17 @@ def light_request(
 
 @dataclass(frozen=True)
 class SensorSteps:
-    """The `steps` (n,) at which one sensor senses, and the `numbers` (n,) of its updates.
+    """The steps at which one sensor senses.
 
-    At steps between two updates `due` (n,) is false, and the number is that of the next update.
+    Attributes
+    ----------
+    steps
+        The steps (n,), ascending.
+    numbers
+        The number of the update at each step (n,); between two updates that of the later one.
+    due
+        Whether the sensor publishes at each step (n,). A sensor that watches its beam also senses
+        at the steps between its updates.
     """
 
     steps: Index
@@ -244,25 +258,38 @@ class SensorSteps:
 
     @classmethod
     def of(cls, step: int, number: int, due: bool = True) -> SensorSteps:
-        """Return a single step."""
+        """Return a single step with the number of its update."""
         return cls(np.array([step]), np.array([number]), np.array([due]))
 
     def part(self, which: slice) -> SensorSteps:
-        """Return a slice of the steps."""
+        """Return those of the steps that a slice selects."""
         return SensorSteps(self.steps[which], self.numbers[which], self.due[which])
 
     def between(self, first: int, last: int) -> SensorSteps:
-        """Return the steps from `first` to `last`."""
+        """Return those of the steps that lie from `first` to `last`, both included."""
         return self.part(slice(*np.searchsorted(self.steps, (first, last + 1))))
 
 
 @dataclass(frozen=True)
 class PendingUpdates:
-    """Updates of a sensor whose readings can be computed from now on.
+    """Updates of a sensor whose readings are not computed yet.
 
-    `steps` are the steps of the due updates. Call `readings` or `reading` once. Call it at once for
-    most kinds; for a kind that needs the motion, after the next frame. For a light sensor, call
-    `give_light` before, with the light measured for its `request`.
+    Call either `readings` or `reading`, and only once. For a pad, first evaluate the next frame.
+    For a light sensor, first measure the light of its `request` and pass it to `give_light`. For
+    all other kinds, call it at once.
+
+    Attributes
+    ----------
+    runner
+        The runner of the sensor.
+    steps
+        The steps of those updates at which the sensor publishes.
+    parameters
+        The parameters of the sensor's kind at these steps.
+    updates
+        The input of the model.
+    query
+        The query that the answers to the model refer to.
     """
 
     runner: SensorRunner
@@ -273,16 +300,16 @@ class PendingUpdates:
 
     @property
     def request(self) -> LightRequest | None:
-        """The light probe's request; None for other kinds than light sensors."""
+        """The request to the light probe; None if the sensor is not a light sensor."""
         return self.query.request if self.query is not None else None
 
     def give_light(self, found: Mapping[str, LightSample]) -> None:
-        """Set the measured light, from all measured light by the sensor's name."""
+        """Set the light of this sensor; `found` has the measured light of all sensors, by name."""
         assert self.query is not None
         self.query.light = found[self.runner.sensor.name]
 
     def readings(self) -> Readings:
-        """Compute the readings of the updates that are due."""
+        """Compute and return the readings, one for each of the `steps`."""
         made: Readings = self.runner.model.sense(self.parameters, self.updates)
         return made
 
@@ -312,12 +339,12 @@ class SensorRunner:
 
     @property
     def casts(self) -> bool:
-        """Whether the sensor's readings need neither light nor forces: they are known at once."""
+        """Whether readings can be computed at once, because they need neither light nor forces."""
         return not (self.sensor.kind.requires_light or self.sensor.kind.requires_forces)
 
     @property
     def steady(self) -> bool:
-        """Whether the sensor's parameters and pose stay as they are until the next edit."""
+        """Whether neither the parameters nor the pose of the sensor can change before an edit."""
         if self._steady is None:
             paths = (f"angen_sensor.{self.sensor.kind.attribute}.", "angen_sensor.enabled")
             parts = self.sensor.object, *self.sensor.holders
@@ -325,7 +352,10 @@ class SensorRunner:
         return self._steady
 
     def _watches(self) -> bool:
-        """Whether the sensor also senses at steps between its updates, at some frames at least."""
+        """Whether the sensor also senses between its updates, at least at some frames.
+
+        Only a swept switch does, to find what crosses its beam at any step.
+        """
         kind, group = self.sensor.kind, self.sensor.parameters
         choices = kind.needs.get(CROSSINGS)
         return choices is not None and all(
@@ -335,7 +365,7 @@ class SensorRunner:
         )
 
     def reset(self) -> None:
-        """Forget earlier updates, as after a jump of the playhead."""
+        """Forget earlier updates; call this method after a jump of the playhead, for example."""
         self.model = self.sensor.kind.model()
         self._read: Read | None = None
         self.trace.forget()
@@ -369,9 +399,10 @@ class SensorRunner:
     def take(
         self, number: int, step: int, depsgraph: Any, probes: Probes, due: bool = True
     ) -> PendingUpdates | None:
-        """Return update `number` in the present scene; None while the sensor is switched off.
+        """Return update `number` of the sensor at `step`, which the evaluated scene must be at.
 
-        Raise AngenError.
+        `due` says whether the sensor publishes at this step. Return None while the sensor is
+        switched off. Raise AngenError.
         """
         read, frame = self.read(depsgraph, probes.edits), np.array([probes.frame])
         return next(
@@ -393,9 +424,9 @@ class SensorRunner:
         depsgraph: Any,
         probes: Probes,
     ) -> Iterator[PendingUpdates]:
-        """Yield the updates at successive steps, joined while parameters and pose stay.
+        """Yield the updates at successive steps, in groups with the same parameters and pose.
 
-        Compute the readings of each before you take the next.
+        Compute the readings of each group before you take the next one.
 
         Parameters
         ----------
@@ -404,7 +435,8 @@ class SensorRunner:
         frames
             The index (n,) of each step's frame among the stored frames.
         reads
-            Parameters and pose at each step (n,), or a single entry for all of them.
+            Parameters and pose at each step (n,), or a single entry for all steps. An entry is None
+            while the sensor is switched off.
         """
         changes = [None if read is None else read.change for read in reads]
         begins = [i for i in range(len(reads)) if i == 0 or changes[i] != changes[i - 1]]
@@ -444,12 +476,14 @@ class SensorRunner:
 def all_rays(
     sensor: Sensor, clock: Clock, depsgraph: Any, probes: Probes | None = None
 ) -> Trace | None:
-    """Return a trace with all rays that a sensor's model ever casts, at the depsgraph's frame.
+    """Return a trace with all rays that a sensor casts over its updates, at the depsgraph's frame.
 
-    The updates go on until the rays repeat. For a light sensor these are the axes and corners of
-    its views. Return None while the sensor is switched off. The readings of the sensor are not
-    affected. Without `probes` nothing is cast: the rays of RAYS queries are listed as if the scene
-    was empty. Raise AngenError.
+    A new runner makes updates until the rays repeat, so the sensor's own readings do not change.
+    For a light sensor, the rays are the axes and the corners of its views. Return None while the
+    sensor is switched off. Raise AngenError.
+
+    Without `probes`, return only the rays of sensors that measure ranges, with hits as in an empty
+    scene.
     """
     runner, needs = SensorRunner(sensor, clock), CAST
     casts_views = probes is not None and sensor.kind.requires_light

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The run over a range of frames, behind the operator, the command line and the tests.
+"""The run over a range of frames, which the operator, the command line and the tests use.
 
-It evaluates frame after frame, lets the due sensors sense a batch of frames at once, and records
-their readings. It is a generator: its caller may stop it or edit the scene at each yield.
+It evaluates one frame after another and stores a batch of them. The due sensors then sense all
+frames of the batch at once, and their readings are recorded. The run is a generator. At each yield
+its caller can stop it, or edit the scene.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ from .skipping import MovingScene, moving_scene
 from .stage import Agenda, Stage
 from .time_base import clock_of, evaluated_depsgraph
 
-# A light path of an update's picture takes as long as this many paths of a reference.
+# A light path in the picture of one update takes as long as this many light paths of a light
+# reference.
 COST_OF_FEW = 2
 
 
@@ -38,19 +40,22 @@ class Progress:
     Attributes
     ----------
     seconds_done, seconds_total
-        Time of the scene in seconds.
+        The simulated time so far, and that of the whole run, in seconds.
     frame
         The frame that was sensed last.
     doing
-        A text on slow work at this frame, else empty.
-    steps, evaluated
-        The number of steps so far, and of those at which the scene was evaluated. At the others
-        nothing had changed.
+        A text on the slow work at this frame, such as rendering; empty without such work.
+    steps
+        The number of steps so far.
+    evaluated
+        The number of those steps at which the scene was evaluated. At the others nothing had
+        changed.
     moving
-        Why the scene had to be evaluated at every step, as a text; else empty.
-    reference, reference_done
-        The share of the work that is the light reference, and the share of the reference that is
-        done, 0 to 1.
+        A text on why the scene must be evaluated at every step; empty if it need not be.
+    reference
+        The part of the run's work that goes into the light reference, from 0 to 1.
+    reference_done
+        The part of the light reference that is computed, from 0 to 1.
     """
 
     seconds_done: float
@@ -65,16 +70,17 @@ class Progress:
 
     @property
     def share(self) -> float:
-        """The share of the run that is done, 0 to 1."""
+        """The part of the run's work that is done, from 0 to 1."""
         frames = self.seconds_done / max(self.seconds_total, 1e-9)
         return self.reference * self.reference_done + (1.0 - self.reference) * frames
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """An exchange of keys during a long run: `put` replaces keys before frame `frame`.
+    """A replacement of keyframes during a run that is too long to have all of them at once.
 
-    At the frame before, the scene must be the same with the old and the new keys.
+    The run calls `put`, which replaces the keyframes, just before it evaluates frame `frame`. At
+    the frame before that one, the scene must be the same with the old and the new keyframes.
     """
 
     frame: int
@@ -92,16 +98,16 @@ def simulate(
     follow: Callable[[SensorRunner], object] | None = None,
     references: dict[Any, Any] | None = None,
 ) -> Generator[Progress, None, None]:
-    """Simulate whole frames into a recording, and yield the progress.
+    """Simulate a range of frames, add the readings to a recording, and yield the progress.
 
-    The frame is restored at the end, also after an error or when the generator is closed early. The
-    readings until then stay in the recording. Other sensors whose outputs drivers read are
-    simulated too, but not recorded.
+    At the end the scene returns to its former frame, also after an error or if the generator is
+    closed early. The readings until then stay in the recording. If drivers read the outputs of
+    other sensors, these sensors are simulated too, but not recorded.
 
     Parameters
     ----------
     scene
-        The scene of the present context.
+        The scene to simulate, which must be that of the present context.
     sensors
         The sensors to record; those that are switched off are left out.
     frame_start, frame_end
@@ -109,14 +115,14 @@ def simulate(
     recording
         The recording to fill.
     exchanges
-        Exchanges of keys after `frame_start`, for a run longer than the keys that a scene can hold.
+        Replacements of keyframes after `frame_start`.
     clock
         The time base; by default that of the scene.
     follow
-        Called with a runner after its readings were recorded. The runner's trace then keeps the
-        last queries and answers.
+        A function that is called with a sensor's runner each time its readings were recorded. With
+        such a function, the runners' traces keep the last queries and answers.
     references
-        Light references of an earlier run of the same scene; the run adds to them.
+        Light references of an earlier run of the same scene; the run adds its own.
 
     Raises
     ------
@@ -125,12 +131,12 @@ def simulate(
     """
     sensors = simulated(sensors)
     check_names(sensors)
-    every = [*sensors, *unrecorded(sensors)]
-    for sensor in every:
+    simulated_sensors = [*sensors, *unrecorded(sensors)]
+    for sensor in simulated_sensors:
         check(sensor)
     clock = clock or clock_of(scene)
     first, last = clock.first_step(frame_start), clock.first_step(frame_end + 1) - 1
-    runners = [SensorRunner(sensor, clock) for sensor in every]
+    runners = [SensorRunner(sensor, clock) for sensor in simulated_sensors]
     recording.frame_start, recording.frame_end = frame_start, frame_start - 1
     for sensor in sensors:
         kind, steps = sensor.kind.identifier, report_steps(sensor)
@@ -142,9 +148,9 @@ def simulate(
 
 
 def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
-    """Return the other sensors of the scene whose outputs drivers read.
+    """Return sensors of the scene that are not in `sensors`, but whose outputs drivers read.
 
-    The readings of `sensors` can depend on them.
+    Such a driver can change the scene, and with it the readings of `sensors`.
     """
     given = {sensor.uid for sensor in sensors}
     others = simulated(all_sensors(bpy.context.view_layer))
@@ -215,7 +221,11 @@ class _Run:
             _restore_frame(scene, frame_before, subframe_before)
 
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
-        """Find when the scene can change from a frame on, and make a scene of moving objects."""
+        """Find at which frames the scene can change, and make the scene of moving objects.
+
+        `frame` is the next frame of the run. `alone` says that no other code has handlers, and
+        `batches` that frames can be stored and sensed later.
+        """
         needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
         still = self._still = skipping.find_stillness(self._scene, needs, not alone)
         self._moving = still.why
@@ -237,7 +247,7 @@ class _Run:
         stage.begin_anew(self._moving_scene)
 
     def _resume(self, step: int, stage: Stage, alone: bool, batches: bool) -> None:
-        """Continue after a yield, at which the caller may have edited the scene."""
+        """Prepare the stage after a yield, since the caller may have edited the scene."""
         if stage.resume():
             self._close_moving_scene()
             self._find_what_moves(self._frame(step), alone, batches)
@@ -294,9 +304,10 @@ class _Run:
                 self._resume(last, stage, alone, batches)
 
     def _evaluate_drivers(self, driven: bool) -> None:
-        """Evaluate the drivers that read outputs, before the caller gets control.
+        """Evaluate the drivers that read outputs, before the run yields to the caller.
 
-        So this evaluation does not count as an edit, which would make the run list all solids anew.
+        Later, the same evaluation would count as an edit by the caller, after which the run lists
+        all solids anew.
         """
         if driven:
             state.CACHE.publishing = True
@@ -320,7 +331,10 @@ class _Run:
         self._reference_done = max(self._reference_done, done)
 
     def _share_of_reference(self) -> float:
-        """Estimate the share of the run's work that is the light reference, by light paths."""
+        """Estimate which part of the run's work is the light reference, from 0 to 1.
+
+        Work is counted in light paths.
+        """
         traced = reference = 0
         for runner in self._runners:
             if runner.sensor.kind.requires_light and runner.sensor.parameters.engine == "CYCLES":
@@ -332,7 +346,10 @@ class _Run:
         return reference / (reference + traced) if reference else 0.0
 
     def _record(self, pending: PendingUpdates, driven: bool) -> None:
-        """Record the readings, and write the outputs that drivers see from the next frame on."""
+        """Record the readings of updates, and write the outputs if drivers read any.
+
+        Drivers see the new outputs from the next frame on.
+        """
         sensor, readings, clock = pending.runner.sensor, pending.readings(), self._clock
         if not len(readings):
             return
@@ -348,14 +365,18 @@ class _Run:
 
 
 def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[list[int], bool]]:
-    """Yield each group of steps without changes, and whether its first step is fresh."""
+    """Yield groups of successive steps between which the scene does not change.
+
+    `fresh` (n,) says at which of the `steps` (n,) the scene may differ from the step before. Yield
+    each group with the value of `fresh` at its first step.
+    """
     for part in np.split(np.arange(len(steps)), np.flatnonzero(fresh)):
         if len(part):
             yield steps[part].tolist(), bool(fresh[part[0]])
 
 
 def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
-    """Restore the frame; handlers must do nothing until then."""
+    """Return the scene to a frame, and end the run, during which handlers do nothing."""
     try:
         scene.frame_set(frame, subframe=subframe)
     except ReferenceError:
@@ -367,7 +388,7 @@ def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
 
 @contextmanager
 def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
-    """Set outputs that drivers read to idle, and restore them at the end.
+    """Switch all outputs off if any driver reads outputs, and restore them at the end.
 
     Yield whether any driver reads outputs.
     """

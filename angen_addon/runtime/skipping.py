@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the steps at which nothing that sensors read can change, to skip their evaluation.
+"""Finds the steps at which nothing that sensors read can change, so that a run skips them.
 
-The times of changes come from keys and NLA strips. Anything else that can change with time keeps
-every frame from being skipped: drivers on the frame, physics, simulation zones, films, and what is
-not known here. The reason is given as a text.
+The times of changes come from keyframes and NLA strips. If anything else can change the scene with
+time, no frame is skipped. Examples are drivers that read the frame, physics, simulation zones,
+films, and what this module does not know. A text then gives the reason.
 
-Two more ways to save time are here: a temporary scene of the moving objects (`MovingScene`), and
-pads whose forces hold while nothing moves (`Pads`).
+Two more ways to save time are here. A temporary scene has only the moving objects (`MovingScene`).
+The forces on pads are not computed again while nothing moves (`Pads`).
 """
 
 from __future__ import annotations
@@ -33,31 +33,32 @@ from . import state
 from .probes import Probes
 from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
 
-# Quantities that do not depend on SHADING, unless a driver reads it.
+# Quantities that do not depend on datablocks of the types in SHADING, unless a driver reads one.
 BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
 # Spans (n, 2) of time.
 NEVER = np.empty((0, 2))
 ALWAYS = np.array([[-np.inf, np.inf]])
-# Interpolations of keys, as Blender numbers them.
+# Interpolations of keyframes, as Blender numbers them.
 CONSTANT, LINEAR, BEZIER = 0, 1, 2
-# Blender takes a time that is nearer than 0.0001 to a key for the key's own.
+# At a time nearer than 0.0001 to a keyframe, Blender evaluates the keyframe itself.
 NEAR_A_KEY = 1e-3
 
 
 @dataclass(frozen=True)
 class Stillness:
-    """The spans of time in which something may change.
+    """The times at which the scene can change; at all others it stays the same.
 
     Attributes
     ----------
     busy
-        The spans (n, 2), in order and without overlaps, in the time of F-curves.
+        The spans of time (n, 2) in which the scene can change, in frames of the F-curves. They are
+        in order and do not overlap.
     reasons
-        Why nothing can be skipped, as texts.
+        Texts on why no frame can be skipped; empty if frames can be skipped.
     stretch
-        The time of F-curves for each frame of the scene (time stretching).
+        The number of frames of the F-curves in one frame of the scene (time stretching).
     timed
-        Whether anything but keys may follow the frame.
+        Whether anything other than keyframes can change the scene with the frame.
     """
 
     busy: Array
@@ -67,14 +68,15 @@ class Stillness:
 
     @property
     def why(self) -> str:
-        """The first reason and the number of further reasons, as a text; empty if there is none."""
+        """A text with the first reason and the number of further ones; empty without a reason."""
         more = len(self.reasons) - 1
         return "".join(self.reasons[:1]) + (f" (and {more} more)" if more > 0 else "")
 
     def fresh(self, frames: Any, subframes: Any = 0.0) -> np.typing.NDArray[np.bool_]:
-        """Return at which frames (n,) something may differ from the frame before, as booleans (n,).
+        """Return for each frame (n,) whether the scene can differ from that at the one before.
 
-        The frames ascend, with their `subframes` (n,) from 0 to 1. The first is always fresh.
+        `frames` (n,) ascend. `subframes` (n,) are added to them, and are from 0 to 1. The value for
+        the first frame is always true.
         """
         # Blender computes the time in single precision.
         times = np.asarray(frames, np.float32) + np.asarray(subframes, np.float32)
@@ -87,9 +89,10 @@ class Stillness:
 
 
 def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = False) -> Stillness:
-    """Return when something that sensors with these `needs` read can change.
+    """Return the times at which the scene can change in a way that sensors read.
 
-    `other_handlers` says that other code has handlers, which may change anything at any frame.
+    `needs` are the quantities that the sensors read, such as RAYS. `other_handlers` says that other
+    code has frame handlers: these could change anything at any frame.
     """
     owners = [owner for owner in all_animated() if _is_evaluated(owner, scene)]
     shading = not BLIND_TO_SHADING.issuperset(needs) or any(
@@ -111,8 +114,8 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
         if np.isinf(spans).any():
             reasons.append(f"keys of '{owner.name}' act without end (modifiers, extrapolation)")
         parts.append(spans)
-    every = tuple(dict.fromkeys(reasons))
-    return Stillness(_join_spans(parts), every, time_stretch(scene), timed)
+    different = tuple(dict.fromkeys(reasons))
+    return Stillness(_join_spans(parts), different, time_stretch(scene), timed)
 
 
 def _is_evaluated(owner: Any, scene: Any) -> bool:
@@ -125,10 +128,11 @@ def _is_evaluated(owner: Any, scene: Any) -> bool:
 
 
 def _affects_sensors(owner: Any, curve: Any, shading: bool) -> bool:
-    """Whether a curve or driver sets something that sensors can read.
+    """Whether an F-curve or driver of `owner` animates something that the sensors can read.
 
-    The warmth of a material does not count as its shading. The outputs of sensors do not count,
-    since `state.are_driven` looks for drivers that read them.
+    `shading` says whether the sensors read shading; if so, every curve counts. Else, of a
+    datablock with shading only the extension's own properties count, such as its warmth. The
+    outputs of sensors do not count either, since `find_stillness` checks drivers that read them.
     """
     if shading:
         return True
@@ -138,7 +142,10 @@ def _affects_sensors(owner: Any, curve: Any, shading: bool) -> bool:
 
 
 def _busy_spans(owner: Any, shading: bool) -> Array:
-    """Return the spans in which keys and strips may change a datablock."""
+    """Return the spans (n, 2) in which keyframes and NLA strips can change a datablock.
+
+    `shading` says whether sensors read shading.
+    """
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in found if _affects_sensors(owner, curve, shading)]
@@ -173,7 +180,7 @@ def _driver_reasons(owners: Iterable[Any], shading: bool) -> Iterator[str]:
 
 
 def _curve_spans(curve: Any) -> Array:
-    """Return the spans (n, 2) in which an F-curve may change its value."""
+    """Return the spans (n, 2) in which the value of an F-curve can change."""
     if curve.mute:
         return NEVER
     count = len(curve.keyframe_points)
@@ -196,10 +203,17 @@ def _curve_spans(curve: Any) -> Array:
 
 
 def _key_spans(keys: Any, into: Any, out_of: Any, kinds: Any) -> Array:
-    """Return the spans (m, 2) in which keys may change a value.
+    """Return the spans (m, 2) in which the value of an F-curve with n keyframes can change.
 
-    `keys` are (n, 2). `into` and `out_of` (n − 1,) are the heights of the handles that end and
-    begin each segment, and `kinds` (n − 1,) are the interpolations.
+    Parameters
+    ----------
+    keys
+        The time and the value of each keyframe (n, 2).
+    into, out_of
+        For each segment between two keyframes (n − 1,), the value of the handle at its end and of
+        the handle at its begin.
+    kinds
+        The interpolation of each segment (n − 1,), as Blender's integer.
     """
     times, values = keys[:, 0].astype(np.float64), keys[:, 1]
     lengths = np.diff(times)
@@ -217,7 +231,10 @@ def _key_spans(keys: Any, into: Any, out_of: Any, kinds: Any) -> Array:
 
 
 def _strip_spans(strips: Any) -> Array:
-    """Return the spans of NLA strips, outside of which a strip holds its value or has no effect."""
+    """Return the spans (n, 2) of NLA strips, each with a frame more at both ends.
+
+    Outside of its span, a strip holds its value or has no effect.
+    """
     playing = [strip for strip in strips if not strip.mute]
     if any(s.use_animated_influence or s.use_animated_time or s.modifiers for s in playing):
         return ALWAYS
@@ -226,7 +243,10 @@ def _strip_spans(strips: Any) -> Array:
 
 
 def _key_range(curve: Any) -> Array:
-    """Return a span around all keys of an F-curve, for an action that is mixed with NLA strips."""
+    """Return one span (1, 2) around all keyframes of an F-curve, or none (0, 2) without keyframes.
+
+    It is meant for an action that Blender evaluates on top of NLA strips.
+    """
     points = curve.keyframe_points
     if not len(points):
         return NEVER
@@ -234,7 +254,7 @@ def _key_range(curve: Any) -> Array:
 
 
 def _join_spans(parts: Sequence[Array]) -> Array:
-    """Return the spans in order, without overlaps."""
+    """Return all the spans (n, 2) in order, with overlapping ones joined."""
     spans = np.concatenate([NEVER, *parts])
     if not len(spans):
         return NEVER
@@ -244,17 +264,17 @@ def _join_spans(parts: Sequence[Array]) -> Array:
     return np.stack([spans[first, 0], reached[np.append(first[1:], len(spans)) - 1]], axis=1)
 
 
-# A temporary scene of the moving objects alone: Blender evaluates its frames in half the time. The
-# poses are the same to the bit if no object depends on its scene.
+# A temporary scene that has only the moving objects: Blender evaluates its frames in half the time.
+# If no object depends on the scene that it is in, the poses are exactly the same.
 
-# Settings of the scene that decide the time of its frames.
+# Render settings of a scene that decide at what time each frame is.
 TIME = ("fps", "fps_base", "frame_map_old", "frame_map_new")
-# With fewer objects at rest, a second scene saves no time.
+# If fewer objects than this are at rest, a second scene saves no time.
 LEAST_OBJECTS = 20
 
 
 class MovingScene:
-    """A temporary scene of the moving objects, evaluated in place of the user's scene."""
+    """A temporary scene with only the moving objects, evaluated in place of the user's scene."""
 
     def __init__(self, scene: Any, objects: Sequence[Any]) -> None:
         self._scene = bpy.data.scenes.new(".angen_moving")
@@ -287,11 +307,23 @@ class MovingScene:
 def moving_scene(
     scene: Any, runners: Sequence[SensorRunner], stored: set[str], still: Stillness, first: int
 ) -> MovingScene | None:
-    """Return a scene of the moving objects for a run that begins at frame `first`.
+    """Return a scene with only the moving objects, for a run that begins at frame `first`.
 
-    Return None if the result could differ from the user's scene, or if little time is saved.
-    `stored` names the quantities that are stored by frame. Light is always measured in the user's
-    scene.
+    Return None if readings could differ from those in the user's scene, or if little time would be
+    saved. Light is always measured in the user's scene.
+
+    Parameters
+    ----------
+    scene
+        The user's scene.
+    runners
+        The runners of the sensors in the run.
+    stored
+        The quantities that can be queried later, since the run stores each frame.
+    still
+        The times at which the scene can change.
+    first
+        The first frame of the run.
     """
     keeping = [r for r in runners if set(r.sensor.kind.needs) <= stored]
     if not keeping or still.timed or not _can_move_alone(scene, keeping):
@@ -308,7 +340,11 @@ def moving_scene(
 
 
 def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
-    """Whether no physics, driver, instance or moving sensor depends on the whole scene."""
+    """Whether the objects of a scene move in the same way in a scene that has only these objects.
+
+    They may not if there are physics, drivers, instances, an object in Edit Mode, or animation of
+    the scene itself. Nor is a second scene possible if one of the sensors in `keeping` changes.
+    """
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
     if not all(runner.steady for runner in keeping):
@@ -319,7 +355,10 @@ def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
 
 
 def _depends_on_scene(obj: Any) -> bool:
-    """Whether an object may hold instances or depend on its scene, as metaballs join there."""
+    """Whether an object may make instances, or look different in another scene.
+
+    Metaballs do, since all metaballs of a scene join into one surface.
+    """
     return (
         obj.type == "META"
         or obj.is_instancer
@@ -328,7 +367,10 @@ def _depends_on_scene(obj: Any) -> bool:
 
 
 def _find_moving(scene: Any, first: int) -> set[Any]:
-    """Return the objects that can change, which Blender reports at any change of frame."""
+    """Return the objects of a scene that can change with the frame.
+
+    Blender reports all of them at a change to any frame, so two changes near frame `first` suffice.
+    """
     found: set[Any] = set()
 
     def note(changed: Any, depsgraph: Any) -> None:
@@ -347,9 +389,10 @@ def _find_moving(scene: Any, first: int) -> set[Any]:
     return found
 
 
-# Pads in a run: forces are computed at frames at which the scene moves, and hold at all others.
+# Pads in a run: forces are computed at frames at which something moves. At all other frames, the
+# forces before stay valid.
 
-# Identifies the state of the scene at a frame.
+# Identifies a state of the scene; frames between which nothing moves have the same state.
 State = tuple[int, ...]
 
 
@@ -359,16 +402,19 @@ class _Pad:
 
     Attributes
     ----------
+    runner
+        The runner of the pad.
     states
-        The state of the scene by step, at the last steps at which the motion was needed.
+        The state of the scene by step, for the last steps at which the motion was read.
     due
-        The state that decides the forces, by the step of an update.
+        By the step of a whole frame with updates, the state of the scene on which the forces there
+        depend.
     needed
-        The steps at which forces have to be computed, with their states.
+        By the step at which forces have yet to be computed, the state of the scene there.
     forces
-        The computed forces by state.
+        The computed forces by the state of the scene.
     waiting
-        The updates that wait for the next frame.
+        The updates whose forces are not computed yet: their steps, and the parameters and poses.
     """
 
     runner: SensorRunner
@@ -384,7 +430,11 @@ class _Pad:
         return self.runner.clock.substeps
 
     def note_due(self, steps: Iterable[int]) -> None:
-        """Note the steps at which the forces are queried later."""
+        """Note the steps of whole frames at which forces will be queried.
+
+        If the scene does not move from the frame before to the frame after, its state decides the
+        forces. Else the step has a state of its own.
+        """
         for step in steps:
             near = [self.states.get(step + self.size * i) for i in (-1, 0, 1)]
             still = near[0] is not None and near[0] == near[1] == near[2]
@@ -393,7 +443,7 @@ class _Pad:
                 self.needed[step] = state
 
     def ready(self) -> Iterator[tuple[SensorSteps, list[Read | None]]]:
-        """Yield the updates whose forces are computed."""
+        """Yield the waiting updates whose forces are computed, as their steps and reads."""
         waiting, self.waiting = self.waiting, []
         for sensor_steps, reads in waiting:
             known = [self.state_at(step) in self.forces for step in sensor_steps.steps.tolist()]
@@ -405,16 +455,17 @@ class _Pad:
                 self.waiting.append((sensor_steps.part(slice(count, None)), rest))
 
     def state_at(self, step: int) -> State | None:
+        """Return the state of the scene that decides the forces at a step; None if not noted."""
         return self.due.get(step - step % self.size)
 
     def known(self, sensor_steps: SensorSteps) -> dict[int, PadForces]:
-        """Return the computed forces of updates, by whole frame."""
+        """Return the computed forces at the steps of updates, by the whole frame of each step."""
         clock, steps = self.runner.clock, sensor_steps.steps.tolist()
         found = {step: self.forces[self.due[step - step % self.size]] for step in steps}
         return {clock.frame_and_subframe(step)[0]: forces for step, forces in found.items()}
 
     def forget(self) -> None:
-        """Forget what later updates do not need, except the last forces."""
+        """Forget the states and forces that no later update needs, but keep the last forces."""
         self.states = {step: self.states[step] for step in sorted(self.states)[-2:]}
         first = min(
             (sensor_steps.steps[0] for sensor_steps, _ in self.waiting),
@@ -427,7 +478,7 @@ class _Pad:
 
 
 class Pads:
-    """The pads among the sensors of a run, whose forces come from the probes."""
+    """All pads of a run, with their updates that wait until the probes have computed forces."""
 
     def __init__(self, runners: Sequence[SensorRunner], clock: Clock, probes: Probes) -> None:
         self._pads = {r: _Pad(r) for r in runners if r.sensor.kind.requires_forces}
@@ -437,22 +488,25 @@ class Pads:
     def wait(
         self, runner: SensorRunner, sensor_steps: SensorSteps, reads: list[Read | None]
     ) -> None:
-        """Add updates of a pad, with its parameters and pose at each."""
+        """Add updates of a pad, which wait for its forces.
+
+        `reads` has the parameters and pose at each step, or a single entry for all steps.
+        """
         self._pads[runner].waiting.append((sensor_steps, reads))
 
     def sense(
         self, steps: Index, frames: Index, due: dict[SensorRunner, Index], depsgraph: Any
     ) -> Iterator[PendingUpdates]:
-        """Yield the updates of pads whose next frame is evaluated.
+        """Yield the updates of pads whose forces are known, since the next frame was evaluated.
 
         Parameters
         ----------
         steps
-            The steps (n,) of whole frames at which the motion is needed.
+            The steps (n,) of whole frames at which the motion is to be read.
         frames
             The index (n,) of each step's frame among the stored frames.
         due
-            The steps at which each pad is due.
+            For each pad, the steps of the whole frames with updates.
         depsgraph
             The evaluated depsgraph of the last frame.
         """
@@ -477,7 +531,10 @@ class Pads:
             pad.forget()
 
     def _look(self, step: int, frame: int, depsgraph: Any) -> None:
-        """Read the motion at a step, and compute the forces at the frame before."""
+        """Read the motion at a step, and compute the forces that are needed at the frame before.
+
+        `frame` is the index of the step's frame among the stored frames.
+        """
         due = [pad.runner.sensor for pad in self._pads.values() if step in pad.needed]
         whole = self._clock.frame_and_subframe(step)[0]
         self._probes.show(frame)

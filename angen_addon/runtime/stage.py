@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The steps of a run (`Agenda`), and the scene and the sensors at these steps (`Stage`).
 
-The stage evaluates the scene at a step and stores what the sensors need of the frame. The due
-sensors then sense a batch of frames at once.
+The stage evaluates the scene at each step, and stores the poses that the sensors need. Once it has
+stored a batch of frames, the sensors sense all frames of the batch together.
 """
 
 from __future__ import annotations
@@ -31,32 +31,34 @@ from .time_base import clock_of, evaluated_depsgraph
 
 # The steps of a run, and the sensors due at them.
 
-# Quantities that are stored by frame in any scene, so that queries can be answered later.
+# Quantities that can be queried after the scene has left a frame, from what is stored of the frame.
 STORED = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
-# Parts of data paths that a weight depends on, beside poses and shapes.
+# Parts of data paths of the properties that weights depend on, in addition to poses and shapes.
 WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
-# Number of steps in a window, to bound memory.
+# Most steps in a window, so that a long run needs no more memory than a short one.
 WINDOW = 1 << 13
 
 
 @dataclass(frozen=True)
 class Window:
-    """A part of a run that begins with the step `begin`.
+    """A part of a run.
 
     Attributes
     ----------
+    begin
+        The first step of the part, whether or not the scene is evaluated at it.
     steps
         The steps (n,) to evaluate, in order.
     sensed
         The steps at which sensors sense; at the others the scene is only evaluated.
     sensor_steps
-        The steps of each sensor.
+        The steps at which each sensor senses.
     motion
-        The steps (m,) of the whole frames at which the motion is needed.
+        The steps (m,) of the whole frames at which the motion must be read, for pads.
     pads
-        The steps of the whole frames at which each pad is due.
+        For each pad, the steps of the whole frames in which it has updates.
     read
-        The sensors whose parameters and pose must be read at a step, by step.
+        By step, the sensors whose parameters and pose must be read while the scene is at that step.
     """
 
     begin: int
@@ -69,11 +71,11 @@ class Window:
 
 
 class Agenda:
-    """The steps of a run from `first` to `last`.
+    """The steps of a run from `first` to `last` at which the scene is evaluated.
 
-    These are the steps of the updates, all steps between updates for a sensor that watches them,
-    and the frames beside an update that needs the motion. A scene with physics is evaluated frame
-    by frame from its start.
+    Every step with an update of a sensor belongs to them. A swept switch adds all steps between its
+    updates. A pad adds the frames before and after each of its updates. A scene with physics adds
+    every frame from the start of its physics.
     """
 
     def __init__(
@@ -85,7 +87,8 @@ class Agenda:
         self._frame_start = clock.frame_start
         self._last_step: Index = np.zeros(0, np.intp)
         self._stepped_from: int | None = None
-        # Quantities that are stored by frame; all others are read from the scene at its frame.
+        # Quantities that can be queried later, from stored frames. All others must be queried while
+        # the scene is at the frame.
         self.stored = STORED | ({FORCES} if _weights_stay(scene) else set())
         starts = frames_to_step_from(scene)
         if starts:
@@ -93,10 +96,10 @@ class Agenda:
 
     @property
     def allows_batches(self) -> bool:
-        """Whether frames can be stored and sensed later.
+        """Whether a run can store frames, and let the sensors sense them later.
 
-        They cannot if the scene must be evaluated frame by frame, or if a pad must be read at its
-        frame.
+        It cannot if physics need every frame in turn, or if the forces on a pad can only be
+        computed while the scene is at the frame.
         """
         has_pads = any(runner.sensor.kind.requires_forces for runner in self._runners)
         return self._stepped_from is None and (not has_pads or FORCES in self.stored)
@@ -104,7 +107,8 @@ class Agenda:
     def windows(self, cuts: Iterable[int] = ()) -> Iterator[Window]:
         """Yield all parts of the run in order.
 
-        One begins at each step in `cuts`, and its first step counts as fresh.
+        A new part begins at each step in `cuts`. The scene is then evaluated at its first step,
+        even if nothing has changed.
         """
         substeps = self._substeps
         begin, end = self._first - self._first % substeps, self._last + 1
@@ -120,7 +124,11 @@ class Agenda:
             yield self._window(start, stop)
 
     def fresh(self, window: Window, still: Stillness) -> NDArray[np.bool_]:
-        """Return at which of the window's steps (n,) something may differ from the step before."""
+        """Return for each step of a window (n,) whether the scene can differ from the step before.
+
+        `still` has the times at which the scene can change. Call this method for each window in
+        order.
+        """
         last, self._last_step = self._last_step, window.steps[-1:]
         steps = np.concatenate([last, window.steps])
         if not len(steps):
@@ -129,7 +137,7 @@ class Agenda:
         return still.fresh(frames, parts / self._substeps)[len(last) :]
 
     def _window(self, begin: int, end: int) -> Window:
-        """Return the part of the run from `begin` to before `end`."""
+        """Return the part of the run from step `begin` up to, but without, step `end`."""
         sensor_steps = [self._sensor_steps(runner, begin, end - 1) for runner in self._runners]
         parts = [steps_of.steps for steps_of in sensor_steps]
         motion: list[Index] = []
@@ -154,17 +162,23 @@ class Agenda:
         steps = np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))
         steps = steps[(steps >= begin) & (steps < end)]
         moved = np.unique(np.concatenate([steps[:0], *motion]))
-        every = dict(zip(self._runners, sensor_steps, strict=True))
-        return Window(begin, steps, sensed, every, moved, pads, read)
+        by_runner = dict(zip(self._runners, sensor_steps, strict=True))
+        return Window(begin, steps, sensed, by_runner, moved, pads, read)
 
     def _frames_moved(self, runner: SensorRunner, begin: int, end: int) -> Index:
-        """Return the steps of whole frames with updates in a window, or close to it."""
+        """Return the steps of the whole frames in which a pad has updates.
+
+        These are frames in the window from `begin` to `end`, or at most two frames outside of it.
+        """
         first, last = max(begin - 2 * self._substeps, self._first), end + 2 * self._substeps
         steps = runner.schedule.between(first, min(last, self._last))[1]
         return np.unique(steps - steps % self._substeps)
 
     def _sensor_steps(self, runner: SensorRunner, first: int, last: int) -> SensorSteps:
-        """Return a sensor's steps from `first` to `last`, also between updates if it watches."""
+        """Return the steps from `first` to `last` at which a sensor senses.
+
+        A sensor that watches its beam also senses at all steps between its updates.
+        """
         schedule = runner.schedule
         first, last = max(first, self._first), min(last, self._last)
         numbers, steps = schedule.between(first, last)
@@ -172,35 +186,43 @@ class Agenda:
         if runner.watches:
             start = schedule.step(max(schedule.last_update(self._first - 1) + 1, 0))
             end = schedule.step(schedule.last_update(self._last))
-            every = np.arange(max(first, start), min(last, end) + 1)
-            due = np.isin(every, steps)
+            watched = np.arange(max(first, start), min(last, end) + 1)
+            due = np.isin(watched, steps)
             spacing = schedule.steps_per_update
-            numbers = every * spacing.denominator // spacing.numerator + ~due
-            steps = every
+            numbers = watched * spacing.denominator // spacing.numerator + ~due
+            steps = watched
         return SensorSteps(steps, numbers, due)
 
 
 def _weights_stay(scene: Any) -> bool:
-    """Whether forces on pads depend on poses and shapes alone.
+    """Whether forces on pads depend only on the poses and shapes of objects.
 
-    Then the scene has no rigid bodies, and no mass and no gravity is animated.
+    That is so if the scene has no rigid bodies, and neither a mass nor the gravity is animated.
     """
     return scene.rigidbody_world is None and not any(
         may_set(owner, *WEIGHT) for owner in all_animated()
     )
 
 
-# s: stored frames are sensed at least this often, so that the run can yield its progress.
+# s: after this time at most, the stored frames are sensed and the run yields its progress.
 PROGRESS_INTERVAL = 0.25
 
 
 @dataclass
 class FrameBatch:
-    """Frames that the probes store until the sensors sense them.
+    """The frames that the probes have stored, and that the sensors have not sensed yet.
 
-    Frame i is the scene from `steps[i]` until before the next of the steps; the newest frame lasts
-    until the step `last`. `reads` has parameters and pose by runner and frame, for sensors that
-    change from frame to frame. `since` is the start of the batch by `time.monotonic`, in seconds.
+    Attributes
+    ----------
+    steps
+        The step at which each stored frame begins. It lasts until the next of these steps.
+    last
+        The last step at which the newest stored frame is valid.
+    reads
+        The parameters and the pose of a sensor by its runner and the index of the stored frame. It
+        lacks sensors whose parameters and pose do not change.
+    since
+        The time at which the batch began, by `time.monotonic`.
     """
 
     steps: list[int] = field(default_factory=list)
@@ -213,11 +235,14 @@ class FrameBatch:
         return np.searchsorted(np.array(self.steps), steps, side="right") - 1
 
     def part(self, steps: Index) -> Index:
-        """Return the steps in the batch, out of ascending steps (n,)."""
+        """Return those of the ascending steps (n,) that lie within the batch."""
         return steps[slice(*np.searchsorted(steps, (self.steps[0], self.last + 1)))]
 
     def reads_of(self, runner: SensorRunner, frames: Index) -> list[Read | None] | None:
-        """Return parameters and poses of a sensor at frames (n,); None if they do not change."""
+        """Return the parameters and poses of a sensor at stored frames (n,), by their indices.
+
+        Return None if the batch has none, because they do not change.
+        """
         if (runner, int(frames[0])) not in self.reads:
             return None
         return [self.reads[runner, frame] for frame in frames.tolist()]
@@ -226,8 +251,23 @@ class FrameBatch:
 class Stage:
     """The sensors of a scene, and the probes that read the scene for them.
 
-    `light_updates` has the updates of light sensors whose light is not measured yet. With
-    `batches`, frames are stored and sensed later, many at once.
+    Parameters
+    ----------
+    scene
+        The user's scene.
+    runners
+        The runners of the sensors.
+    batches
+        Whether frames are stored, so that the sensors sense many frames together.
+    moving
+        A scene with only the moving objects, to evaluate in place of `scene` where possible.
+
+    Attributes
+    ----------
+    probes
+        The probes that read the scene.
+    light_updates
+        The updates of light sensors whose light is not measured yet.
     """
 
     def __init__(
@@ -256,7 +296,7 @@ class Stage:
 
     @property
     def has_sensed_all(self) -> bool:
-        """Whether no stored frame waits to be sensed."""
+        """Whether the sensors have sensed all stored frames."""
         return not self._batch.steps
 
     @property
@@ -266,13 +306,14 @@ class Stage:
 
     @property
     def last_step(self) -> int | None:
-        """The last step of the stored frames; None if no frame is stored."""
+        """The last step at which the newest stored frame is valid; None if no frame is stored."""
         return self._batch.last if self._batch.steps else None
 
     def resume(self) -> bool:
-        """Continue after a yield, at which the caller may have edited the scene.
+        """Prepare for the next step after a yield, since the caller may have edited the scene.
 
-        Return whether other objects may move now. Then call `begin_anew`.
+        Return whether the scene of moving objects may lack objects that move now. If so, call
+        `begin_anew` with a new one.
         """
         # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()
@@ -280,9 +321,10 @@ class Stage:
         return self._moving is not None and self.probes.must_list
 
     def begin_anew(self, moving: MovingScene | None) -> None:
-        """Use another scene of moving objects, after an edit has changed which objects move.
+        """Use another scene of moving objects from now on, or none.
 
-        Call this method only while no frame is stored.
+        This is needed after an edit that makes other objects move. Call this method only while no
+        frame is stored.
         """
         self.probes.note_edits()
         self._moving = moving if self._batches else None
@@ -294,11 +336,11 @@ class Stage:
         return evaluated_depsgraph()
 
     def visit(self, window: Window, steps: list[int], fresh: bool) -> Iterator[PendingUpdates]:
-        """Evaluate the scene at steps between which nothing changes, and store the frame.
+        """Evaluate the scene at steps between which nothing changes, and store it as one frame.
 
-        Yield the updates whose readings can be computed by now. Updates of light sensors go to
-        `light_updates` instead. If `fresh` is false, the scene is as at the step before. Raise
-        AngenError.
+        Yield the updates whose readings can be computed by then. Updates of light sensors are added
+        to `light_updates` instead. `fresh` says whether the scene can differ from that at the step
+        before `steps`. Raise AngenError.
         """
         sensed = [step for step in steps if step in window.sensed]
         depsgraph, watched, is_whole = self._evaluate(window, steps[0], sensed, fresh)
@@ -330,10 +372,14 @@ class Stage:
     def _evaluate(
         self, window: Window, step: int, sensed: list[int], fresh: bool
     ) -> tuple[Any, Any, bool]:
-        """Evaluate the scene at a step, or only the moving objects if no sensor is read there.
+        """Evaluate the scene at a step, or only the moving objects if these suffice.
 
-        Return the depsgraph of the scene, the depsgraph from which frames are stored, and whether
-        the scene is at the step.
+        They suffice if the parameters and pose of no sensor must be read at the steps in `sensed`.
+
+        Returns
+        -------
+        The depsgraph of the scene; the depsgraph from which the frame is stored; and whether the
+        scene itself is at the step.
         """
         is_read = any(at in window.read for at in sensed)
         self.probes.expect_light(is_read)
@@ -347,7 +393,11 @@ class Stage:
         return depsgraph, self._moving.evaluate(*self._clock.frame_and_subframe(step)), whole
 
     def _read_sensors(self, window: Window, sensed: list[int], depsgraph: Any) -> None:
-        """Read the sensors that must be read at these steps, between which nothing changes."""
+        """Read the parameters and poses that can change from frame to frame.
+
+        Nothing changes between the steps in `sensed`, so one reading serves all of them. Updates of
+        light sensors are added to `light_updates`.
+        """
         frame = len(self._batch.steps) - 1
         for runner in {r: None for step in sensed for r in window.read.get(step, ())}:
             read = runner.read(depsgraph, self.probes.edits)
@@ -360,9 +410,10 @@ class Stage:
                 )
 
     def sense(self, window: Window, depsgraph: Any) -> Iterator[PendingUpdates]:
-        """Yield the updates at the steps of the batch, and begin the next batch.
+        """Yield the updates at all steps of the stored frames, and begin the next batch.
 
-        Compute the readings of each update before you take the next.
+        Compute the readings of each item before you take the next one. Updates of pads are yielded
+        only once the next frame was evaluated, perhaps with the next batch.
         """
         batch, self._batch = self._batch, FrameBatch()
         if not batch.steps:
@@ -386,10 +437,10 @@ class Stage:
             yield from self._pads.sense(moved, batch.frames(moved), pads, depsgraph)
 
     def measure(self, alone: bool) -> Iterator[str]:
-        """Measure the requested light, and yield a text before each picture that takes long.
+        """Measure the light of all `light_updates`, and yield a text before each slow picture.
 
-        At such a yield the caller first calls `sense`, and can then yield itself. If `alone` is
-        true, nothing but the frame changes until the end of the run. Raise AngenError.
+        At such a yield the caller must first call `sense`; then it may yield to its own caller.
+        `alone` says that only the frame changes until the end of the run. Raise AngenError.
         """
         # A sensor that is due at several steps without changes has one request.
         requests = {p.request.name: p.request for p in self.light_updates if p.request is not None}
@@ -402,7 +453,7 @@ class Stage:
                 pending.give_light(found)
 
     def take_light_updates(self) -> list[PendingUpdates]:
-        """Return the updates of light sensors whose light was measured, and forget them here."""
+        """Return all `light_updates`, whose light is measured by now, and empty that list."""
         found, self.light_updates = self.light_updates, []
         return found
 

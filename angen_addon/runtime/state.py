@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The state of the add-on in memory (`CACHE`), and the outputs `active` and `value` of sensors.
 
-The cache is emptied when a file is loaded. Recordings remain after undo, which can make them stale
-or fresh again. Panels show the outputs, and drivers read them.
+The cache is emptied when a file is loaded. Undo does not remove recordings, but it can make a
+recording stale, or fresh again. Panels show the outputs, and drivers read them.
 """
 
 from __future__ import annotations
@@ -27,12 +27,15 @@ VALUE_PATH = "angen_sensor.value"
 
 
 def show(sensor: Sensor, active: bool, value: float) -> bool:
-    """Write the outputs if they differ, so that drivers see them; return whether `active` changed.
+    """Write new outputs to a sensor if they differ; return whether `active` changed.
 
-    Outputs with keys are left alone. So are those of sensors in collection instances, all of which
-    share one object. In a frame change, Blender evaluates what is tagged here before it goes on,
-    and reports nothing. A rigid body is never tagged, so that its drivers do not follow: Blender
-    would take it for moved and drop the simulation.
+    Outputs with keyframes are not written. Nor are those of a sensor in a collection instance,
+    because all instances share one object.
+
+    The object is tagged, so that Blender evaluates drivers that read the outputs. During a frame
+    change this happens before the change ends, and Blender reports no update. The object of a
+    rigid body is not tagged: Blender would discard the cached simulation, as for an object that was
+    moved. Drivers then do not see its new outputs.
     """
     settings = sensor.settings
     changed = settings.active != active
@@ -48,7 +51,10 @@ def show(sensor: Sensor, active: bool, value: float) -> bool:
 
 
 def show_recorded(recording: Recording, sensors: Iterable[Sensor], frame: float) -> None:
-    """Write the outputs that were recorded at or before `frame`."""
+    """Write the outputs that the sensors have at `frame` in the recording.
+
+    These are the last ones recorded at or before the frame.
+    """
     tracks = {track.uid: track for track in recording.tracks.values()}
     for sensor in sensors:
         track = tracks.get(sensor.uid)
@@ -58,21 +64,21 @@ def show_recorded(recording: Recording, sensors: Iterable[Sensor], frame: float)
 
 
 def output_curves(obj: Any) -> list[Any]:
-    """Return the F-curves that set the outputs of an object."""
+    """Return the F-curves of an object that animate its outputs."""
     return curves(obj, {ACTIVE_PATH, VALUE_PATH})
 
 
 def are_driven(*paths: str) -> bool:
-    """Whether any driver of the file reads outputs.
+    """Whether any driver of the file reads an output of a sensor.
 
-    `paths` are other starts of data paths to look for in place of those of the outputs.
+    With `paths`, look instead for drivers that read a data path beginning with one of these.
     """
     starts = paths or (ACTIVE_PATH, VALUE_PATH)
     return any(target.data_path.startswith(starts) for target in _driver_targets())
 
 
 def read_by_drivers(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Return the sensors whose outputs a driver of the file reads."""
+    """Return those of the sensors whose outputs are read by a driver of the file."""
     read = {
         target.id.session_uid
         for target in _driver_targets()
@@ -88,14 +94,19 @@ def _driver_targets() -> Iterator[Any]:
                 yield from variable.targets
 
 
-# Recordings of a scene that are kept for undo and redo: at least two, and more up to these limits.
+# Recordings of a scene that are kept for undo and redo. At least two are kept, and further ones up
+# to this number and this size.
 UNDONE, UNDONE_BYTES = 4, 1 << 28
-# The mark of a scene whose recording was cleared.
+# The number that a scene stores in place of its recording's mark, once the recording was cleared.
 CLEARED = -1
 
 
 class Listener(Protocol):
-    """A listener for evaluations; `edited` is false if only the frame has changed."""
+    """An object that is notified of each evaluation of the scene.
+
+    `edited` is false if only the frame has changed. `by_frame` says that a change of frame caused
+    the evaluation.
+    """
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool) -> None: ...
 
@@ -106,28 +117,28 @@ class Cache:
     Attributes
     ----------
     running
-        Whether a run sets the frames, so that handlers do nothing.
+        Whether a run changes the frame at the moment. Handlers do nothing meanwhile.
     publishing
-        Whether drivers that read the outputs are evaluated.
+        Whether the run evaluates the drivers that read outputs, at the moment.
     working
-        The progress of a long operator: its identifier, the share that is done, and two lines of
-        text.
+        The progress of a long operator: its identifier, the part done from 0 to 1, and a text of
+        two lines. None while no such operator runs.
     live
-        The live sensors, which follow the playhead without a recording.
+        The live sensors, which sense at the playhead where there is no recording.
     shown_at
         When a frame was last shown, by `time.monotonic`.
     notice
         A notice to the user on a recording in the file.
     lacks
-        What the file needs and does not have on this computer, as texts.
+        Texts on what the file needs but this computer does not have, such as missing files.
     overlay
-        What the viewport draws of the sensors.
+        The drawing of the sensors in the viewport.
     findings
         The findings of the doctor; None before its first run.
     places
         The findings on the places of residents, as a summary and as lines.
     arrows
-        What the viewport draws of the places of residents.
+        The drawing of the places of residents in the viewport.
     references
         The light references, for the next run.
     """
@@ -157,11 +168,11 @@ class Cache:
 
     @property
     def revision(self) -> int:
-        """A number that grows with each change of the scene except by the playhead."""
+        """A number that grows with each edit of the scene; a change of frame is no edit."""
         return self._revision
 
     def watch(self, probe: Listener) -> None:
-        """Notify `probe` of changes from now on, as long as it lives."""
+        """Notify `probe` of each evaluation from now on, until the probe is garbage-collected."""
         self._listeners.add(probe)
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool = False) -> None:
@@ -176,15 +187,15 @@ class Cache:
             probe.note(depsgraph, edited, by_frame)
 
     def sensors(self, view_layer: Any) -> list[Sensor]:
-        """Return all sensors, listed once for each revision of the scene.
+        """Return all sensors of a view layer, from a list made once for each revision of the scene.
 
-        For handlers and drawing, since Blender has then reported all edits. Elsewhere use
-        `all_sensors`.
+        Call this method only in handlers and while drawing: Blender has reported all edits by then.
+        Elsewhere call `all_sensors`.
         """
         return self.sensors_and_revision(view_layer)[0]
 
     def sensors_and_revision(self, view_layer: Any) -> tuple[list[Sensor], int]:
-        """Return all sensors, listed once for each revision of the scene, and the revision."""
+        """Return what `sensors` returns, and the revision of the scene."""
         layer = view_layer.id_data.session_uid, view_layer.name
         known, sensors = self._sensors
         if known == (self._revision, *layer) and not _have_their_names(sensors):
@@ -196,7 +207,7 @@ class Cache:
         return sensors, self._revision
 
     def outputs_are_driven(self) -> bool:
-        """Whether drivers read outputs, looked up once for each revision of the scene."""
+        """Whether any driver reads an output, looked up once for each revision of the scene."""
         if self._driven[0] != self._revision:
             self._driven = self._revision, are_driven()
         return self._driven[1]
@@ -211,12 +222,15 @@ class Cache:
         return self._recording_of_mark(scene.session_uid, scene.angen_recording)
 
     def _recording_of_mark(self, uid: int, mark: int) -> StoredRecording | None:
-        """Return the recording with this mark, else the first one; None if it was cleared."""
+        """Return the recording with this mark, of the scene with the session uid `uid`.
+
+        If none has the mark, return the oldest one. Return None if the recording was cleared.
+        """
         made = self._kept.get(uid, {})
         return None if mark == CLEARED else made.get(mark) or next(iter(made.values()), None)
 
     def coverage_map(self, scene: Any) -> FollowedMap | None:
-        """Return what the coverage map of a scene depends on; None without a map."""
+        """Return the fingerprint of the scene that the coverage map shows; None without a map."""
         text = FollowedMap.stored_text(scene)
         if not text:
             return None
@@ -231,7 +245,7 @@ class Cache:
         self._maps[scene.session_uid] = FollowedMap.note(scene, depsgraph)
 
     def followed(self, scene: Any) -> list[StoredRecording]:
-        """Return the last recording and the coverage map of a scene, which edits can make stale."""
+        """Return what edits of a scene can make stale: its last recording and its coverage map."""
         return [found for found in (self.kept(scene), self.coverage_map(scene)) if found]
 
     def _all_followed(self) -> list[tuple[int, StoredRecording]]:
@@ -240,7 +254,7 @@ class Cache:
         return [*runs, *self._maps.items()]
 
     def keep(self, scene: Any, kept: StoredRecording) -> None:
-        """Make this the last recording of a scene; undo brings the former one back."""
+        """Make `kept` the last recording of a scene; undo brings the former one back."""
         made = self._kept.setdefault(scene.session_uid, {})
         made[kept.mark] = kept
         while len(made) > UNDONE or (len(made) > 2 and _bytes_of(made.values()) > UNDONE_BYTES):
@@ -250,7 +264,7 @@ class Cache:
         self.notice = ""
 
     def keep_alone(self, scene: Any, kept: StoredRecording) -> None:
-        """Make this the only recording of a scene, where no undo can follow."""
+        """Make `kept` the only recording of a scene; call this only where no undo can follow."""
         self._kept.pop(scene.session_uid, None)
         self.keep(scene, kept)
 
@@ -265,16 +279,17 @@ class Cache:
         return {uid: kept for uid, kept in found.items() if kept is not None}
 
     def note_other_scene(self, scene: Any, depsgraph: Any) -> None:
-        """Note an update of data that other scenes share, whose recordings it can make stale.
+        """Note an update in `scene`, which may share data with other scenes.
 
-        Blender does not report it again once the other scene is shown.
+        Such an update can make the recordings of the other scenes stale. Blender reports it only
+        now, and not again once another scene is shown.
         """
         for uid, kept in self._all_followed():
             if uid != scene.session_uid:
                 kept.note_other_scene(depsgraph)
 
     def settings_changed(self, owner: Any) -> None:
-        """Compare recordings with the changed settings of `owner`, an object or scene."""
+        """Compare all recordings with `owner`, an object or scene whose settings have changed."""
         self._revision += 1
         if not self.running:
             for _, kept in self._all_followed():
@@ -287,7 +302,7 @@ class Cache:
             self.live.outdated = True
 
     def forget_references(self) -> None:
-        """Drop all references to Blender's data, which undo and redo make anew."""
+        """Drop all references to Blender's data, because undo or redo will replace that data."""
         self.running = False
         self.live = None
         self.overlay = self.arrows = None
@@ -313,7 +328,7 @@ def _bytes_of(recordings: Iterable[StoredRecording]) -> int:
 
 
 def _have_their_names(sensors: list[Sensor]) -> bool:
-    """Whether all sensors still exist, under their names."""
+    """Whether all sensors still exist and have the names under which they were listed."""
     try:
         return all(sensor.name_now == sensor.name for sensor in sensors)
     except ReferenceError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time base of a scene."""
+"""The time base of a scene: its clock, its start and the frames to run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ def clock_of(scene: Any) -> Clock:
 
 
 def start_of(scene: Any) -> datetime | None:
-    """Return the scene's Start, the date and time of its first frame, or None. Raise InputError."""
+    """Return the date and time of the scene's first frame, as the user has set it.
+
+    Return None if it is not set. Raise InputError if its text is invalid.
+    """
     with explained("Start Time", InputError):
         return parse_start(scene.angen_start)
 
@@ -49,7 +52,7 @@ def frames_to_run(scene: Any) -> tuple[int, int]:
 
 
 def ends_before_time(scene: Any, first: int, last: int) -> str:
-    """Return the error for a range that ends before the scene's start."""
+    """Return the error text for frames `first` to `last`, which end before the scene's start."""
     return (
         f"frames {first}:{last} end before the scene's start, frame {scene.frame_start}: give "
         "later frames"
@@ -57,9 +60,10 @@ def ends_before_time(scene: Any, first: int, last: int) -> str:
 
 
 def outside_scene(scene: Any, first: int, last: int) -> str:
-    """Return a note on frames outside the scene's range; empty if there are none.
+    """Return a note on the frames from `first` to `last` that are outside the scene's range.
 
-    Frames before the scene's start have no time and are not run; frames after its end are run.
+    The note is empty if there are none. A run leaves out frames before the scene's start, because
+    they have no time. It simulates frames after the scene's end.
     """
     found = []
     if first < scene.frame_start:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The trace of a sensor: its model's queries, their answers and the hits of its rays.
 
-Views draw the last hits. Explanations and the causes of a day's events use the last updates.
+The viewport draws the last hits. *Explain*, and the search for the causes of a day's events, replay
+the last updates from the recorded queries and answers.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from .probes import Probes
 
 # The queries that cast rays.
 CAST = {RAYS, WARMTH, REFLECTANCE}
-# The least number of updates that are kept: a motion detector has fewer tilts.
+# A trace keeps at least this many of the last updates. It is more than a motion detector has tilts.
 KEPT = 256
 # More than the ray bundles of any model.
 BUNDLES = 1 << 20
 
 
 class NotRecorded(LookupError):
-    """A query that the run did not make; only the scene has the answer."""
+    """A query has no recorded answer, because the run did not make it."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +47,11 @@ class Read:
         Metres in a Blender unit.
     parameters, pose
         The parameters of the sensor's kind, and the pose in metres.
-    beside
-        Answers that can be read at this step alone, by need: the weight (3,) of a pad in N with the
-        partners that it measures alone; the poses of objects by the parameter that names them.
+    at_step
+        Answers that can only be read while the scene is at the step, from `read_at_step`; else
+        None.
     change
-        A number that grows whenever the parameters or the pose change.
+        A number that is greater than before if the parameters or the pose have changed.
     """
 
     metres: float
@@ -60,7 +61,7 @@ class Read:
     change: int = 0
 
     def same(self, other: Read) -> bool:
-        """Whether another step has the same values, and none that can be read at its step alone."""
+        """Whether the values at another step are the same; never if either has `at_step`."""
         same = self.metres == other.metres and self.parameters == other.parameters
         return same and self.at_step is other.at_step is None and self.pose.same(other.pose)
 
@@ -75,10 +76,26 @@ class Read:
 
 @dataclass
 class Query:
-    """What the answers to a model's queries depend on: the sensor, its steps and the probes.
+    """What the answers to a model's queries depend on.
 
-    `frames` (n,) has the index of each step's frame among the stored frames. `light` is the light
-    that was measured for the `request` of a light sensor.
+    Attributes
+    ----------
+    sensor, clock
+        The sensor and the time base.
+    read
+        The parameters and the pose of the sensor.
+    steps
+        The steps of the updates that the model computes.
+    frames
+        The index (n,) of each step's frame among the stored frames.
+    depsgraph, probes
+        The evaluated scene, and the probes that read it.
+    trace
+        The trace that records the queries.
+    request
+        The request of a light sensor to the light probe; None for other kinds.
+    light
+        The light that was measured for the request; None until then.
     """
 
     sensor: Sensor
@@ -93,9 +110,9 @@ class Query:
     light: LightSample | None = None
 
     def bundle(self, number: int) -> int:
-        """Return the number of the model's ray bundle for the casters.
+        """Return the number by which casters know the model's ray bundle `number`.
 
-        It differs between variants of a sensor, which cast other rays.
+        Variants of one sensor cast different rays, so each variant has numbers of its own.
         """
         return number + BUNDLES * self.sensor.variant
 
@@ -111,10 +128,18 @@ class Swept:
 
 @dataclass(frozen=True)
 class SensorRays:
-    """Rays in world space, in Blender units: `origins` and unit `directions` (n, 3), `reach` (n,).
+    """Rays in world space, in Blender units.
 
-    `rows` is the number of equal rows, one for each tilt of a motion detector. With `apart` the
-    rays are single rays, which span no fan.
+    Attributes
+    ----------
+    origins, directions
+        The origins and the unit directions (n, 3).
+    reach
+        The length of each ray (n,).
+    rows
+        The number of rows, of equally many rays each. A motion detector has one for each tilt.
+    apart
+        Whether the rays are single rays; else the rays of a row span a fan.
     """
 
     origins: Array
@@ -126,9 +151,16 @@ class SensorRays:
 
 @dataclass(frozen=True, eq=False)
 class RaysMet:
-    """A bundle of rays in world space, in m, with its ranges.
+    """A bundle of rays in world space that was cast; lengths are in m.
 
-    Origins and unit directions are (n, 3), `reach` and `ranges` (n,).
+    Attributes
+    ----------
+    origins, directions
+        The origins and the unit directions (n, 3).
+    reach
+        The length of each ray (n,).
+    ranges
+        The distance at which each ray meets a surface (n,).
     """
 
     origins: Array
@@ -137,16 +169,21 @@ class RaysMet:
     ranges: Array
 
     def same(self, other: RaysMet) -> bool:
-        """Whether another bundle has equal rays and ranges."""
+        """Whether another bundle has the same rays and the same ranges."""
         mine = self.origins, self.directions, self.reach, self.ranges
         its = other.origins, other.directions, other.reach, other.ranges
         return all(map(np.array_equal, mine, its))
 
 
 class Hits(NamedTuple):
-    """The hits of a bundle of rays: ranges (n,) in Blender units, and names of the hit objects.
+    """The hits of a bundle of n rays.
 
-    The name is empty where a ray hits nothing.
+    Attributes
+    ----------
+    ranges
+        The range of each ray (n,) in Blender units.
+    names
+        The name of the object that each ray hits, empty if it hits nothing.
     """
 
     ranges: Array
@@ -157,8 +194,18 @@ class Hits(NamedTuple):
 class _RecordedQuery:
     """A recorded query with its answers.
 
-    `which` (k,) lists the updates that the query is about; None means all. `bundle` is the number
-    of the ray bundle, or the name of a parameter. `met` has the hits of rays.
+    Attributes
+    ----------
+    need
+        The queried quantity, such as RAYS.
+    bundle
+        The number of the ray bundle, or the name of a parameter that names an object.
+    which
+        The indices (k,) of the updates that the query is about; None means all updates.
+    answers
+        The answers, one for each of these updates.
+    met
+        The hits of the rays at each of these updates; None if the query casts no rays.
     """
 
     need: str
@@ -177,7 +224,7 @@ class _RecordedQuery:
 
 @dataclass(frozen=True)
 class _RecordedUpdates:
-    """Recorded updates at `steps` (n,) in order, and their queries."""
+    """Recorded updates of a sensor at ascending `steps`, with the queries that they made."""
 
     steps: list[int]
     parameters: Any
@@ -190,20 +237,24 @@ class Trace:
 
     Attributes
     ----------
+    parameters, pose
+        The parameters and the pose of the sensor with which the bundles were cast.
     bundles
-        The last hits of each bundle of rays, by its number, cast with `parameters` and `pose`. A
-        bundle that was not cast since these changed is missing.
+        The last rays and ranges of each ray bundle, by the number of the bundle. When the
+        parameters or the pose change, all bundles are removed until they are cast again.
     scan
-        The ranges (n,) before the last ones, by the number of each bundle cast at the last update;
-        None for a bundle cast for the first time.
+        The ranges (n,) that each bundle had at its cast before the last one. The keys are the
+        numbers of the bundles that the last update cast. The value is None for a bundle that was
+        cast for the first time.
     step
-        The step of the last update.
+        The step of the last update; None before the first one.
     revision
         A number that grows whenever a bundle, the parameters or the pose change.
     swept
-        The last sweep of the sensor's beam.
+        The last sweep of the sensor's beam; None before the first one.
     keeps
-        Whether the trace also keeps all queries and answers of the last updates, at least KEPT.
+        Whether the trace also keeps the queries and answers of the last updates. Then it keeps at
+        least KEPT updates.
     """
 
     def __init__(self, sensor: Sensor) -> None:
@@ -218,7 +269,7 @@ class Trace:
         self.forget()
 
     def forget(self) -> None:
-        """Forget the last hits, as the sensor starts anew."""
+        """Forget the last hits, because the sensor starts anew."""
         self.revision += 1
         self.bundles: dict[int, RaysMet] = {}
         self.scan: dict[int, Array | None] = {}
@@ -229,7 +280,7 @@ class Trace:
         self._sensed: dict[int, Array] = {}
 
     def record(self, query: Query, updates: Updates) -> Updates:
-        """Return the same updates, whose queries are recorded from now on."""
+        """Return updates that equal `updates`, but record each query that the model makes."""
         sensed = _RecordedUpdates(query.steps, query.read.parameters, updates)
         if self.keeps:
             self._updates.append(sensed)
@@ -276,7 +327,7 @@ class Trace:
     def set_pose(self, parameters: Any, pose: Pose | None) -> None:
         """Set the parameters and the pose with which the next bundles are cast.
 
-        Forget the present bundles if these have changed.
+        Remove the present bundles if the parameters or the pose have changed.
         """
         if not self._is_same_pose(parameters, pose):
             self.bundles = {}
@@ -284,14 +335,14 @@ class Trace:
         self.parameters, self.pose = parameters, pose
 
     def _is_same_pose(self, parameters: Any, pose: Pose | None) -> bool:
-        """Whether the parameters and the pose are the present ones."""
+        """Whether the parameters and the pose equal those of the present bundles."""
         known = self.pose
         if known is None or pose is None:
             return known is pose
         return bool(parameters == self.parameters) and pose.same(known)
 
     def _note(self, step: int, number: int, met: RaysMet) -> None:
-        """Record a bundle that the sensor cast at a step."""
+        """Record that the sensor cast bundle `number` at a step."""
         if step != self.step:
             self.step, self.scan = step, {}
         if number not in self.scan:
@@ -300,14 +351,14 @@ class Trace:
         self.show(number, met)
 
     def show(self, number: int, met: RaysMet) -> None:
-        """Set the hits of a bundle, outside of the sensor's updates."""
+        """Set the rays and ranges of bundle `number`; call it for casts outside of updates."""
         known = self.bundles.get(number)
         if known is None or not known.same(met):
             self.bundles[number] = met
             self.revision += 1
 
     def copy_bundles(self, other: Trace) -> None:
-        """Take the bundles of another trace of this sensor, in place of all bundles."""
+        """Replace all bundles by those of another trace of the same sensor."""
         self.set_pose(other.parameters, other.pose)
         for number, met in other.bundles.items():
             self.show(number, met)
@@ -316,42 +367,45 @@ class Trace:
             self.revision += 1
 
     def rays(self, metres: float) -> SensorRays:
-        """Return the rays of all bundles, a row for each bundle."""
+        """Return the rays of all bundles in Blender units, as one row for each bundle.
+
+        `metres` is the length of a Blender unit in m.
+        """
         met = self.bundles.values()
         if not met:
             return SensorRays(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
         return SensorRays(
-            np.concatenate([one.origins / metres for one in met]),
-            np.concatenate([one.directions for one in met]),
-            np.concatenate([one.reach / metres for one in met]),
+            np.concatenate([bundle.origins / metres for bundle in met]),
+            np.concatenate([bundle.directions for bundle in met]),
+            np.concatenate([bundle.reach / metres for bundle in met]),
             len(met),
         )
 
     @property
     def hits(self) -> Hits:
-        """The hits of the rays of the last query."""
+        """The hits of the rays that the last query cast."""
         if self._met is None:
             return Hits(np.empty(0), [])
         return Hits(self._met.ranges.copy(), [self.name_of(n) for n in self._met.met.tolist()])
 
     def name_of(self, number: int) -> str:
-        """Return the name of the solid `number`, as users know it; empty for no solid."""
+        """Return the name that users know of solid `number`; empty if there is no such solid."""
         return self._names.get(number, "")
 
     def recall(self, step: int) -> tuple[Any, Updates]:
-        """Return the parameters and the update at a step, with the recorded answers.
+        """Return the parameters of the sensor and its update at a step.
 
-        Raise NotRecorded.
+        Queries of the update get the recorded answers. Raise NotRecorded if the step is not kept.
         """
         for sensed in reversed(self._updates):
             if sensed.steps[0] <= step <= sensed.steps[-1]:
                 i = bisect_left(sensed.steps, step)
-                updates, one = sensed.updates, slice(i, i + 1)
+                updates, single = sensed.updates, slice(i, i + 1)
                 scene = {need: partial(self._answer, sensed, i, need) for need in updates.scene}
                 found = (
-                    updates.numbers[one],
-                    updates.times[one],
-                    updates.due[one],
+                    updates.numbers[single],
+                    updates.times[single],
+                    updates.due[single],
                     updates.pose,
                     scene,
                 )
@@ -379,5 +433,8 @@ class Trace:
 
 
 def _bundle(arguments: tuple[Any, ...]) -> Any:
-    """Return the number of the bundle, or the name of the parameter, that a query is about."""
+    """Return what a query with these arguments is about; None if they do not say it.
+
+    It is the number of a ray bundle, or the name of a parameter that names an object.
+    """
     return arguments[0] if arguments and isinstance(arguments[0], (int, str)) else None

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes a recording as keyframes onto the sensors' `active` and `value`, and removes them.
 
-Keys have constant interpolation, since a reading holds until the next one is published. A line
-between two readings would show values that no sensor measured.
+The keyframes have constant interpolation, since a reading is valid until the next one is published.
+Any other interpolation would show values that no sensor measured.
 """
 
 from __future__ import annotations
@@ -27,18 +27,27 @@ IN_INSTANCE = (
 
 @dataclass
 class BakeResult:
-    """The number of sensors whose keys were written or removed, and `notes` on other sensors."""
+    """The result of writing or removing keyframes.
+
+    Attributes
+    ----------
+    count
+        The number of sensors whose keyframes were written or removed.
+    notes
+        Sentences for the user, on sensors for which that failed and on actions that were copied.
+    """
 
     count: int = 0
     notes: list[str] = field(default_factory=list)
 
 
 def bake(sensors: list[Sensor], recording: Recording, scene: Any) -> BakeResult:
-    """Replace the keys of the sensors' outputs by one key for each change in the recording.
+    """Replace the keyframes of the sensors' outputs by one for each change in the recording.
 
-    The keys go into the object's action, whose other curves stay as they are, or into a new action
-    named after the sensor. An action that other objects use too is copied first. The times of the
-    keys follow the time stretching of the `scene`.
+    The keyframes are added to the action of the sensor's object, whose other F-curves do not
+    change. An object without an action gets a new one named after the sensor. An action that other
+    objects use too is copied first. If the `scene` has time stretching, the times of the keyframes
+    are stretched as well.
     """
     baked = BakeResult()
     for sensor in sensors:
@@ -59,16 +68,16 @@ def bake(sensors: list[Sensor], recording: Recording, scene: Any) -> BakeResult:
 
 
 def is_baked(sensor: Sensor) -> bool:
-    """Whether the sensor's outputs have keys.
+    """Whether the sensor's outputs have keyframes.
 
-    The keys of a sensor in a collection instance are those of the original sensor, and do not
-    count.
+    This is false for a sensor in a collection instance, whose keyframes belong to the original
+    sensor.
     """
     return not sensor.holders and bool(output_curves(sensor.object))
 
 
 def unbake(sensors: list[Sensor]) -> BakeResult:
-    """Remove the keys of the sensors' outputs, and each action that is then empty."""
+    """Remove the keyframes of the sensors' outputs, and each action that is empty afterwards."""
     baked = BakeResult()
     for sensor in filter(is_baked, sensors):
         animation = sensor.object.animation_data
@@ -90,7 +99,10 @@ def unbake(sensors: list[Sensor]) -> BakeResult:
 
 
 def _obstacle(obj: Any) -> str:
-    """Return why an object's outputs cannot be keyed, and what would help; else ""."""
+    """Return why an object's outputs cannot get keyframes, and what the user can do.
+
+    The text is empty if they can.
+    """
     if obj.library is not None:
         return f"it is linked from {obj.library.filepath}: make it local, or bake there"
     animation = obj.animation_data
@@ -109,7 +121,10 @@ def _obstacle(obj: Any) -> str:
 
 
 def _ensure_action(sensor: Sensor) -> str:
-    """Give the object an action that it can change alone; return a note if one was copied."""
+    """Make sure that the sensor's object has an action that no other object uses.
+
+    Create or copy an action if needed. Return a note for the user if one was copied, else "".
+    """
     obj = sensor.object
     animation = obj.animation_data or obj.animation_data_create()
     if animation is None:
@@ -130,9 +145,10 @@ def _ensure_action(sensor: Sensor) -> str:
 
 
 def _is_shared(action: Any, obj: Any) -> bool:
-    """Whether keys in the action would move other objects than `obj`.
+    """Whether keyframes in the action would also animate datablocks other than `obj`.
 
-    From Blender 4.4 on, datablocks that share an action may have a slot each, or share one.
+    From Blender 4.4 on, an action has slots. Keyframes then animate only datablocks with the same
+    slot.
     """
     slot = getattr(obj.animation_data, "action_slot", None)
     if hasattr(action, "slots"):
@@ -141,8 +157,12 @@ def _is_shared(action: Any, obj: Any) -> bool:
 
 
 def _insert_keys(obj: Any, track: Track, stretch: float) -> str:
-    """Replace the keys of both outputs; return why that failed, or an empty text."""
-    # Blender rounds each product to single precision; a later key would come a frame late.
+    """Replace the keyframes of both outputs; return why that failed, or an empty text.
+
+    `stretch` is the number of frames of the F-curves in one frame of the scene.
+    """
+    # Blender rounds the stretched time to single precision. A keyframe at the unrounded time could
+    # be later, and would then take effect a frame late.
     frames = np.asarray(track.frames, np.float32) * np.float32(stretch)
     for path, column in ((ACTIVE_PATH, track.active), (VALUE_PATH, track.value)):
         values = np.array(column, np.float64)
@@ -162,14 +182,20 @@ def _insert_keys(obj: Any, track: Track, stretch: float) -> str:
 
 
 def _changes(values: Any) -> Any:
-    """Return the indices at which a finite value differs from the one before."""
+    """Return the indices of the first finite value, and of each that differs from the one before.
+
+    Values that are not finite are skipped.
+    """
     known = np.flatnonzero(np.isfinite(values))
     differs = np.diff(values[known]) != 0.0
     return known[np.concatenate(([True], differs))] if len(known) else known
 
 
 def _fill(curve: Any, frames: Any, values: Any) -> None:
-    """Replace all keys of a curve by these, with constant interpolation."""
+    """Replace all keyframes of an F-curve by ones at `frames` (n,) with `values` (n,).
+
+    They have constant interpolation.
+    """
     curve.mute = False
     points = curve.keyframe_points
     points.clear()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compares the scene of a coverage map with the present scene, as for recordings."""
+"""Finds out whether a coverage map is stale, in the same way as for a recording."""
 
 from __future__ import annotations
 
@@ -15,28 +15,33 @@ from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, unit_scale
 from .stored_recording import THIS_BLENDER, StoredRecording
 
-# m: smaller sensors of other kinds do not hide the floor.
+# m: sensors that are smaller than this hide no floor, so that the map does not depend on them.
 SMALL_M = 0.5
+# Stands for the FACTS_VERSION of a text that cannot be read.
 NONE_MEASURED = -1
 
 
 class FollowedMap(StoredRecording):
-    """The fingerprint of a coverage map's scene.
+    """The fingerprint of the scene that a coverage map shows.
 
-    It leaves out settings of the scene and sensors of other kinds, which the map does not depend
-    on. The scene stores it as a text, so that undo and saving keep it.
+    It leaves out what the map does not depend on: most settings of the scene, and small sensors
+    that are not motion detectors. The scene stores the fingerprint as a text, so that undo and
+    saving keep it.
     """
 
     KEY = f"{COVERAGE_MARK}_followed"
 
     @staticmethod
     def stored_text(scene: Any) -> str:
-        """Return the text that the scene stores; empty without a map."""
+        """Return the fingerprint that the scene stores, as a text; empty without a map."""
         return str(scene.get(FollowedMap.KEY, ""))
 
     @classmethod
     def note(cls, scene: Any, depsgraph: Any) -> FollowedMap:
-        """Store the present fingerprint in the scene as that of its map, and return it."""
+        """Take the fingerprint of the present scene, store it in the scene, and return it.
+
+        Call this method when a map was made.
+        """
         made = cls(Recording(), Fingerprint(depsgraph.view_layer.name, light=False))
         made.fingerprint = made._fingerprint_now(scene, depsgraph)
         header = [FACTS_VERSION, *THIS_BLENDER], depsgraph.view_layer.name
@@ -45,9 +50,9 @@ class FollowedMap(StoredRecording):
 
     @classmethod
     def read(cls, text: str) -> FollowedMap:
-        """Return the fingerprint in a text from `note`.
+        """Return the fingerprint that `note` has stored as this text.
 
-        A map with a damaged text counts as made by an earlier version.
+        If the text is damaged, return one that is stale, as if an earlier version had made it.
         """
         try:
             (facts, *blender), view_layer, digests = json.loads(text)
@@ -77,7 +82,7 @@ class FollowedMap(StoredRecording):
 
 
 def _small_sensors(view_layer: Any) -> set[Any]:
-    """Return small objects that are sensors of other kinds than the map's."""
+    """Return the objects that are small sensors, but no motion detectors."""
     small = SMALL_M / unit_scale(view_layer.id_data)
     return {
         obj

@@ -10,15 +10,16 @@ from ..scene.changes import Fingerprint, digest, fingerprint_of, key_of
 from ..scene.facts import facts_without
 from ..scene.sensors import all_sensors
 
-# Start of the fingerprint's keys that light does not depend on.
+# Entries of a fingerprint whose keys start so are on warmth, on which light does not depend.
 WARMTH = "Warmth "
 
 
 class LightReferences:
-    """The light references of the last run, valid while all that light depends on is the same.
+    """The light references of the last run.
 
-    Parameters of sensors that measure no light may change. To trace the references anew takes as
-    long as about 50 s of the sample home.
+    They are valid until something changes on which light depends. Parameters of sensors that
+    measure no light can change meanwhile. Computing references anew takes as long as simulating
+    about 50 s of the sample home.
     """
 
     def __init__(self) -> None:
@@ -26,7 +27,10 @@ class LightReferences:
         self._found: dict[Any, Any] = {}
 
     def of(self, scene: Any, depsgraph: Any) -> dict[Any, Any]:
-        """Return the references for a run of the present scene; the run adds to them."""
+        """Return the references for a run of the present scene, to which the run adds its own.
+
+        They are empty if the last run was of another scene, or if its light has changed since.
+        """
         if not self._found:
             return {}
         now = _digest_for_light(scene, depsgraph, fingerprint_of(scene, depsgraph, light=True))
@@ -35,14 +39,17 @@ class LightReferences:
     def keep(
         self, scene: Any, depsgraph: Any, fingerprint: Fingerprint, found: dict[Any, Any]
     ) -> None:
-        """Keep the references of a run in a scene with this fingerprint."""
+        """Keep the references `found` in a run, whose scene has this fingerprint."""
         if found and fingerprint.light:
             self._digest = _digest_for_light(scene, depsgraph, fingerprint)
             self._found = found
 
 
 def _digest_for_light(scene: Any, depsgraph: Any, fingerprint: Fingerprint) -> str:
-    """Return a digest of what light depends on, from the fingerprint of the present scene."""
+    """Return a digest of all that light depends on.
+
+    `fingerprint` is that of the present scene.
+    """
     digests = {k: d for k, d in fingerprint.digests.items() if not k.startswith(WARMTH)}
     for sensor in all_sensors(scene.view_layers[depsgraph.view_layer.name]):
         if not sensor.kind.requires(LIGHT):

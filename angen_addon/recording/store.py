@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stores recordings in blend files, each as a text datablock that exists only in the file on disk.
 
-It is added just before saving, and removed after saving and loading. So neither undo steps nor the
-evaluated copy of the scene hold recordings. Blender without the extension shows no text, since its
-name is hidden.
+The text is added just before Blender saves a file, and removed after Blender has saved or loaded
+it. So neither undo steps nor the evaluated copy of the scene hold recordings. Blender without the
+extension does not list the text, since its name begins with a dot.
 """
 
 from __future__ import annotations
@@ -21,15 +21,19 @@ from ..scene.changes import Fingerprint
 from ..scene.sensors import all_sensors
 from .stored_recording import StoredRecording
 
-# A leading dot hides it from lists.
+# The name of the texts; its leading dot hides them from lists.
 TEXT = ".angen_recording"
+# Custom properties of a text: the scene of its recording, and why the recording is stale.
 SCENE, STALE = "angen_scene", "angen_stale"
 TITLE = "A recording of the Blender extension Ängen Sensors; Clear Recording there removes it"
 LINE = 4096
 
 
 def put_into_file() -> None:
-    """Add the recordings of all scenes to the file as texts; encode each recording only once."""
+    """Add the recordings of all scenes to the file as texts, before it is saved.
+
+    A recording is encoded only once, even if the file is saved several times.
+    """
     # The file may hold recordings, if the extension was switched on after it was opened.
     restore()
     scenes = {scene.session_uid: scene for scene in bpy.data.scenes}
@@ -47,7 +51,7 @@ def put_into_file() -> None:
 
 
 def take_out_of_file() -> None:
-    """Remove the recordings' texts once the file is saved."""
+    """Remove the texts with recordings again, once the file is saved."""
     for text in _texts():
         bpy.data.texts.remove(text)
 
@@ -57,20 +61,20 @@ def restore() -> None:
 
     Report each recording that cannot be read.
     """
-    room = VALUES
+    values_left = VALUES
     for text in _texts():
         scene = text.get(SCENE)
         # A scene has one recording: a second text is not decoded.
         if isinstance(scene, bpy.types.Scene) and state.CACHE.kept(scene) is None:
             try:
-                kept = _decoded(text.as_string(), room)
+                kept = _decoded(text.as_string(), values_left)
                 find_sensors(kept, scene)
             except AngenError as error:
                 report(f"The recording in this file could not be read: {error}. Simulate again")
             else:
                 kept.stale_then = str(text.get(STALE, ""))
                 kept.mark = max(scene.angen_recording, 0)
-                room -= size_of(kept.recording)
+                values_left -= size_of(kept.recording)
                 state.CACHE.keep(scene, kept)
         bpy.data.texts.remove(text)
 
@@ -83,9 +87,10 @@ def report(text: str) -> None:
 
 
 def find_sensors(kept: StoredRecording, scene: Any) -> None:
-    """Set the session uid of each track to that of the sensor with the track's name.
+    """Set the session uid of each track of a recording to that of its sensor.
 
-    Blender gives objects other session uids when a file is opened.
+    The sensor is found by name, or by a former name if only its name has changed since the run.
+    Blender gives objects new session uids each time a file is opened.
     """
     layers = scene.view_layers
     sensors = all_sensors(layers.get(kept.fingerprint.view_layer) or layers[0])
@@ -97,9 +102,9 @@ def find_sensors(kept: StoredRecording, scene: Any) -> None:
 
 
 def _texts() -> list[Any]:
-    """Return the texts with recordings.
+    """Return the texts of this file that hold recordings.
 
-    Texts in libraries, and other texts of the same name, do not count.
+    Leave out texts in linked libraries, and texts that merely have the same name.
     """
     return [
         text
@@ -124,14 +129,17 @@ def _encoded(kept: StoredRecording) -> str:
     return "\n".join([TITLE, *lines])
 
 
-def _decoded(text: str, room: int) -> StoredRecording:
-    """Return the recording in a text, of at most `room` values. Raise AngenError."""
+def _decoded(text: str, most_values: int) -> StoredRecording:
+    """Return the recording in a text.
+
+    Raise AngenError if the text is damaged, or if the recording has more than `most_values` values.
+    """
     title, _, data = text.partition("\n")
     if title != TITLE:
         raise AngenError("it is damaged")
     with replaced("it is damaged", ValueError, raised=AngenError):
         packed = base64.b64decode(data.replace("\n", ""), validate=True)
-    recording, header = from_bytes(packed, room)
+    recording, header = from_bytes(packed, most_values)
     if not _is_header(header):
         raise AngenError("it is damaged")
     portable = header.get("portable", {})
@@ -145,7 +153,7 @@ def _decoded(text: str, room: int) -> StoredRecording:
 
 
 def _is_header(header: dict[str, Any]) -> bool:
-    """Whether the header has the entries and types that `_encoded` writes."""
+    """Whether a header has the same entries as one that `_encoded` writes, with the same types."""
     numbers = [header.get("facts", 1)]
     versions: list[Any] = [header.get("blender"), header.get("made_in", []), numbers]
     texts: list[Any] = [header.get("digests"), header.get("portable", {})]

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A finished recording, compared with the present scene."""
+"""A finished recording, and the comparison of its scene with the present scene.
+
+The comparison is by fingerprints. A fingerprint has a digest of each part of the scene that sensors
+read, by a key that names the part.
+"""
 
 from __future__ import annotations
 
@@ -37,18 +41,24 @@ class StoredRecording:
 
     Attributes
     ----------
+    recording
+        The readings of the run.
+    fingerprint
+        The fingerprint of the scene at the run.
     unsure
-        Whether the recording may be stale, as after undo or load, until `verify`.
+        Whether it is unknown if the recording is stale, after undo or loading. `verify` finds out.
     stored
-        The recording as a text for the file, once encoded.
-    blender, made_in
-        The version of Blender of the fingerprint, and the version that ran the simulation.
+        The recording as a text for the file; empty until it is encoded.
+    blender
+        The version of Blender that computed the fingerprint.
+    made_in
+        The version of Blender that ran the simulation.
     stale_then
-        Why the recording was stale when the file was saved; else empty.
+        Why the recording was stale when the file was saved; empty if it was fresh.
     facts
-        The FACTS_VERSION of the fingerprint.
+        The FACTS_VERSION with which the fingerprint was computed.
     mark
-        A random number that the scene stores too.
+        A random number by which the scene, which stores it too, refers to this recording.
     """
 
     def __init__(
@@ -62,9 +72,10 @@ class StoredRecording:
         self.mark = 1 + secrets.randbelow(2**31 - 1)
         self.unsure = False
         self.stored = ""
-        # Differences from the fingerprint, by key, as texts for the user.
+        # Texts for the user on each difference from the fingerprint, by the fingerprint's key.
         self._changed: dict[str, str] = {}
-        # Animated objects that the user moved, by key; the next change of frame puts them back.
+        # Likewise for animated objects that the user moved. The next change of frame moves them
+        # back to where their keyframes say.
         self._moved: dict[str, str] = {}
         # How many objects the file had at the last comparison.
         self._objects = len(bpy.data.objects)
@@ -90,7 +101,7 @@ class StoredRecording:
         if _names_new_or_gone(changed):
             # Objects that came or went change the visibility too: one text is enough.
             changed.pop(SHOWN, None)
-        # Users know the names of objects better than those of meshes.
+        # Objects come first, since users know their names better than those of meshes.
         keys = sorted(changed, key=lambda key: not key.startswith("Object "))
         names += dict.fromkeys(changed[key] for key in keys)
         if not names:
@@ -98,7 +109,10 @@ class StoredRecording:
         return f"changed since: {listed(names, 3)}"
 
     def verify(self, scene: Any, depsgraph: Any) -> None:
-        """Compare the whole scene; call this method after undo and load, and before an export."""
+        """Compare the whole present scene with that of the run, part by part.
+
+        Call this method after undo, after loading, and before an export.
+        """
         if self._is_other_view_layer(depsgraph):
             return
         if self.blender != THIS_BLENDER:
@@ -109,10 +123,10 @@ class StoredRecording:
         self.unsure = False
 
     def _accept_from_other_version(self, scene: Any, depsgraph: Any) -> None:
-        """Accept a scene from another version of Blender if it is the same as at the run.
+        """Take the fingerprint anew if another version of Blender made the recording.
 
-        The recording must have been fresh when the file was saved, and the digests must be equal
-        that both versions compute alike.
+        This is done only if the recording was fresh when the file was saved. In addition, the
+        digests that all versions of Blender compute alike must show no change of the scene.
         """
         made = self.fingerprint
         if made.portable and not self.stale_then and made.portable == portable(scene, depsgraph):
@@ -121,9 +135,10 @@ class StoredRecording:
             self.blender, self.stored = THIS_BLENDER, ""
 
     def add_portable(self, scene: Any) -> None:
-        """Add the digests that all versions of Blender compute alike, before the file is saved.
+        """Add digests to the fingerprint that all versions of Blender compute alike.
 
-        While the recording is fresh, the scene is as it was at the run.
+        Call this method before the file is saved. Nothing is added while the recording is stale,
+        since the digests must be those of the scene at the run.
         """
         layer = scene.view_layers.get(self.fingerprint.view_layer)
         depsgraph = None if self.fingerprint.portable or self.stale else layer.depsgraph
@@ -131,9 +146,10 @@ class StoredRecording:
             self.fingerprint.portable, self.stored = portable(scene, depsgraph), ""
 
     def note_begin(self, settings: dict[str, str]) -> None:
-        """Compare with the digests that `settings_of` returned when the run began.
+        """Compare the fingerprint, taken at the end of the run, with digests from its begin.
 
-        Edits by other code during the run make the recording stale.
+        `settings` are those that `settings_of` returned when the run began. If other code has
+        changed settings since, the recording is stale.
         """
         known = self.fingerprint.digests
         for key, digest in settings.items():
@@ -144,10 +160,16 @@ class StoredRecording:
     def note_edit(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int, playing: bool
     ) -> None:
-        """Compare what Blender has just evaluated, after an edit.
+        """Compare the datablocks that Blender reports as updated after an edit.
 
-        `sensors` are those of this `revision` of the scene. `playing` says that the animation
-        plays.
+        Parameters
+        ----------
+        scene, depsgraph
+            The scene and its depsgraph, which has the updates.
+        sensors, revision
+            All sensors of the scene, and the revision of the scene at which they were listed.
+        playing
+            Whether the animation plays.
         """
         if self._is_other_view_layer(depsgraph):
             return
@@ -156,12 +178,13 @@ class StoredRecording:
             return
         before = self._renamed
         self._compare_scene(scene, depsgraph, sensors, revision)
-        # After a renaming, Blender also reports updates of data that refer to the object.
+        # When an object is renamed, Blender also reports datablocks that refer to it as updated.
         follows = playing or before != self._renamed
         updates = list(depsgraph.updates)
         originals = {update.id.original: update for update in updates}
         if any(isinstance(o, bpy.types.Action) or o.is_embedded_data for o in originals):
-            # Keys and nodes count as part of their owners, of which Blender may report no update.
+            # Keyframes and nodes count as part of the datablock that owns them. Blender may report
+            # no update of the owner.
             originals.update(dict.fromkeys(_owners(depsgraph, originals)))
         for original, update in originals.items():
             self.check(original)
@@ -172,9 +195,12 @@ class StoredRecording:
                 self._moved[key_of(original)] = f"'{original.name}'"
 
     def note_other_scene(self, depsgraph: Any) -> None:
-        """Note the update of another scene, which may share datablocks with this one."""
+        """Note updates in another scene, which may share datablocks with that of the recording.
+
+        If one may be shared, the recording is unsure until `verify`.
+        """
         for original in (update.id.original for update in depsgraph.updates):
-            # Blender may report no update of the owners of keys and nodes.
+            # Blender may report no update of the datablocks that own keyframes and nodes.
             hidden = isinstance(original, bpy.types.Action) or original.is_embedded_data
             if not isinstance(original, bpy.types.Scene):
                 self.unsure |= hidden or key_of(original) in self.fingerprint.digests
@@ -182,9 +208,10 @@ class StoredRecording:
     def note_frame(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int
     ) -> None:
-        """Note a change of frame, after which animated objects are where their keys say.
+        """Note a change of frame, which moves animated objects to where their keyframes say.
 
-        Any other change makes a new `revision` of the scene.
+        `sensors` are all sensors, listed at this `revision` of the scene. If the revision is that
+        of the last comparison, nothing but the frame has changed and little is compared.
         """
         self._moved.clear()
         if self._is_other_view_layer(depsgraph):
@@ -192,13 +219,13 @@ class StoredRecording:
         if self.unsure:
             self.verify(scene, depsgraph)
         elif revision == self._revision:
-            # Blender reports no changes of custom properties and texts.
+            # Blender reports no edits of custom properties and texts, so these are compared always.
             self._compare({SCENE: self._settings(scene, sensors)})
         else:
             self._compare_scene(scene, depsgraph, sensors, revision)
 
     def check(self, original: Any) -> None:
-        """Compare one datablock with the fingerprint."""
+        """Compare one datablock, which is not an evaluated copy, with the fingerprint."""
         if isinstance(original, bpy.types.Scene):
             layer = original.view_layers.get(self.fingerprint.view_layer)
             if layer is not None:
@@ -232,20 +259,20 @@ class StoredRecording:
         before, self._objects = self._objects, len(bpy.data.objects)
         differs = self.fingerprint.difference(SHOWN, around[SHOWN])
         if before != self._objects and (differs or _names_new_or_gone(self._changed)):
-            # An object came or went, perhaps one that was new: only comparing the whole scene
-            # shows which.
+            # An object was added or removed, perhaps one that was added since the run. Only a
+            # comparison of the whole scene shows which.
             self._changed = self.fingerprint.differences(self._fingerprint_now(scene, depsgraph))
         self._compare(around)
 
     def _find_renamed(self, sensors: Iterable[Sensor]) -> None:
-        """Find the recorded sensors that have another name now."""
+        """Find the recorded sensors that were renamed since the run."""
         recorded = {track.uid: name for name, track in self.recording.tracks.items()}
         self._renamed = {}
         for sensor in sensors:
             self._renamed |= _renamed(sensor, recorded.get(sensor.uid, sensor.name))
 
     def was_called(self, sensor: Sensor, name: str) -> bool:
-        """Whether a sensor had this name at the run, and only its name has changed."""
+        """Whether a sensor had the name `name` at the run, and nothing else of it has changed."""
         renamed = _renamed(sensor, name)
         known = self.fingerprint.digests
         parts = (*sensor.holders, sensor.object)
@@ -262,9 +289,9 @@ class StoredRecording:
                 self._changed.pop(key, None)
 
     def _is_other_view_layer(self, depsgraph: Any) -> bool:
-        """Whether the depsgraph is of another view layer than the recording.
+        """Whether the depsgraph belongs to another view layer than the recording.
 
-        Its updates then do not show whether the recording is stale.
+        If so, its updates do not show whether the recording is stale.
         """
         self._other_view_layer = depsgraph.view_layer.name != self.fingerprint.view_layer
         self.unsure |= self._other_view_layer
@@ -274,9 +301,10 @@ class StoredRecording:
 def settings_of(
     scene: Any, sensors: Sequence[Sensor], recorded: Iterable[Sensor]
 ) -> dict[str, str]:
-    """Return digests of the scene's settings and of its sensors, by key.
+    """Return digests of the scene's settings and of its sensors, by the keys of fingerprints.
 
-    A run of the `recorded` sensors relies on them to stay the same.
+    None of them may change during a run. `sensors` are all sensors of the scene, and `recorded`
+    those that the run records.
     """
     light = _depend_on_light(sensor.kind for sensor in recorded)
     objects = {part for sensor in sensors for part in (sensor.object, *sensor.holders)}
@@ -289,7 +317,7 @@ def _depend_on_light(kinds: Iterable[Kind]) -> bool:
 
 
 def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
-    """Return the recording of a run that has just ended, with the fingerprint of its scene."""
+    """Return a recording with the fingerprint of the scene, in which its run has just ended."""
     light = _depend_on_light(KINDS[track.kind_name] for track in recording.tracks.values())
     return StoredRecording(recording, fingerprint_of(scene, depsgraph, light))
 
@@ -303,20 +331,25 @@ def _names_new_or_gone(changed: dict[str, str]) -> bool:
     return any(text.endswith(("(new)", "(gone)")) for text in changed.values())
 
 
-def _renamed(sensor: Sensor, then: str) -> dict[str, str]:
-    """Return the former names of a sensor's object and instancers, by their names now.
+def _renamed(sensor: Sensor, former_name: str) -> dict[str, str]:
+    """Return the former names of a sensor's object and of its instancers, by present name.
 
-    `then` is the former name of the sensor. Names that have not changed are left out.
+    Names that have not changed are left out. The `former_name` of a sensor in a collection instance
+    has the names of the instancers and of the object, with slashes between them.
     """
     parts = (*sensor.holders, sensor.object)
-    names = then.split("/") if sensor.holders else [then]
+    names = former_name.split("/") if sensor.holders else [former_name]
     if len(names) != len(parts):
         return {}
     return {p.name: name for p, name in zip(parts, names, strict=True) if p.name != name}
 
 
 def _owners(depsgraph: Any, changed: Any) -> list[Any]:
-    """Return the datablocks whose actions or node trees have changed."""
+    """Return datablocks that own what has changed, if it has actions or embedded node trees.
+
+    All datablocks with animation, or all with nodes, are returned, since Blender does not report
+    the owner.
+    """
     actions = {o for o in changed if isinstance(o, bpy.types.Action)}
     embedded = any(o.is_embedded_data for o in changed)
     found = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Describes sensors as plain data, as `list --json` prints it."""
+"""Describes sensors as plain data, which `angen list --json` prints."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from ..scene.sensors import Sensor, decimal
 
 
 def describe(sensor: Sensor) -> dict[str, Any]:
-    """Return a sensor as an entry of a layout, from which `apply` makes the same sensor again.
+    """Return a sensor as an entry of a layout, from which `angen apply` makes the same sensor.
 
-    It has the name, kind, room and pose (metres, radians), the main reading, the units of the
-    published fields, the parent and the collection, and all parameters (SI units, radians).
+    Lengths are in metres and angles in radians. The entry has
+
+    - the name, kind, room, pose, parent and collection of the sensor,
+    - its main reading and the units of its published fields,
+    - all its parameters.
     """
     depsgraph = evaluated_depsgraph()
     obj = sensor.object
@@ -41,7 +44,7 @@ def describe(sensor: Sensor) -> dict[str, Any]:
 
 
 def _collection(obj: Any, scene: Any) -> str | None:
-    """Return the name of an object's collection; None for the scene's root collection."""
+    """Return the name of the collection that an object is in; None for the root collection."""
     names = [c.name for c in obj.users_collection if c != scene.collection]
     return names[0] if names else None
 

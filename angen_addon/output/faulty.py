@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The options `--faults` and `--truth` of the commands that write logs."""
+"""The options `--faults` and `--truth` of the commands that write logs.
+
+`--faults` adds faults to a log, and `--truth` names the file that lists these changes.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from ...sensor_logic.formats import Log
 
 
 def add_options(parser: Any, path: Any) -> None:
-    """Add the options `--faults` and `--truth`."""
+    """Add the options `--faults` and `--truth` to a parser; `path` converts their arguments."""
     parser.add_argument(
         "--faults",
         type=path,
@@ -30,10 +33,23 @@ def add_options(parser: Any, path: Any) -> None:
 
 
 class Faults:
-    """A faults file, and the file that lists its changes to a log.
+    """A faults file, and the file that lists the changes it makes to a log.
 
-    Without a faults file, logs stay as they are. `log` is the file of the faulty log. Raise
-    InputError if the options or the faults file are wrong, and OSError.
+    Parameters
+    ----------
+    faults
+        The faults file; None to leave logs as they are.
+    truth
+        The file to write with the list of changes; by default beside the log.
+    log
+        The file of the log with faults; None if it goes to standard output.
+
+    Raises
+    ------
+    InputError
+        If the options contradict each other or the faults file is invalid.
+    OSError
+        If the faults file cannot be read.
     """
 
     def __init__(self, faults: Path | None, truth: Path | None, log: Path | None) -> None:
@@ -51,12 +67,15 @@ class Faults:
         self.plan: FaultPlan | None = read_plan(faults) if faults else None
 
     def check_names(self, sensors: Iterable[str]) -> None:
-        """Raise InputError if the faults file names a sensor that is not one of these."""
+        """Raise InputError if the faults file names a sensor that is not in `sensors`."""
         if self.plan:
             self.plan.check_names(sensors)
 
     def of(self, log: Log) -> tuple[Log, dict[Path, str]]:
-        """Return the log with its faults, and the texts of further files by path."""
+        """Return the log with faults added, and the text of the list of changes by its path.
+
+        Without a faults file, return the same log and an empty dictionary.
+        """
         if not (self.plan and self.truth):
             return log, {}
         faulty = make_faults(log, self.plan)

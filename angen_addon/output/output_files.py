@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The output files of a command.
 
-Their paths are checked before a long run. At its end all files are written together, or none.
-`Exports` are the files in formats of other tools.
+Their paths are checked before a long run. At the end of the run either all files are written, or
+none if one of them fails. `Exports` are the files in formats of other tools.
 """
 
 from __future__ import annotations
@@ -28,9 +28,18 @@ from ...sensor_logic.formats.outputs import check_out, output_files
 def check_outputs(
     files: Mapping[str, Path | None], samples: Path | None = None, names: Iterable[str] = ()
 ) -> None:
-    """Raise AngenError if a result cannot be written, or would overwrite a file that is used.
+    """Raise AngenError if an output file cannot be written, or would overwrite a file in use.
 
-    `files` has the path by option, and `names` are the files in the folder `samples`.
+    Files in use are the open file, the files that it reads, and the other outputs.
+
+    Parameters
+    ----------
+    files
+        The path of each output file by the option that names it; None if the option is not given.
+    samples
+        The folder for the samples files; None if there is none.
+    names
+        The names of the samples files in that folder.
     """
     outputs = [(flag, path) for flag, path in files.items() if path is not None]
     for flag, path in outputs:
@@ -53,14 +62,18 @@ def check_outputs(
 
 
 def check_not_read(paths: Iterable[Path]) -> None:
-    """Raise AngenError if a path is the open file, or a file that the open file reads."""
+    """Raise AngenError if any of the paths is the open file, or a file that the open file reads."""
     known = _inputs()
     for path in paths:
         _check_apart(path, "", known)
 
 
 def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
-    """Raise AngenError if `path` is in `known`."""
+    """Raise AngenError if `path` is one of the files in use.
+
+    `flag` is the option that names the path. `known` has a text on each file in use by its `_key`:
+    the option of an output, or a description of an input.
+    """
     key = _key(path)
     if key is None or key not in known:
         return
@@ -73,7 +86,7 @@ def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
 
 
 def _inputs() -> dict[Any, str]:
-    """Return the files that the open file consists of: a text on each, by its `_key`."""
+    """Return a text on each file that the open file reads, and on itself, by the file's `_key`."""
     paths = dict.fromkeys(bpy.utils.blend_paths(absolute=True), "read by the open file")
     libraries = [bpy.path.abspath(library.filepath) for library in bpy.data.libraries]
     paths |= dict.fromkeys(libraries, "a linked library of the open file")
@@ -82,7 +95,10 @@ def _inputs() -> dict[Any, str]:
 
 
 def _key(path: Path) -> Any:
-    """Return what identifies a file, however its path is spelt or linked; None for a device."""
+    """Return a value that is equal for all paths to the same file, also through links.
+
+    Return None for a device, such as the null device, and for an invalid path.
+    """
     try:
         if path.is_file() or path.is_dir():
             return path.stat().st_dev, path.stat().st_ino
@@ -103,7 +119,10 @@ def _is_whole(saved: BinaryIO) -> bool:
 
 
 def write(texts: Mapping[Path, Content], folder: Path | None = None) -> None:
-    """Write all files, or none and no new folder either. Raise AngenError."""
+    """Write all texts to their paths, in the new `folder` if one is given.
+
+    If one cannot be written, write none, make no folder, and raise AngenError.
+    """
     with Outputs() as outputs:
         outputs.texts.update(texts)
         outputs.folders = [folder] if folder else []
@@ -111,10 +130,19 @@ def write(texts: Mapping[Path, Content], folder: Path | None = None) -> None:
 
 
 class Outputs(WholeFiles):
-    """The outputs of a command.
+    """The outputs of a command, as a context manager.
 
-    They are `texts` by path, new `folders`, a saved blend file, and `printed`, the text for
-    standard output. At the end of the context, outputs that were not committed are removed.
+    At the end of the context, temporary files and new folders are removed unless `commit` was
+    called.
+
+    Attributes
+    ----------
+    texts
+        The content of each file to write, by path.
+    folders
+        The folders to make.
+    printed
+        The text for standard output.
     """
 
     def __init__(self) -> None:
@@ -131,7 +159,10 @@ class Outputs(WholeFiles):
                 folder.rmdir()
 
     def save_blend(self, path: Path) -> None:
-        """Save a copy of the open file, which `commit` puts in place. Raise AngenError."""
+        """Save a copy of the open file under a temporary name, which `commit` renames to `path`.
+
+        Raise AngenError.
+        """
         try:
             # Beside the target, so that relative paths in the file come out right.
             part = self.new(path, ".blend")
@@ -152,7 +183,7 @@ class Outputs(WholeFiles):
             raise AngenError(f"cannot save {path}: {why}") from None
 
     def commit(self) -> None:
-        """Put all outputs in place, or none if one fails.
+        """Write all files and folders, and print the text; if one fails, write none.
 
         Raise AngenError, or OSError if standard output fails.
         """
@@ -175,9 +206,10 @@ class Outputs(WholeFiles):
 
 
 class Exports:
-    """The logs in other formats that a command writes, each with its path.
+    """The logs in formats of other tools that a command writes.
 
-    Raise AngenError if one cannot be written.
+    `names` are the formats, and `outs` the path for each. Raise AngenError if one of the paths
+    cannot be written.
     """
 
     def __init__(self, names: Sequence[str], outs: Sequence[Path]) -> None:
@@ -190,13 +222,16 @@ class Exports:
             check_out(target, out)
 
     def check_dates(self, start: datetime | None, seconds: float) -> None:
-        """Raise InputError if a format cannot hold the dates of a run of this many seconds."""
+        """Raise InputError if a format cannot hold the dates of a run.
+
+        The run begins at `start` (by default a fixed date) and lasts `seconds`.
+        """
         for target, _ in self._targets:
             target.check_dates(start or DEFAULT_START, 0.0, seconds)
 
     @property
     def files(self) -> dict[str, Path | None]:
-        """The paths that are files, not folders, by their names in messages."""
+        """The paths of formats that are single files, by the text that names each in messages."""
         return {
             f"--out {number} ({target.name})": out
             for number, (target, out) in enumerate(self._targets, start=1)
@@ -204,9 +239,9 @@ class Exports:
         }
 
     def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
-        """Add the files to the outputs, and yield notes on what a format cannot hold.
+        """Add the log to the outputs in each format.
 
-        Raise AngenError.
+        Yield sentences for the user on what a format cannot hold. Raise AngenError.
         """
         for target, out in self._targets:
             written = target.write(log)

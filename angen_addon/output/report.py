@@ -27,7 +27,10 @@ PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 
 
 def check_name(path: Path, what: str) -> None:
-    """Raise InputError if the file's name ends neither as a page nor as a picture."""
+    """Raise InputError if the file's name ends neither in .html nor in .svg.
+
+    `what` names the output in the error, such as an option.
+    """
     if path.suffix.lower() not in PAGES | DRAWINGS:
         raise InputError(
             f"{what}: {path.name} must end in .html (the whole report) or .svg "
@@ -42,9 +45,25 @@ def report_text(
     recording: Recording,
     start: datetime | None = None,
 ) -> str:
-    """Return the report on a run of these sensors, in the format that the path ends with.
+    """Return the text of the report on a run, as HTML or SVG by the ending of `path`.
 
-    `start` is the date and time of t = 0. Raise AngenError.
+    Parameters
+    ----------
+    path
+        The file that the report will be written to.
+    scene
+        The scene of the run.
+    sensors
+        The sensors that the report lists.
+    recording
+        The readings of the run.
+    start
+        The date and time of t = 0; None if the run has none.
+
+    Raises
+    ------
+    AngenError
+        If the report cannot be made.
     """
     check_name(path, "report")
     report = gather(scene, sensors, recording, start)
@@ -54,7 +73,11 @@ def report_text(
 def gather(
     scene: Any, sensors: Sequence[Sensor], recording: Recording, start: datetime | None = None
 ) -> Report:
-    """Return the facts of the report, which marks sensors that the run did not simulate."""
+    """Return the content of the report on a run.
+
+    The report also lists those of the `sensors` that the run did not simulate, and marks them.
+    `start` is the date and time of t = 0.
+    """
     return Report(
         scene.name,
         tuple(_facts(scene, sensors, recording, start)),
@@ -102,9 +125,10 @@ def _sensor_facts(sensor: Sensor) -> ReportedSensor:
 
 
 def _changed(sensor: Sensor) -> list[tuple[str, str]]:
-    """Return names and values of the used parameters that differ from the defaults of the kind.
+    """Return the name and the value of each parameter that differs from the default of the kind.
 
-    An animated parameter has no single value in a run.
+    Leave out parameters that have no effect with the present settings. For an animated parameter,
+    say so in place of the value, since it has no single value in a run.
     """
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the log of a run for other formats: its events with rooms, seed and versions."""
+"""Makes the log of a run, from which formats of other tools are written.
+
+Beside the events it has the rooms of the sensors, the seed, and versions.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +26,9 @@ from .version import extension_version
 def log_of_run(
     recording: Recording, scene: Any, sensors: Iterable[Sensor], start: datetime | None = None
 ) -> Log:
-    """Return the log of a recording of these sensors in the open file.
+    """Return the log of a recording that was made of the open file.
 
-    `start` is the date and time of t = 0.
+    `sensors` are the recorded sensors. `start` is the date and time of t = 0.
     """
     facts = {s.name: sensor_facts(s) for s in sensors}
     return make_log(
@@ -34,12 +37,16 @@ def log_of_run(
 
 
 def sensor_facts(sensor: Sensor) -> SensorFacts:
-    """Return name, kind, room and parameters of a sensor, as logs need them."""
+    """Return what a log says of a sensor: its name, kind, room and parameters."""
     return SensorFacts(sensor.name, sensor.kind.identifier, sensor.room, parameters_of(sensor))
 
 
 def about(scene: Any) -> dict[str, str]:
-    """Return the home's file and digest, the seed, and the versions that simulated it."""
+    """Return what a log says of its run, as texts by name.
+
+    These are the name and the digest of the home's file, the seed, and the versions of the
+    extension and of Blender.
+    """
     found = {"seed": str(scene.angen_seed)}
     path = Path(bpy.data.filepath)
     if bpy.data.filepath and path.is_file():

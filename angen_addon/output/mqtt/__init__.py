@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Publishes sensors as live devices at an MQTT broker.
 
-Only `link` needs paho-mqtt, and imports it when it connects. Nothing here needs Blender, except
-`sending`.
+Only the module `link` needs paho-mqtt, which it imports when it connects. Only the module `sending`
+needs Blender.
 """

@@ -33,7 +33,10 @@ DEPENDENT = {
 
 @dataclass(frozen=True)
 class Address:
-    """Host, port and credentials of a broker; `tls` is None for an unencrypted connection."""
+    """The host, port and credentials of a broker.
+
+    `tls` has the settings of an encrypted connection; None for an unencrypted one.
+    """
 
     host: str
     port: int
@@ -46,7 +49,10 @@ class Address:
 
 
 def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
-    """Add the options of every command that sends to a broker."""
+    """Add the options that all commands have which send to a broker.
+
+    `required` says whether the option that names the broker must be given.
+    """
     group = parser.add_argument_group("to an MQTT broker, such as Home Assistant's")
     group.add_argument(
         "--mqtt",
@@ -85,7 +91,10 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
 
 
 def address_of(options: argparse.Namespace) -> Address | None:
-    """Return the broker that the options name, or None. Raise InputError."""
+    """Return the address of the broker that the options name; None if they name none.
+
+    Raise InputError.
+    """
     if options.mqtt is None:
         for name, unset in DEPENDENT.items():
             if getattr(options, name) != unset:

@@ -28,10 +28,11 @@ POLL_S = 0.002
 
 
 class Link:
-    """A connection to the broker at `address`, which publishes `will` when the connection is lost.
+    """A connection to the broker at `address`.
 
-    Messages are retained and acknowledged (QoS 1). Only `revive` reconnects: if paho-mqtt did, it
-    would send the messages of the meantime late, all at once.
+    The broker publishes the message `will` if the connection is lost. All messages are retained and
+    acknowledged (QoS 1). A lost connection is made again by `revive`, not by paho-mqtt. This would
+    then send all messages at once that were due meanwhile.
     """
 
     def __init__(self, address: Address, will: Message) -> None:
@@ -93,7 +94,7 @@ class Link:
         self._client, self._lost, self._unacknowledged = client, lost, deque()
 
     def revive(self) -> bool:
-        """Try to reconnect, at most once in RETRY_S; return whether it has just succeeded."""
+        """Try to reconnect, at most once in RETRY_S; return whether this call has reconnected."""
         if not self.is_lost or time.monotonic() < self._retry_at:
             return False
         try:
@@ -106,8 +107,8 @@ class Link:
     def send(self, message: Message, idle: Callable[[], None] = lambda: None) -> bool:
         """Publish a message; return False if the connection is lost.
 
-        Call `idle` while too many messages are unacknowledged. Raise AngenError if the broker
-        refuses the topic.
+        If too many earlier messages are unacknowledged, wait first, and call `idle` again and again
+        meanwhile. Raise AngenError if the broker refuses the topic.
         """
         while len(self._unacknowledged) >= WINDOW and not self.is_lost:
             self._forget_acknowledged()
@@ -124,9 +125,9 @@ class Link:
         return True
 
     def flush(self, seconds: float = ANSWER_S) -> bool:
-        """Wait until the broker has acknowledged all messages, and return whether it has.
+        """Wait at most `seconds` until the broker has acknowledged all messages.
 
-        Raise AngenError.
+        Return whether it has. Raise AngenError if it refuses one.
         """
         end = time.monotonic() + seconds
         while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:
@@ -135,13 +136,19 @@ class Link:
         return not self._forget_acknowledged()
 
     def take_unacknowledged(self) -> int:
-        """Return the number of unacknowledged messages, which may be lost, and forget them."""
+        """Return the number of unacknowledged messages, and forget them.
+
+        The broker may or may not have received these messages.
+        """
         count = self._forget_acknowledged()
         self._unacknowledged.clear()
         return count
 
     def retained(self, topics: Sequence[str]) -> list[Message]:
-        """Return the retained messages on these topics, which may have wildcards."""
+        """Return the messages that the broker retains on these topics.
+
+        A topic can have wildcards.
+        """
         found: list[Message] = []
         last_heard = [time.monotonic()]
 
@@ -164,13 +171,16 @@ class Link:
         return found
 
     def close(self) -> None:
-        """Disconnect, and wait until the broker knows: otherwise it would publish the will."""
+        """Disconnect, and wait until the broker has noticed.
+
+        Otherwise it would take the connection for lost and publish the will.
+        """
         if self._client is not None:
             self._client.disconnect()
             self._lost.wait(PARTING_S)
 
     def _forget_acknowledged(self) -> int:
-        """Forget acknowledged messages; return how many are unacknowledged."""
+        """Forget all acknowledged messages, and return the number of unacknowledged ones."""
         waiting = self._unacknowledged
         while waiting and waiting[0].is_published():
             waiting.popleft()
@@ -194,7 +204,7 @@ def _send_small_packets_at_once(_client: Any, _data: Any, opened: Any) -> None:
 
 
 def _why(address: Address, error: Exception) -> str:
-    """Return a text for the user on why no connection was made."""
+    """Return a text for the user on why no connection could be made."""
     if isinstance(error, ssl.SSLCertVerificationError):
         return (
             f"the certificate of {address} is not trusted ({error.verify_message}): "

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plays the readings of a home to a broker, at the times of its events or at another speed.
+"""Publishes the events of a log to a broker, each when it is due, in real time or faster or slower.
 
-It announces the sensors, publishes their readings, and marks them unavailable at the end.
+The player first announces the sensors, and marks them unavailable at the end.
 """
 
 from __future__ import annotations
@@ -25,17 +25,28 @@ from ....sensor_logic.log import Value
 from ...commands.console import note
 from .link import PARTING_S, Link
 
-# Waits until the events of a log are due, at any speed.
+# Waiting until the events of a log are due, at any speed.
 
-# s: `idle` is called this often while waiting.
+# s: interval between calls of `idle` while waiting.
 SLICE_S = 0.2
 
 
 class Pace:
-    """Plays a log at `speed` times real time (0: without waiting).
+    """Waits until the events of a log are due.
 
-    Each time is measured from the start, on a clock that never jumps. So one late event does not
-    delay later ones.
+    Each waiting time is computed from the start, not from the event before. So a late event does
+    not delay later ones.
+
+    Parameters
+    ----------
+    speed
+        How many times faster than real time the log is played; 0 to play it without waiting.
+    idle
+        A function to call again and again while waiting.
+    clock
+        A function that returns the present time in seconds, from a clock that is never set anew.
+    sleep
+        A function that sleeps for a number of seconds.
     """
 
     def __init__(
@@ -52,13 +63,14 @@ class Pace:
         self._at = 0
 
     def start(self, at: int) -> None:
-        """Start the clock: `at` (microseconds of the log) is now."""
+        """Let the present moment be the time `at` of the log, in microseconds."""
         self._begin, self._at = self._clock(), at
 
     def wait(self, until: int) -> float:
-        """Wait until a time of the log (microseconds) is due; return the delay in seconds.
+        """Wait until the time `until` of the log is due, which is in microseconds.
 
-        Call `idle` at least once, which may raise.
+        Return in seconds how late it is by then. Call `idle` at least once; an exception from it
+        ends the wait.
         """
         self._idle()
         if self.is_at_once:
@@ -70,7 +82,7 @@ class Pace:
         return self._clock() - due
 
     def rest(self, seconds: float) -> None:
-        """Wait for this many real seconds, whatever the speed."""
+        """Wait for a number of seconds of real time, which the speed does not change."""
         end = self._clock() + seconds
         while (left := end - self._clock()) > 0.0:
             self._sleep(min(left, SLICE_S))
@@ -82,10 +94,18 @@ SETTLE_S = 2.0
 
 
 class Player:
-    """Announces the sensors of `home` to the broker, and publishes their changes.
+    """Announces the sensors of a home to a broker, and publishes the changes of their fields.
 
-    At the end it marks the sensors "unavailable". It calls `check` often, which may raise to end
-    it.
+    Parameters
+    ----------
+    link
+        The connection to the broker.
+    home
+        The messages for the sensors of the home.
+    speed
+        How many times faster than real time changes are published; 0 to publish without waiting.
+    check
+        A function to call again and again. To stop the player, it raises an exception.
     """
 
     def __init__(
@@ -101,7 +121,11 @@ class Player:
         self._is_open = False
 
     def begin(self, states: Mapping[Channel, Value]) -> None:
-        """Connect and announce the sensors, with these states or without any. Raise AngenError."""
+        """Connect to the broker and announce the sensors.
+
+        `states` has the present value of each channel; a channel without one is announced as
+        unknown. Raise AngenError.
+        """
         self._link.connect()
         retained = dict(retained_messages(self._link, self._home.topic))
         self._refuse_clash(retained.get(self._home.status("").topic))
@@ -119,7 +143,7 @@ class Player:
             self.pace.rest(SETTLE_S)
 
     def play(self, changes: Iterable[Change], after: int = 0) -> None:
-        """Publish each change when it is due, `after` microseconds later than its time."""
+        """Publish each change once its own time plus `after`, in microseconds, is due."""
         for change in changes:
             late = self.pace.wait(after + change.time)
             self.late_s = max(self.late_s, late)
@@ -129,7 +153,7 @@ class Player:
             self._missed_now += not self._link.send(message, self.idle)
 
     def end(self) -> bool:
-        """Mark the sensors "unavailable"; return whether all readings were sent."""
+        """Mark the sensors "unavailable", and return whether all changes were sent."""
         if self._is_open:
             self._is_open = False
             with suppress(AngenError):
@@ -142,7 +166,7 @@ class Player:
         return not self._missed
 
     def summary(self) -> str:
-        """Return a line on how many readings were sent, and how late."""
+        """Return a line for the user on how many changes were sent, and how late."""
         sensors = len({channel.sensor.name for channel in self._home.channels})
         text = f"sent {self._played - self._missed} readings of {sensors} sensors"
         if not self.pace.is_at_once:
@@ -152,7 +176,7 @@ class Player:
         return text
 
     def _now(self) -> list[Message]:
-        """Return the messages with the present states of all sensors, and that they are online."""
+        """Return messages with the present states of all sensors, and one that they are online."""
         states = [Message(topic, payload) for topic, payload in self._states.items()]
         return [*states, self._home.status(ONLINE)]
 
@@ -175,7 +199,11 @@ class Player:
             )
 
     def _remove(self, retained: Mapping[str, str], configs: set[str]) -> None:
-        """Remove the sensors of an earlier replay that this home does not have."""
+        """Remove sensors from the broker that an earlier replay has announced, but not this one.
+
+        `retained` has the retained messages by topic. `configs` are the topics by which this home's
+        sensors are announced.
+        """
         topics = {*configs, *self._states, self._home.status("").topic}
         gone = [Message(*message) for message in retained.items() if message[0] not in topics]
         names = remove_messages(self._link, gone)
@@ -183,7 +211,10 @@ class Player:
             note(f"removed from the broker, since this home does not have them: {', '.join(names)}")
 
     def idle(self) -> None:
-        """Report a lost connection and try to reconnect; call this method between messages."""
+        """Report to the user if the connection is lost, and try to reconnect.
+
+        Call this method again and again between messages.
+        """
         self._check()
         if not self._is_open or not self._link.is_lost:
             return
@@ -204,13 +235,19 @@ class Player:
 
 
 def retained_messages(link: Link, topic: str) -> list[Message]:
-    """Return the retained messages of a home: its devices, and all below its topic."""
+    """Return the messages of a home that the broker retains.
+
+    These are the announcements of its devices, and all messages on topics below `topic`.
+    """
     messages = link.retained([f"{topic}/#", CONFIGS.replace("*", "+")])
     return [m for m in messages if m.topic.startswith(f"{topic}/") or is_config_of(topic, m)]
 
 
 def remove_messages(link: Link, messages: Iterable[Message]) -> list[str]:
-    """Remove retained messages from the broker, devices first; return their sensors' names."""
+    """Remove retained messages from the broker, and return the names of their sensors.
+
+    Announcements of devices are removed first.
+    """
     prefix = CONFIGS.partition("*")[0]
     names = []
     for message in sorted(messages, key=lambda message: not message.topic.startswith(prefix)):

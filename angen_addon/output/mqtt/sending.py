@@ -24,10 +24,24 @@ from .player import SLICE_S, Player
 
 
 class Sending:
-    """Sends the readings of a run in a thread, each when it is due; the run may be ahead.
+    """Sends the readings of a run to a broker, as a context manager.
 
-    It is a context manager that marks the sensors "unavailable" at the end. Without an address it
-    does nothing. Raise AngenError if paho-mqtt is missing.
+    A thread sends each reading when it is due, while the run can already simulate later times. At
+    the end of the context the sensors are marked "unavailable".
+
+    Parameters
+    ----------
+    address
+        The address of the broker; None to send nothing.
+    sensors
+        The sensors of the run.
+    options
+        The options of the command.
+
+    Raises
+    ------
+    AngenError
+        If paho-mqtt is missing.
     """
 
     def __init__(
@@ -73,7 +87,10 @@ class Sending:
             self._player.end()
 
     def take(self, recording: Recording) -> None:
-        """Queue the new readings of a recording; raise the error that ended the thread, if any."""
+        """Queue the readings that were added to the recording since the last call.
+
+        If an error has ended the thread, raise it.
+        """
         if self._player is None:
             return
         if self._error:
@@ -83,7 +100,7 @@ class Sending:
             self._changes.put(change)
 
     def finish(self) -> bool:
-        """Wait until all readings are sent; return whether all arrived."""
+        """Wait until all queued readings are sent, and return whether all of them arrived."""
         if self._player is None:
             return True
         self._changes.put(None)
@@ -113,7 +130,10 @@ class Sending:
             self._error = error
 
     def _as_they_come(self, player: Player) -> Iterator[Change]:
-        """Yield the changes as the run queues them; the first one starts the clock."""
+        """Yield the changes in the order in which the run queues them, until it has ended.
+
+        Sending begins with the first change, at once.
+        """
         is_first = True
         while True:
             try:

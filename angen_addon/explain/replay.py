@@ -79,8 +79,8 @@ class Replay:
     def probes(self) -> Probes:
         """The probes of the scene, at the last update that was replayed.
 
-                        Raise `NotRecorded` if the scene cannot go back because the run is still on.
-                """
+        Raise `NotRecorded` if the scene cannot go back because the run is still on.
+        """
         return self._probes
 
     @property

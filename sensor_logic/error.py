@@ -27,9 +27,10 @@ class InputError(AngenError):
 def explained(
     where: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Raise errors of the types `kinds` as `raised`, with `where` before their text.
+    """Turn errors of the types `kinds` into errors of the type `raised`.
 
-    For an OSError, the text is only its reason, such as "No such file or directory".
+    Their text gets `where` in front. For an OSError, the text is only its reason, such as "No such
+    file or directory".
     """
     try:
         yield
@@ -42,7 +43,7 @@ def explained(
 def replaced(
     text: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Raise errors of the types `kinds` as `raised`, with `text` in place of their own text."""
+    """Turn errors of the types `kinds` into errors of the type `raised`, with the text `text`."""
     try:
         yield
     except kinds:

@@ -92,7 +92,7 @@ class Spec:
 def parameter(default: Any, label: str, tip: str, **facts: Any) -> Any:
     """Return a dataclass field for a parameter: its default, and its `Spec` as metadata.
 
-    `facts` are further attributes of the `Spec`.
+    `facts` are the other attributes of the `Spec`, such as `unit`.
     """
     return dataclasses.field(default=default, metadata={"spec": Spec(label, tip, **facts)})
 

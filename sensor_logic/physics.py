@@ -122,9 +122,12 @@ class OutputTiming:
         ----------
         triggered
             Whether this update detected motion.
-        hold, blocking, warm_up
-            The hold time; how long motion is ignored after the output went off; how long it is
-            ignored at first. In s.
+        hold
+            How long the output stays on after a trigger, in s.
+        blocking
+            How long motion is ignored after the output went off, in s.
+        warm_up
+            The time in s before which motion is ignored.
         retrigger
             Whether motion while the output is on starts the hold time again.
         """

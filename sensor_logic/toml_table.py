@@ -67,7 +67,7 @@ class TomlTable:
         return TomlTable(self.name, self.lines, values, (*self.path, *keys))
 
     def error(self, text: str, key: str | None = None) -> InputError:
-        """Return an error with the file and the line of this table, or of the value of `key`."""
+        """Return an error that names the line of this table, or of the value of `key` in it."""
         return InputError(f"{self.where(*([] if key is None else [key]))}: {text}")
 
     def take(self, key: str, read: Callable[[Any], T], default: Any = _MISSING) -> T:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Decide whether a detector detects a motion, with the detector's own model.
 
-The rays are cast once through the room without a body. The moving body is then intersected with
-them by formulas. A motion starts at an update of the detector. If the detector tilts its fan from
-update to update, it is the update of the first tilt.
+The rays are cast once, through the room without a body. Where they hit the moving body is then
+computed by formulas. A motion starts at an update of the detector. If the detector tilts its fan
+from update to update, it is an update with the first tilt.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class DetectorView(Protocol):
         ...
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return whether (m,) the detector could possibly detect each motion.
+        """Return whether the detector could possibly detect the motion, for m motions (m,).
 
         This is much faster than `strengths`. A motion for which the result is false is not
         detected.
@@ -81,7 +81,7 @@ class RangeView:
         return [Rays(self.origin, ways, free) for ways, free in each]
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return whether (m,) any ray can hit the body during each motion."""
+        """Return whether any ray can hit the body during the motion, for m motions (m,)."""
         found = np.zeros(len(start), bool)
         apart = np.linalg.norm(start.feet[:, :2] - self.origin[:2], axis=1)
         far = max(float(rays.far.max(initial=0.0)) for rays in self._tilts)
@@ -119,10 +119,10 @@ class RangeView:
     def _compare(
         self, tilt: int, motion: Motion, start: Start, times: list[float], largest: Array
     ) -> None:
-        """Update `largest` (m,), in place, with the changes of ranges between successive times.
+        """Set `largest` (m,), in place, to the largest change of a range, if that is larger.
 
-        Only the ranges of one tilt are compared. A ray that hits no body has the range `free` and
-        is not compared.
+        The ranges of one tilt are compared between successive `times`. A ray that hits no body has
+        the range `free` and is not compared.
         """
         free = self.free[tilt]
         rays = len(free)
@@ -183,7 +183,7 @@ class WarmView:
         return Rays(self.origin, self.directions, self.free)
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return whether (m,) any ray can hit the body during each motion."""
+        """Return whether any ray can hit the body during the motion, for m motions (m,)."""
         return self._all.may_hit(motion, start)
 
     def strengths(self, motion: Motion, start: Start) -> Array:
@@ -197,7 +197,10 @@ class WarmView:
         return signals / self.threshold
 
     def _signals(self, motion: Motion, start: Start) -> Array:
-        """Return the largest size (m,) of the signal, from each motion's begin until it decays."""
+        """Return the largest size (m,) of the signal for m motions.
+
+        The signal is computed from the begin of the motion until it has decayed.
+        """
         longest = float(start.length.max(initial=0.0)) / motion.speed
         moving = math.ceil(longest / self.interval - 1e-9) + 1
         settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0
@@ -227,9 +230,10 @@ class WarmView:
 
 
 def _raise_to(largest: Array, body: NDArray[np.intp], change: Array) -> None:
-    """Update `largest` (m,), in place, with the changes (n,) of ranges.
+    """Set `largest` (m,), in place, to the largest change of each body, if that is larger.
 
-    `body` (n,) has the number of the body of each change, in ascending order.
+    `change` (n,) has the changes, and `body` (n,) the number of the body of each, in ascending
+    order.
     """
     if len(body):
         first = np.flatnonzero(np.diff(body, prepend=-1))

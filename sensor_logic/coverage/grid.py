@@ -117,7 +117,7 @@ class CoverageMap:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """Whether (detectors, cells) each detector covers each cell."""
+        """Whether each detector covers each cell, (detectors, cells)."""
         return covered_by(self.noticed)
 
     @property
@@ -138,10 +138,10 @@ class CoverageMap:
 
     @property
     def margin(self) -> Array:
-        """The strength (cells,) of a motion in each cell.
+        """The largest signal in each cell (cells,), divided by the threshold.
 
-        For each direction, the detector with the largest strength counts. The result is the median
-        over the possible directions.
+        For each direction, the detector with the largest signal counts. The result is the median
+        over the directions in which the body can move.
         """
         best = self.strength.max(axis=0, initial=0.0).astype(np.float64)
         best[self.cells.lengths <= 0.0] = np.nan
@@ -349,7 +349,7 @@ def _online_bound(sets: Sets, chosen: list[int], count: int, worth: Array) -> fl
 
 
 def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], int]:
-    """Replace single chosen sets by better ones, until none is better.
+    """Replace one chosen set after the other by a better one, until there is none.
 
     Return the new choice and the number of replacements.
     """

@@ -267,7 +267,7 @@ class Rays:
         return apart, np.where(outside, first, rays), np.where(outside, count, rays)
 
     def may_hit(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return whether (m,) any ray can hit each body during its motion.
+        """Return whether any ray can hit the body during its motion, for m motions (m,).
 
         The test compares bearings, distances and heights. It is true for every body that `hits`
         would find at some time, and for some others.

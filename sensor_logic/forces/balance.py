@@ -276,8 +276,8 @@ def _mapping(
 def _ties(loads: Sequence[Load], joints: Sequence[Joint], unit: Array) -> tuple[Array, Array]:
     """Return the columns that joints add to the matrix of `_mapping`, and their stiffnesses.
 
-    Each column is the wrenches on the bodies of a unit force or of a unit moment that a joint
-    exerts.
+    A joint has a column for each of its axes. The column has the wrenches that a unit force along
+    the axis, or a unit moment about it, exerts on the bodies.
     """
     columns, stiffness = [], []
     for joint in joints:

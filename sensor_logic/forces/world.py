@@ -35,7 +35,7 @@ class Node:
     friction
         The friction coefficient.
     margin
-        The collision margin in m: the distance at which the physics engine can keep other bodies.
+        The collision margin in m. The physics engine can keep other bodies this far away.
     owner
         The node that this node is a part of, if any.
     objects

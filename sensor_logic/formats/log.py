@@ -276,8 +276,8 @@ def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datet
     """Return the given times in a zone.
 
     Times that have no zone are in UTC if `in_utc`, else in local time. When clocks go back, they
-    repeat an hour. A local time in that hour belongs to the second pass if it would otherwise come
-    before the time before it.
+    repeat an hour. A local time in that hour belongs to the second pass if it would otherwise be
+    earlier than the previous time.
     """
     found: list[datetime] = []
     for time in times:

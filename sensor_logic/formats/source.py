@@ -107,7 +107,7 @@ def events_of(
     Raises
     ------
     ValueError
-        If a time is before the one before it.
+        If a time is earlier than the previous one.
     """
     times = [change.time for change in read.changes]
     if not any(time.utcoffset() for time in times):

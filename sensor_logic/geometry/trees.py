@@ -58,7 +58,7 @@ class Boxes:
     half: Array
 
     def overlap(self, rows: Index, others: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Return whether (q,) two boxes are at most `room` apart along each axis, for q pairs.
+        """Return whether two boxes are at most `room` apart along each axis, for q pairs (q,).
 
         The first box of a pair is box `rows` (q,) of these. The second one is box `which` (q,) of
         `others`.
@@ -100,10 +100,11 @@ class SweptBundles:
         self.turned_axes = np.abs(self.axes)
 
     def overlap(self, rows: Index, boxes: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Return whether (q,) a bundle and a box can overlap, for q pairs.
+        """Return whether a bundle and a box can overlap, for q pairs (q,).
 
-        It is false if a face of one of the bundle's two bounding boxes separates bundle and box by
-        more than `room`. `rows` has the indices of the bundles, `which` those of the boxes.
+        They cannot if a face of one of the bundle's two bounding boxes separates bundle and box by
+        more than `room`. `rows` (q,) has the indices of the bundles, `which` (q,) those of the
+        boxes.
         """
         near = self.box.overlap(rows, boxes, which, room)
         left = np.flatnonzero(near)
@@ -183,10 +184,10 @@ class TriangleTree:
     def _rays_near(
         self, before: Array, after: Array, room: float, single: Index, which: Index
     ) -> NDArray[np.bool_]:
-        """Return whether (q,) a single ray and a triangle can be near each other, for q pairs.
+        """Return whether a ray and a triangle can be near each other, for q pairs (q,).
 
-        `single` has the rays, numbered through all pieces, and `which` the numbers of the
-        triangles' boxes.
+        `single` (q,) has the numbers of the rays, which are counted through all pieces. `which`
+        (q,) has the positions of the triangles at the lowest level.
         """
         known, place = np.unique(single, return_inverse=True)
         swept = SweptBundles(*(at.reshape(-1, 1, 2, 3)[known] for at in (before, after)))

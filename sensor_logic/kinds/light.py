@@ -296,7 +296,7 @@ class LightSensor(Model):
         self._lit: bool | None = None
 
     def update(self, parameters: LightParameters, update: Update) -> Reading:
-        """Return the luminance or illuminance, the circuit's outputs, and whether it is lit."""
+        """Return the luminance or illuminance, the circuit's outputs, and the state `lit`."""
         sample: LightSample = update.ask(LIGHT)
         dt = 0.0 if self._time is None else max(update.time - self._time, 0.0)
         fields: dict[str, Any] = {

@@ -64,9 +64,9 @@ def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays
 def _stopped(
     crossings: RayCrossings, ranges: Array, threshold: float
 ) -> tuple[Index, Array, Array]:
-    """Return the parts of crossings in which a ray is blocked: ray, begin and end.
+    """Return the times at which rays are blocked: the ray, the begin and the end of each.
 
-    In these parts, the solid is nearer than `threshold` (m).
+    A ray is blocked while the solid that crosses it is nearer than `threshold` (m).
     """
     one, two = ranges[:, 0], ranges[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -194,7 +194,10 @@ def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:
 
 
 def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
-    """Return the rays: starts (k, 3) at range_min, unit directions (k, 3), lengths (k,) in m."""
+    """Return the rays: starts (k, 3), unit directions (k, 3) and lengths (k,) in m.
+
+    They start at the distance range_min from the sensor.
+    """
     ahead = -pose.axes[:, 2]
     starts = pose.origin + np.outer(aperture_offsets(parameters), pose.axes[:, 0])
     reach = np.full(len(starts), parameters.range_max - parameters.range_min)

@@ -148,7 +148,7 @@ class LayoutEntry:
         return f"{self.file}, line {line}" + (f": '{name}'" if isinstance(name, str) else "")
 
     def error(self, text: str, *key: str) -> InputError:
-        """Return an error with the place of the value at the path `key` in this sensor."""
+        """Return an error that names the place of the value at the path `key` in this sensor."""
         return InputError(f"{self.where(*key)}: {text}")
 
     def settings(self, kind: Kind) -> dict[str, Any]:

@@ -45,10 +45,10 @@ TOO_MANY = "it has more readings than a file can hold"
 
 
 def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
-    """Return a recording and the facts stored with it, from the bytes after the first line.
+    """Return a recording and the facts about it, from the bytes after the first line.
 
-    Raise AngenError, also if the recording has more than `values` values. Damaged bytes can also
-    raise one of the errors in `WRONG`.
+    The facts are those that `to_bytes` got. Raise AngenError, also if the recording has more than
+    `values` values. Damaged bytes can also raise one of the errors in `WRONG`.
     """
     size = int.from_bytes(body[:4], "little")
     unpacker = zlib.decompressobj()
@@ -196,9 +196,9 @@ LEVEL = 3
 
 
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
-    """Return a recording and `facts` about it as bytes.
+    """Return a recording, and `facts` about it, as bytes.
 
-    The facts are plain values, as in JSON. Raise AngenError if the recording is too large.
+    The facts are plain values by name, as in JSON. Raise AngenError if the recording is too large.
     """
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
         raise AngenError(TOO_MANY)
@@ -215,7 +215,7 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
 
 
 def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
-    """Return the recording and the facts from bytes that `to_bytes` returned.
+    """Return the recording and the facts about it, from bytes that `to_bytes` returned.
 
     Raise AngenError if they are damaged, or if the recording has more than `values` values.
     """

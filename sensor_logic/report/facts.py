@@ -101,8 +101,14 @@ class PlanStorey:
 class Report:
     """The content of a report.
 
-    `facts` are pairs of a name and a value, about the scene. `plan_frame` is the frame that the
-    plan shows.
+    Attributes
+    ----------
+    facts
+        Pairs of a name and a value, which describe the scene and the run.
+    plan_frame
+        The frame that the plans show.
+    made_by
+        The last line of the report: the program that wrote it.
     """
 
     title: str

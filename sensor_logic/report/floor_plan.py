@@ -136,9 +136,9 @@ def _shapes(frame: Frame, shapes: Sequence[PlanShape]) -> list[str]:
 
 
 def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
-    """Return the indices of shapes to leave out, so that at most MOST_POINTS points remain.
+    """Return the indices of the shapes to leave out, the smallest ones.
 
-    The smallest shapes are left out first.
+    Without them, at most MOST_POINTS points remain.
     """
     points, found = sum(d[3] for d in drawn), set()
     for i in sorted(range(len(drawn)), key=lambda i: (drawn[i][2], drawn[i][4])):

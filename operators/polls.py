@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Polls that operators share, and the end of an operator that cannot do its work."""
+"""Polls that operators share, and how an operator reports an error and cancels."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         if self.without_light:
             sensors = [s for s in sensors if not s.kind.requires(LIGHT)]
             if not sensors:
-                raise AngenError("There are only light sensors: simulate with light")
+                raise AngenError("There are only light sensors: press Simulate Sensors instead")
         kept = state.CACHE.kept(scene)
         if kept is not None:
             kept.verify(scene, context.evaluated_depsgraph_get())

@@ -68,7 +68,7 @@ def _at_line(text: str, name: str) -> Iterator[None]:
         why = "its brackets are nested too deep"
     except ValueError:
         # Python rejects a whole number of more than 4300 digits.
-        why = "it has a number of too many digits"
+        why = "a number in it has too many digits"
     raise _error(name, line, why)
 
 

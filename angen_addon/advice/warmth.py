@@ -38,7 +38,7 @@ USUAL: dict[str, Usual] = {
     usual.identifier: usual
     for usual in (
         Usual(
-            "PERSON", "Person", "Clothing at 28 °C, and materials with names of skin at 33 °C", 28.0
+            "PERSON", "Person", "Clothing at 28 °C, and materials named like skin at 33 °C", 28.0
         ),
         Usual("PET", "Pet", "The fur of a cat or dog, 27 °C", 27.0),
         Usual("HEATER", "Heater", "A warm radiator, 50 °C", 50.0),

@@ -310,8 +310,8 @@ def margins(home: Examined) -> Iterator[Found]:
     }
     if margins:
         yield (
-            f"Active rigid bodies of shape Mesh, which hop on pads at their collision margin (up "
-            f"to {max(margins.values()):.3g} mm): {named(sorted(margins))}",
+            "Active rigid bodies of shape Mesh, which bounce on pads within their collision margin "
+            f"(up to {max(margins.values()):.3g} mm): {named(sorted(margins))}",
             "Choose Convex Hull or Compound as their shape (Physics tab, Collisions)",
         )
 

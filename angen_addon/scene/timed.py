@@ -193,7 +193,7 @@ def _timed_objects() -> Iterator[str]:
         if any(len(layer.frames) > 1 for layer in layers) or len(
             getattr(obj, "grease_pencil_modifiers", ())
         ):
-            yield f"'{obj.name}' has drawings that change"
+            yield f"'{obj.name}' has Grease Pencil drawings that change"
 
 
 def _simulated_bodies(scene: Any) -> Iterator[str]:

@@ -219,7 +219,7 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
     )
     person: StringProperty(
         name="Person",
-        description="Person whose activity is shown; if empty, as now",
+        description="Person whose activity is shown; if empty, the person shown now",
         options={"HIDDEN"},
     )
 

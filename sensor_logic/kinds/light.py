@@ -439,7 +439,7 @@ def _digital(name: str, step: float, full: float, seconds: float, source: str) -
 PRESETS: tuple[Preset, ...] = (
     Preset(
         "THESIS",
-        "Thesis (Gazebo cameras, four walls)",
+        "Thesis (Gazebo cameras that look at four walls)",
         {
             "method": "FOUR_WALL",
             "clip_start": 0.5,

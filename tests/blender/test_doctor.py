@@ -282,7 +282,7 @@ def test_a_short_rigid_body_cache_is_told(home, physics, examine):
 def test_an_active_mesh_is_told_with_its_margin(home, physics, examine):
     crate = physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0, shape="MESH")
     (finding,) = [one for one in examine() if one.check == "margins"]
-    assert "hop on pads at their collision margin (up to 40 mm): 'Crate'" in finding.text
+    assert "bounce on pads within their collision margin (up to 40 mm): 'Crate'" in finding.text
     crate.rigid_body.collision_shape = "CONVEX_HULL"
     assert "margins" not in {one.check for one in examine()}
 

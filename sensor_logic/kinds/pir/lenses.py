@@ -332,7 +332,8 @@ LENSES: dict[str, Lens] = {
             "Three tiers",
             5.0,
             tier(0, 9, 12, dual(25)) + tier(-22, 7, 14, dual(25)) + tier(-45, 5, 18, dual(25)),
-            "no part: a usual wall lens of 9, 7 and 5 lenslets of 25 mm, elements of 1 × 2 mm",
+            "no product: a usual wall lens, rows of 9, 7 and 5 lenslets, focal length 25 mm, "
+            "elements of 1 × 2 mm",
             "all of it",
         ),
         Lens(

@@ -101,8 +101,8 @@ class Live:
         self._sensed_frame = scene.frame_current
         self._watch(watching, [s for s, _, _ in due], step, depsgraph)
         if not publish:
-            for sensing in due:
-                self._update_sensor(*sensing, step, depsgraph)
+            for due_update in due:
+                self._update_sensor(*due_update, step, depsgraph)
             self._relist_if_driven()
             return
         changed = [self._show_waiting(runner, step) for runner in self._runners]

@@ -1,2 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: its options, and the work of each verb without a window."""
+"""The command line: the options of `angen`, and its verbs, which work without a window.
+
+A verb is a subcommand of `angen`, such as `simulate`.
+"""

@@ -19,7 +19,10 @@ INTERRUPTED = "interrupted; nothing was written"
 
 
 def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
-    """Run a command on the open file; return the exit status."""
+    """Run a verb on the open file, and return the exit status.
+
+    `arguments` begin with the name of the verb. `program` is what the help shows before them.
+    """
     fill_closed_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         # The log is UTF-8, whatever the terminal's encoding.
@@ -69,5 +72,5 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Unregister the command."""
+    """Unregister the command `angen`."""
     bpy.utils.unregister_cli_command(_command)

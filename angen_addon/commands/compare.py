@@ -17,25 +17,29 @@ from .parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:
-    """Compare two logs; return the exit status. Raise SystemExit on bad options."""
+    """Compare two logs, and return the exit status.
+
+    `arguments` are those after the verb. `program` is what the help shows before the verb. Raise
+    SystemExit if the arguments are wrong.
+    """
     options = make_parser(program).parse_args(arguments)
     try:
-        one, two = read(options.log), read(options.other)
-        for text in dict.fromkeys((*one.notes, *two.notes)):
+        first, second = read(options.log), read(options.other)
+        for text in dict.fromkeys((*first.notes, *second.notes)):
             note(text)
-        found = measures(one, two)
+        found = measures(first, second)
         if options.picture:
             check_apart("--picture", options.picture, [options.log, options.other])
-            write_files({options.picture: compare.svg(one, two, found)})
+            write_files({options.picture: compare.svg(first, second, found)})
     except AngenError as error:
         return _fail(str(error), error.status)
     except OSError as error:
         return _fail(f"cannot read {error.filename}: {error.strerror}", BAD_INPUT)
     if options.json:
         return _write_output(
-            json.dumps(compare.data(one, two, found), indent=1, ensure_ascii=False) + "\n"
+            json.dumps(compare.data(first, second, found), indent=1, ensure_ascii=False) + "\n"
         )
-    return _write_output(compare.text(one, two, found))
+    return _write_output(compare.text(first, second, found))
 
 
 def _write_output(text: str) -> int:
@@ -64,7 +68,7 @@ def _fail(text: str, status: int) -> int:
 
 
 def make_parser(program: str) -> Parser:
-    """Return the parser of the verb's options."""
+    """Return the parser of the options of `angen compare`."""
     parser = Parser(
         prog=f"{program} compare",
         description="Compare two logs: how long and how often their sensors are on.",

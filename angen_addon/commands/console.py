@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Messages to the user on standard error, and the early end of a command.
 
-Standard output has the events alone. A command ends early at once, or by Ctrl-C and other signals.
+Standard output is kept free of messages, since it has the events. A command ends early if it calls
+`leave_hard`, or by Ctrl-C and other signals.
 """
 
 from __future__ import annotations
@@ -23,14 +24,14 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 def note(text: str) -> None:
-    """Print one line for the user."""
+    """Print a message for the user as one line on standard error."""
     write_message(f"angen: {' '.join(text.split())}\n")
 
 
 def write_message(text: str, stream: TextIO | None = None) -> None:
-    """Write to `stream` (default: standard error).
+    """Write a text to `stream`, by default standard error.
 
-    Ignore errors, such as a closed stream, so that they do not end the run.
+    Ignore errors, such as a closed stream, so that they do not end the command.
     """
     stream = stream or sys.stderr
     if stream is not None:
@@ -43,9 +44,10 @@ def write_message(text: str, stream: TextIO | None = None) -> None:
 
 
 def leave_hard(status: int) -> NoReturn:
-    """End the process without cleaning up, after the output and Blender's temporary folder.
+    """End the process at once, without the clean-up of Python and Blender.
 
-    Blender's module crashes or hangs in its clean-up where drivers have run Python.
+    Before, write what is left of the output, and remove Blender's temporary folder. If drivers have
+    run Python, the clean-up of Blender's module would crash or hang.
     """
     bpy = sys.modules.get("bpy")
     folder = Path(bpy.app.tempdir) if bpy is not None else None
@@ -60,7 +62,7 @@ def leave_hard(status: int) -> NoReturn:
 
 # Ctrl-C and the signals that end a job, also during a long call into Blender, such as a render.
 
-# s: a step that goes on for longer than this after Ctrl-C is ended with the process.
+# s: if the work does not call `check` within this time after Ctrl-C, the process is ended.
 PATIENCE_S = 0.7
 
 SIGNALS = {
@@ -69,11 +71,14 @@ SIGNALS = {
 
 
 class Interrupt:
-    """A context manager that notes Ctrl-C and the like, for `check` to raise later.
+    """A context manager for Ctrl-C and other signals that end a command.
 
-    An exception raised inside a frame handler would be lost in Blender. A second Ctrl-C raises at
-    once. `leave` is called to end the process where `watched` work does not reach its next `check`
-    in time.
+    A signal is only noted, and the next call of `check` raises KeyboardInterrupt. An exception at
+    the time of the signal could be lost, since Blender drops those in a frame handler. A second
+    signal raises at once.
+
+    `leave` is a function that ends the process. It is called during `watched` work that does not
+    call `check` soon after a signal.
     """
 
     def __init__(self, leave: Callable[[], None]) -> None:
@@ -98,13 +103,16 @@ class Interrupt:
         self.came = True
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if a signal has come."""
+        """Raise KeyboardInterrupt if a signal was received."""
         if self.came:
             raise KeyboardInterrupt
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Wrap work that can be ended at any point, since it has written nothing yet."""
+        """Return a context manager for work during which the process may be ended at any point.
+
+        Such work must not have written any output yet.
+        """
         # During a call into Blender, Python runs no signal handler. But the signal still wakes a
         # file descriptor, and another thread can read that, since rendering releases Python's lock.
         ours, theirs = socket.socketpair()

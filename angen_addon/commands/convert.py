@@ -29,7 +29,11 @@ from .parser import Parser, path
 
 
 def main(arguments: list[str], program: str) -> int:
-    """Convert an event log; return the exit status. Raise SystemExit on bad options."""
+    """Convert an event log, and return the exit status.
+
+    `arguments` are those after the verb. `program` is what the help shows before the verb. Raise
+    SystemExit if the arguments are wrong.
+    """
     options = make_parser(program).parse_args(arguments)
     target = FORMATS[options.format]
     try:
@@ -65,7 +69,8 @@ def main(arguments: list[str], program: str) -> int:
 def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
     """Return the log that the options name, and the names of all known sensors.
 
-    Raise InputError, OSError.
+    These are the sensors of the home and those in the log. Raise InputError, or OSError if a file
+    cannot be read.
     """
     home = read_home(options.home) if options.home else home_beside(options.events)
     sensors = home.sensors
@@ -101,9 +106,11 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
 def _activities(
     options: argparse.Namespace, start: datetime, home: HomeFile
 ) -> list[LoggedActivity]:
-    """Return the activities that the options name, or those of a folder of days.
+    """Return the activities to write into the log.
 
-    Their labels are those of the format. Raise InputError, OSError.
+    They come from the file in the options, else from the folder of the events if that has simulated
+    days, else there are none. Each has the label that the format uses for it. Raise InputError, or
+    OSError if a file cannot be read.
     """
     beside = options.events / "activities.csv"
     found = options.activities or (beside if home.days and beside.is_file() else None)
@@ -119,7 +126,7 @@ def _zone(name: str) -> ZoneInfo:
 
 
 def make_parser(program: str) -> Parser:
-    """Return the parser of the verb's options."""
+    """Return the parser of the options of `angen convert`."""
     parser = Parser(
         prog=f"{program} convert",
         description="Write an event log in the format of another tool; needs no Blender.",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The home in the open file: its sensors, what it lacks, and a run over its frames.
+"""The home in the open file, for verbs: its sensors, what it lacks, and a run over its frames.
 
-Advice before the run and progress during it go to standard error.
+Advice is printed before the run, and progress during the run, both on standard error.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from .console import note, write_message
 def print_advice(sensors: list[Sensor], quiet: bool) -> None:
     """Print which sensors are switched off.
 
-    Unless `quiet`, also print why others may not read what the user expects.
+    Unless `quiet` is true, also print why other sensors may not read what the user expects.
     """
     off = [s.name for s in sensors if not s.settings.enabled]
     if off:
@@ -54,7 +54,10 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:
-    """Print advice on pyroelectric detectors: nothing warm in the home, or a slow rate."""
+    """Print advice on pyroelectric detectors.
+
+    It is on homes without anything warm, and on update rates that are too slow.
+    """
     found = warmth.pyroelectric(simulated(sensors))
     cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
     if cold:
@@ -74,7 +77,7 @@ def _advise_on_warm_up(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_pads(sensors: list[Sensor]) -> None:
-    """Print advice on pads without a surface, and on bodies that sink in or have no mass."""
+    """Print advice on pads, such as pads without a surface and objects without a mass."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     pads = [s for s in simulated(sensors) if s.kind.requires(FORCES)]
     for ask in (
@@ -92,7 +95,7 @@ def _advise_on_pads(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_parameters(sensors: list[Sensor]) -> None:
-    """Print advice on outputs that never switch on, or never off."""
+    """Print advice on sensors with parameters by which the output never switches on, or off."""
     for sensor in simulated(sensors):
         for found in advice.unreachable(sensor, lengths_of(bpy.context.scene)):
             note(f"'{sensor.name}': {uncapitalized(found.text)}")
@@ -118,7 +121,7 @@ class ProgressLine:
         self._last: Progress | None = None
 
     def show(self, progress: Progress) -> None:
-        """Print the progress, at most once in an interval."""
+        """Print the progress, unless it was printed only a short time before."""
         self._left.note(progress.share)
         self._last = progress
         now = time.perf_counter()
@@ -141,7 +144,10 @@ class ProgressLine:
         write_message(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
 
     def finish(self, seconds: float, updates: int) -> None:
-        """Print the closing line: what was simulated and how fast."""
+        """Print the last line: what was simulated, and how fast.
+
+        `seconds` is the simulated time, and `updates` the number of recorded updates.
+        """
         if self._drawn:
             write_message("\r" + " " * 70 + "\r", self._stream)
         if self._quiet:
@@ -161,9 +167,10 @@ class ProgressLine:
 
 
 def open_home(options: argparse.Namespace) -> None:
-    """Check that Blender has opened a file, and open it again with its scripts if it is trusted.
+    """Check that Blender has opened a blend file.
 
-    Raise InputError.
+    If the options trust the file, open it again, this time with its drivers and scripts. Raise
+    InputError if no file is open.
     """
     if not bpy.data.filepath:
         raise InputError(
@@ -182,10 +189,10 @@ def open_home(options: argparse.Namespace) -> None:
 
 
 def sensors_of(options: argparse.Namespace, layout: Path | None = None) -> list[Sensor]:
-    """Return all sensors of the scene, changed to match a layout if one is given.
+    """Return all sensors of the scene; if a layout is given, apply it to the scene first.
 
-    Print what the home lacks, such as missing files, and list it in `options.lacks`. Raise
-    InputError if there are no sensors.
+    Print what the home lacks, such as missing files, and store these texts in `options.lacks`.
+    Raise InputError if there are no sensors.
     """
     open_home(options)
     if layout is not None:
@@ -206,7 +213,10 @@ def run_home(
     sensors: list[Sensor],
     on_progress: Callable[[Recording], None] = lambda _: None,
 ) -> Recording:
-    """Simulate the frames in the options; call `on_progress` with the growing recording."""
+    """Simulate the frames in the options, and return the recording.
+
+    During the run, `on_progress` is called again and again with the readings recorded until then.
+    """
     scene = bpy.context.scene
     print_advice(sensors, options.quiet)
     others = unrecorded(simulated(sensors))
@@ -232,9 +242,10 @@ def run_home(
 
 
 def _frames_to_run(options: argparse.Namespace) -> tuple[int, int]:
-    """Return the first and last frame; print a note if they reach beyond the scene's range.
+    """Return the first and the last frame to simulate.
 
-    Raise InputError.
+    Print a note if the frames in the options reach beyond the scene's range. Raise InputError if
+    all of them are before the scene's start.
     """
     scene = bpy.context.scene
     first, last = options.frames or (scene.frame_start, scene.frame_end)
@@ -247,14 +258,14 @@ def _frames_to_run(options: argparse.Namespace) -> tuple[int, int]:
 
 
 def seconds_to_run(options: argparse.Namespace) -> float:
-    """Return the time of the last frame in the options, in seconds since the scene's start."""
+    """Return the time of the last frame to simulate, in seconds since the scene's start."""
     scene = bpy.context.scene
     last = options.frames[1] if options.frames else scene.frame_end
     return (last - scene.frame_start) * scene.render.fps_base / scene.render.fps
 
 
 def _print_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
-    """Print what the file needs and lacks, each once."""
+    """Print what the file needs but does not have, except what was printed before."""
     light = any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors))
     for text in lacking(bpy.context.view_layer, light):
         if text not in options.lacks:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: its verbs, and the options that several of them have."""
+"""The verbs of the command line, and the options that several of them have.
+
+A verb is a subcommand of `angen`, such as `simulate`.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +21,16 @@ T = TypeVar("T")
 
 
 class Verb(NamedTuple):
-    """A verb on a blend file.
+    """A verb that works on a blend file.
 
-    `add(verbs, every)` adds its parser to the subparsers `verbs`, with the options of the parser
-    `every`, which all verbs have. `run(options, outputs)` returns the exit status.
+    Attributes
+    ----------
+    add
+        A function that adds the parser of the verb. Its arguments are the subparsers to add it to,
+        and a parser with the options that all verbs have.
+    run
+        A function that does the work and returns the exit status. Its arguments are the options,
+        and the `Outputs` to which it adds what is to be written.
     """
 
     add: Callable[[Any, argparse.ArgumentParser], None]
@@ -29,12 +38,12 @@ class Verb(NamedTuple):
 
 
 def verbs_here() -> list[str]:
-    """Return the names of the installed verbs on a blend file."""
+    """Return the names of the installed verbs that work on a blend file."""
     return [name for name, module in VERBS.items() if installed(module)]
 
 
 def verb_of(name: str) -> Verb:
-    """Return the verb of this name."""
+    """Return the verb with this name."""
     found: Verb = part(VERBS[name]).VERBS[name]
     return found
 
@@ -43,12 +52,16 @@ class Parser(argparse.ArgumentParser):
     """An argument parser that prints its errors in one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Print a message in one line, and exit with status 2."""
+        """Print an error message in one line, and exit with status 2."""
         self.exit(2, f"angen: {message} (see --help)\n")
 
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
-    """Return the options of a command; on an error, print it and raise SystemExit."""
+    """Return the verb and its options from the arguments of the command line.
+
+    If they are wrong, print the error and raise SystemExit. `program` is what the help shows before
+    the arguments.
+    """
     arguments = list(arguments)
     if "--frames" in arguments[:-1]:
         # argparse would read a negative first frame as an option.
@@ -61,20 +74,23 @@ def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
 
 
 def make_parser(program: str) -> argparse.ArgumentParser:
-    """Return the parser of all verbs on a blend file."""
+    """Return the parser of all verbs that work on a blend file.
+
+    `program` is what the help shows before the arguments.
+    """
     parser = Parser(
         prog=program, description="Simulate the ambient sensors of a home in a blend file."
     )
     names = verbs_here()
     verbs = parser.add_subparsers(dest="verb", required=True, metavar=" | ".join(names))
-    every = Parser(add_help=False)
-    every.add_argument(
+    common = Parser(add_help=False)
+    common.add_argument(
         "--enable-autoexec",
         action="store_true",
         help="trust the file: its drivers and scripts may run Python",
     )
     for name in names:
-        verb_of(name).add(verbs, every)
+        verb_of(name).add(verbs, common)
     if "--command" not in program:  # else Blender has opened the home
         for name, verb in verbs.choices.items():
             verb.prog += " LAYOUT.json HOME.blend" if name == "apply" else " HOME.blend"
@@ -83,25 +99,28 @@ def make_parser(program: str) -> argparse.ArgumentParser:
 
 
 def lacking(name: str) -> str:
-    """Return how to install a verb that is not installed; empty for all other words."""
-    house = WITHOUT_BLENDER.get(name, "").partition(".")[0]
-    if not house or installed(house):
+    """Return a text for the user on how to install the verb `name`.
+
+    The text is empty if the verb is installed, or if there is no such verb.
+    """
+    folder = WITHOUT_BLENDER.get(name, "").partition(".")[0]
+    if not folder or installed(folder):
         return ""
-    return f"{name} is in the Python package, not in the extension: {installation(house)}"
+    return f"{name} is in the Python package, not in the extension: {installation(folder)}"
 
 
 def wrong_verb(name: str) -> str:
-    """Return the error for a `name` that is no verb on a blend file."""
+    """Return the error text for a `name` that is not a verb that works on a blend file."""
     if lacking(name):
         return lacking(name)
     if name in WITHOUT_BLENDER:
         return f"{name} runs without Blender: python -m angen_addon {name}"
-    every = (*verbs_here(), *WITHOUT_BLENDER)
-    return f"there is no verb '{name}'; {hint(name, every, len(every))}"
+    verbs = (*verbs_here(), *WITHOUT_BLENDER)
+    return f"there is no verb '{name}'; {hint(name, verbs, len(verbs))}"
 
 
 def add_names(parser: argparse.ArgumentParser, what: str = "sensor") -> None:
-    """Add the option `--sensor`."""
+    """Add the option `--sensor`, whose help calls what it selects `what`."""
     parser.add_argument(
         "--sensor",
         action="append",
@@ -112,7 +131,7 @@ def add_names(parser: argparse.ArgumentParser, what: str = "sensor") -> None:
 
 
 def add_choice(parser: argparse.ArgumentParser) -> None:
-    """Add the options that choose sensors, for all verbs that simulate."""
+    """Add the options that select sensors, which all verbs that simulate have."""
     add_names(parser)
     parser.add_argument(
         "--kind",
@@ -129,12 +148,15 @@ def add_choice(parser: argparse.ArgumentParser) -> None:
 
 
 def choice_of(options: argparse.Namespace) -> SensorChoice:
-    """Return the sensors that these options choose."""
+    """Return the selection of sensors in the options of `add_choice`."""
     return SensorChoice(tuple(options.sensor), tuple(options.kind), not options.no_light)
 
 
 def argument_type(read: Callable[[str], T]) -> Callable[[str], T]:
-    """Return a converter for argparse from a function that raises InputError."""
+    """Return a function that converts an argument for argparse.
+
+    It calls `read`, and turns an InputError of that function into the error that argparse expects.
+    """
 
     def convert(text: str) -> T:
         try:
@@ -146,14 +168,14 @@ def argument_type(read: Callable[[str], T]) -> Callable[[str], T]:
 
 
 def path(text: str) -> Path:
-    """Return the path in an argument, which may not be empty."""
+    """Return the argument as a path; an empty argument is an error."""
     if not text:
         raise argparse.ArgumentTypeError("the name of a file or folder is empty")
     return Path(text)
 
 
 def frames(text: str) -> tuple[int, int]:
-    """Return the first and the last frame in a text FIRST:LAST."""
+    """Return the first and the last frame from an argument FIRST:LAST."""
     wrong = f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
     with replaced(wrong, ValueError, raised=argparse.ArgumentTypeError):
         first, _, last = text.partition(":")
@@ -173,7 +195,10 @@ def frames(text: str) -> tuple[int, int]:
 
 
 def whole_number(least: int, most: int) -> Callable[[str], int]:
-    """Return a converter for argparse, for whole numbers from `least` to `most`."""
+    """Return a function that converts an argument to a whole number, for argparse.
+
+    A number that is not from `least` to `most` is an error.
+    """
 
     def convert(text: str) -> int:
         wrong = f"'{text}' is not a whole number from {least} to {most}"
@@ -187,7 +212,7 @@ def whole_number(least: int, most: int) -> Callable[[str], int]:
 
 
 def tolerance(text: str) -> float:
-    """Return the number in an argument, which may not be negative."""
+    """Return the argument as a number; a negative number is an error."""
     try:
         value = float(text)
     except ValueError:
@@ -198,7 +223,10 @@ def tolerance(text: str) -> float:
 
 
 def run_options(every: argparse.ArgumentParser) -> Parser:
-    """Return a parser with the options of all verbs that simulate."""
+    """Return a parser with the options that all verbs that simulate have.
+
+    `every` is a parser with the options that all verbs have. They are included.
+    """
     run = Parser(add_help=False, parents=[every])
     run.add_argument(
         "--frames",

@@ -27,7 +27,11 @@ INTERRUPTED = "interrupted; the sensors are marked unavailable"
 
 
 def main(arguments: list[str], program: str) -> int:
-    """Replay an event log; return the exit status. Raise SystemExit on bad options."""
+    """Replay an event log, and return the exit status.
+
+    `arguments` are those after the verb. `program` is what the help shows before the verb. Raise
+    SystemExit if the arguments are wrong.
+    """
     options = make_parser(program).parse_args(arguments)
     try:
         work = _forget if options.forget else _replay
@@ -87,7 +91,11 @@ def _replay(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 
 def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
-    """Return a log with its rooms, and its start or None. Raise InputError, OSError."""
+    """Return a log with the rooms of its sensors, and the date and time of its start.
+
+    The start is None if the log has no dates. `home` is a file with the rooms; by default the one
+    beside the log. Raise InputError, or OSError if a file cannot be read.
+    """
     about = read_home(home) if home else home_beside(events)
     source = read_log(events, about.start)
     for text in source.notes:
@@ -96,10 +104,18 @@ def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
 
 
 class LogRange:
-    """The part of a log to replay; times in microseconds, as in the log.
+    """The part of a log to replay; all times are in microseconds, as in the log.
 
-    `states` are those of the channels at its begin. `again` has them as changes, for each further
-    round. `changes` are the changes after the begin.
+    Attributes
+    ----------
+    begin, end
+        The begin and the end of the part.
+    states
+        The value of each channel at the begin.
+    again
+        The same values as changes at the begin. They are published when the part is repeated.
+    changes
+        The changes after the begin.
     """
 
     def __init__(self, log: Log, begin: int | None, end: int | None) -> None:
@@ -124,7 +140,11 @@ class LogRange:
 
 
 def _time_of(text: str | None, start: datetime | None) -> int | None:
-    """Return the time of --from or --until, in µs since the log's start. Raise InputError."""
+    """Return the time in the argument of `--from` or `--until`, in µs since the log's start.
+
+    Return None without an argument. `start` is the date and time of the log's start; None if it has
+    none. Raise InputError.
+    """
     if text is None:
         return None
     try:
@@ -160,7 +180,7 @@ def _forget(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 
 def make_parser(program: str) -> Parser:
-    """Return the parser of the verb's options."""
+    """Return the parser of the options of `angen replay`."""
     parser = Parser(
         prog=f"{program} replay",
         description="Announce the sensors of an event log to an MQTT broker, such as Home "

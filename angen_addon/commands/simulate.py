@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen simulate`: runs the home and writes what its sensors report."""
+"""`angen simulate`: simulates the home and writes what its sensors publish."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ from .parser import Verb, argument_type, choice_of, path, run_options
 
 
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
-    """Simulate the home, and add all its outputs; return the exit status. Raise AngenError."""
+    """Simulate the home, add all files to `outputs`, and return the exit status.
+
+    Raise AngenError.
+    """
     if options.bake and not options.save:
         raise InputError("--bake needs --save FILE.blend, or the keyframes would be lost")
     if not options.events and sys.stdout is None:
@@ -84,7 +87,24 @@ def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
 def _exports(
     options: argparse.Namespace, sensors: list[Sensor], selected: list[Sensor], faults: Faults
 ) -> Exports:
-    """Return the logs in other formats. Raise InputError if a file cannot be written."""
+    """Check all output files, and return the logs to write in formats of other tools.
+
+    Parameters
+    ----------
+    options
+        The options of the command.
+    sensors
+        All sensors of the scene.
+    selected
+        The sensors that the options select.
+    faults
+        The faults to add to the logs.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written, or would overwrite a file in use.
+    """
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
     faults.check_names(sensor.name for sensor in sensors)
     exports = Exports(options.format, options.out)
@@ -100,7 +120,7 @@ def _exports(
 
 
 def _faults(options: argparse.Namespace) -> Faults:
-    """Return the faults that the options name. Raise InputError."""
+    """Return the faults to add to the logs, from the options. Raise InputError."""
     log = options.events or (options.out[0] if options.out else None)
     return Faults(options.faults, options.truth, log)
 

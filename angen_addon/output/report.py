@@ -27,7 +27,7 @@ PAGES, DRAWINGS = {".html", ".htm"}, {".svg"}
 
 
 def check_name(path: Path, what: str) -> None:
-    """Raise InputError if the file's name ends neither in .html nor in .svg.
+    """Raise InputError unless the file's name ends in .html, .htm or .svg.
 
     `what` names the output in the error, such as an option.
     """
@@ -127,8 +127,8 @@ def _sensor_facts(sensor: Sensor) -> ReportedSensor:
 def _changed(sensor: Sensor) -> list[tuple[str, str]]:
     """Return the name and the value of each parameter that differs from the default of the kind.
 
-    Leave out parameters that have no effect with the present settings. For an animated parameter,
-    say so in place of the value, since it has no single value in a run.
+    Leave out parameters that have no effect with the present settings. An animated parameter is
+    always listed. It has the text "animated" as its value, since it has no single value in a run.
     """
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)

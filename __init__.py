@@ -2,8 +2,8 @@
 """Ängen Sensors: ambient sensors in a home, authored and simulated in Blender.
 
 Blender calls `register` and `unregister`. Scripts and notebooks import this package as
-`angen_sensors` and begin with `open`; docs/package.md has examples. Functions import what needs
-Blender only when they are called, so that the physics can be imported without it.
+`angen_sensors` and begin with `open`; docs/package.md has examples. Functions here import modules
+that need Blender only when they are called. So a process without Blender can import the physics.
 """
 
 from __future__ import annotations

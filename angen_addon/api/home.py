@@ -116,7 +116,10 @@ class HomeSensor:
 
 
 def _check_value(sensor: Sensor, name: str, value: Any) -> None:
-    """Raise AngenError for a value out of range, which Blender would clamp silently."""
+    """Raise AngenError if a value is outside the range of a parameter.
+
+    Without this check, Blender would clamp the value and report nothing.
+    """
     if isinstance(value, (bool, int, float)):
         problems = sensor.kind.parameters(**{name: value}).problems()
         problem = next((text for text in problems if text.startswith(f"{name} ")), "")
@@ -137,7 +140,10 @@ class Home:
 
     @classmethod
     def open(cls, path: Path) -> Self:
-        """Return the home in the file that Blender has just opened, and close the previous home."""
+        """Return the home in the file at `path`, which Blender has just opened.
+
+        The home that was open before is closed.
+        """
         global _open
         _open = found = cls(path)
         return found
@@ -260,7 +266,10 @@ class Home:
             outputs.commit()
 
     def _simulated(self, names: Iterable[str] | None) -> list[Sensor]:
-        """Return the enabled sensors of these names, or all enabled sensors. Raise AngenError."""
+        """Return the enabled sensors with these names; by default all enabled sensors.
+
+        A name can be a pattern. Raise AngenError if there are none.
+        """
         found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
         if not found:
             raise AngenError(f"{self.path.name} has no sensors to simulate: add one, or enable one")
@@ -276,7 +285,11 @@ class Home:
 
 
 def _placed(at: Sequence[float], look: Sequence[float] | None, metres: float) -> Matrix:
-    """Return the world matrix of a new sensor, in Blender units."""
+    """Return the world matrix of a new sensor, in Blender units.
+
+    `at` is its position in metres, and `look` the direction in which it looks. `metres` is the
+    length of a Blender unit in m. Raise AngenError if `at` or `look` is invalid.
+    """
     point = np.asarray(at, float)
     direction = np.array([0.0, 0.0, -1.0]) if look is None else np.asarray(look, float)
     if point.shape != (3,) or not np.isfinite(point).all():

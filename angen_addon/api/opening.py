@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Open a home for scripts, with Blender's module."""
+"""Opens a home for scripts, in a process that has Blender as a module."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 def open_home_file(path: str | Path, module: str = "angen_addon.api.home") -> Home:
-    """Return the home in a blend file.
+    """Open a blend file, and return its home.
 
-    `module` is the module of the extension with the class `Home` to use. Raise AngenError.
+    `module` names the module of the extension whose class `Home` is used. Raise AngenError.
     """
     file = Path(path)
     problem = unreadable(file)

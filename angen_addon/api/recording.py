@@ -134,9 +134,23 @@ class Recording:
         truth: str | Path | None,
         start: datetime | None,
     ) -> tuple[Log, dict[Path, str]]:
-        """Return the log of the run with its faults, and the text of the truth file by path.
+        """Return the log of the run with faults added, and the list of changes by its path.
 
-        Raise AngenError.
+        Parameters
+        ----------
+        out
+            The file that the log will be written to.
+        faults
+            The faults file; None to add no faults.
+        truth
+            The file for the list of changes; by default beside `out`.
+        start
+            The date and time of t = 0; by default a fixed date.
+
+        Raises
+        ------
+        AngenError
+            If the faults file is invalid, or names an unknown sensor.
         """
         chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         chosen.check_names(self._sensors)

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The parts of the extension: modules that register with Blender, and verbs of the command line.
 
-Both are in order. If a folder of the root is not installed, its parts are left out: the sensors
-work without the residents. The verb `study`, which the zip lacks, says how to install it.
+A verb is a subcommand of `angen`, such as `simulate`. Modules and verbs are listed in the order in
+which they are registered and shown. If a folder of the root package is not installed, its modules
+and verbs are left out. So the sensors work without the residents. The extension's zip lacks the
+verb `study`; the command line then says how to install it.
 """
 
 from __future__ import annotations
@@ -81,8 +83,8 @@ MODULES = (
     "angen_addon.commands.command_line",
 )
 
-# The verbs on a blend file, in the order of the help, each with the module whose
-# `VERBS` has its `Verb` (angen_addon/commands/parser.py).
+# The verbs that work on a blend file, in the order of the help. Each has the module whose `VERBS`
+# contains its `Verb` (angen_addon/commands/parser.py).
 VERBS = {
     "simulate": "angen_addon.commands.simulate",
     "list": "angen_addon.commands.verbs",
@@ -109,15 +111,15 @@ HOMES = ("residents.blender.api", "angen_addon.api.home")
 
 
 def installed(name: str) -> bool:
-    """Whether the folder of a module is installed."""
+    """Whether the folder that contains the module `name` is installed."""
     return find_spec(f".{name.partition('.')[0]}", __package__) is not None
 
 
 def installation(house: str) -> str:
-    """Return the command that installs a folder that the extension's zip leaves out."""
+    """Return the command that installs the folder `house`, which the extension's zip leaves out."""
     return f'pip install "angen-sensors[{EXTRAS[house]}]"'
 
 
 def part(name: str) -> Any:
-    """Return the module of this name."""
+    """Import and return the module `name` of the extension."""
     return import_module(f".{name}", __package__)

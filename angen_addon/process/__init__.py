@@ -1,2 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs Blender as a module of a Python process: loads the extension, silences Blender, ends it."""
+"""Helps Python processes that have Blender as a module.
+
+The modules load the extension, silence Blender, and clean up before the process ends.
+"""

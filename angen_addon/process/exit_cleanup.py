@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cleans up before the end of a Python process that has Blender as a module, such as a script.
 
-Blender frees its data after Python has ended there. Handlers and classes of extensions, and drivers
-in Python, then make it crash or hang, so they must be removed before.
+In such a process, Blender frees its data only after Python has ended. Handlers and classes of
+extensions, and drivers in Python, would then make Blender crash or hang. So they must be removed
+before Python ends.
 
-Blender frees its module with the last reference to it. Blender 4.2 never drops a registered
-PropertyGroup class. If its properties have an `update`, `get` or `set` function, that function
-refers to its module and so to `bpy`, which then outlives Python. So these classes are emptied.
+Another problem is that Blender frees the module `bpy` only with the last reference to it. Blender
+4.2 never frees a PropertyGroup class that was registered. If a property of the class has an
+`update`, `get` or `set` function, this function refers to its own module, and that module to `bpy`.
+Then `bpy` would outlive Python. So the properties of these classes are removed too.
 """
 
 from __future__ import annotations
@@ -22,9 +24,9 @@ _unregister: Callable[[], None] | None = None
 
 
 def unregister_at_exit(unregister: Callable[[], None]) -> None:
-    """Call `unregister` and close the open file before Python ends.
+    """Arrange that `unregister` is called and the open file is closed before Python ends.
 
-    Where Blender is a program of its own, Blender does so itself.
+    Do nothing if Blender runs as a program, which does both itself.
     """
     global _unregister
     if not bpy.app.binary_path:
@@ -42,7 +44,10 @@ def _clean_up() -> None:
 
 
 def _empty_groups() -> None:
-    """Empty the extension's PropertyGroup classes, which are unregistered by now."""
+    """Remove the properties from the extension's PropertyGroup classes.
+
+    The classes must be unregistered by now.
+    """
     extension = __package__.rsplit(".", 2)[0] + "."
     for group in bpy.types.PropertyGroup.__subclasses__():
         if group.__module__.startswith(extension):

@@ -21,7 +21,7 @@ PACKAGE = "angen_sensors"
 
 
 def load_extension() -> ModuleType:
-    """Return the extension's root package `angen_sensors`, which is not registered."""
+    """Import and return the extension's root package `angen_sensors`, without registering it."""
     if PACKAGE in sys.modules:
         return sys.modules[PACKAGE]
     root = Path(__file__).resolve().parents[2]
@@ -36,7 +36,10 @@ def load_extension() -> ModuleType:
 
 
 def unreadable(file: Path) -> str:
-    """Return why `file` cannot be a blend file, as far as it shows without Blender; else ""."""
+    """Return a text on why `file` cannot be a blend file; empty if it can be one.
+
+    Only its first bytes are checked, because this function does not need Blender.
+    """
     try:
         with open(file, "rb") as opened:
             start = opened.read(7)
@@ -53,7 +56,10 @@ def unreadable(file: Path) -> str:
 
 
 def open_file(file: Path, trusted: bool) -> str:
-    """Open `file`, and run its Python if it is trusted; return the error in a line, or ""."""
+    """Open `file` in Blender, and return the error as one line; empty without an error.
+
+    `trusted` says whether drivers and scripts in the file may run Python.
+    """
     import bpy
 
     try:
@@ -69,10 +75,10 @@ def open_file(file: Path, trusted: bool) -> str:
 
 
 def fill_closed_streams() -> None:
-    """Open the null device in place of a closed standard input, output or error (`>&-`).
+    """Open the null device for each closed standard stream: input, output or error.
 
-    Otherwise the next file that the process opens would get the number of that stream, and the text
-    that is printed to it.
+    A shell closes standard output by `>&-`, for example. The next file that the process opens would
+    then get its file descriptor. Texts for standard output would be written to that file.
     """
     for handle in range(3):
         try:
@@ -110,9 +116,10 @@ def standard_output_silenced() -> Iterator[None]:
 
 
 def release_memory() -> None:
-    """Return freed memory to the system, where the C library can (glibc).
+    """Return freed memory to the operating system, if the C library has a function for it (glibc).
 
-    Without this, a process keeps some 100 MB after a simulated day, and a little more after each.
+    Else a process keeps some 100 MB after simulating a day, and a little more after each further
+    day.
     """
     if sys.platform == "linux":
         with suppress(AttributeError, OSError):

@@ -345,10 +345,10 @@ def _renamed(sensor: Sensor, former_name: str) -> dict[str, str]:
 
 
 def _owners(depsgraph: Any, changed: Any) -> list[Any]:
-    """Return datablocks that own what has changed, if it has actions or embedded node trees.
+    """Return the datablocks that may own a changed action or a changed node tree.
 
-    All datablocks with animation, or all with nodes, are returned, since Blender does not report
-    the owner.
+    Blender does not report which of them do. So return all that have animation if an action is in
+    `changed`, and all that have nodes if a node tree is.
     """
     actions = {o for o in changed if isinstance(o, bpy.types.Action)}
     embedded = any(o.is_embedded_data for o in changed)

@@ -188,7 +188,7 @@ class _Run:
         self._reference, self._reference_done = self._share_of_reference(), 0.0
 
     def run(self) -> Generator[Progress, None, None]:
-        """Run, and yield the progress."""
+        """Simulate all steps, record the readings, and yield the progress."""
         scene = self._scene
         frame_before, subframe_before = scene.frame_current, scene.frame_subframe
         handlers.restore_handlers()
@@ -376,7 +376,7 @@ def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[l
 
 
 def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
-    """Return the scene to a frame, and end the run, during which handlers do nothing."""
+    """Set the scene to a frame, and only then let the handlers work again."""
     try:
         scene.frame_set(frame, subframe=subframe)
     except ReferenceError:

@@ -119,7 +119,7 @@ class Query:
 
 @dataclass(frozen=True)
 class Swept:
-    """The last sweep of a beam: its step, the beam and the solids."""
+    """The last sweep of a beam: the step, and the beam and the solids at that step."""
 
     step: int
     beam: SweptRays
@@ -302,7 +302,10 @@ class Trace:
         *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
-        """Answer a query, and record the answers and the hits."""
+        """Answer a query with `answer`, record the answers and the hits, and return the answers.
+
+        `sensed` are the updates that make the query, and `need` is the quantity.
+        """
         answers: Answers = answer(*arguments, which=which)
         met = None
         if need in CAST and len(answers.rows):
@@ -389,7 +392,7 @@ class Trace:
         return Hits(self._met.ranges.copy(), [self.name_of(n) for n in self._met.met.tolist()])
 
     def name_of(self, number: int) -> str:
-        """Return the name that users know of solid `number`; empty if there is no such solid."""
+        """Return the object name of solid `number`; empty if no solid has this number."""
         return self._names.get(number, "")
 
     def recall(self, step: int) -> tuple[Any, Updates]:

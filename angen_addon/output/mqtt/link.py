@@ -31,8 +31,8 @@ class Link:
     """A connection to the broker at `address`.
 
     The broker publishes the message `will` if the connection is lost. All messages are retained and
-    acknowledged (QoS 1). A lost connection is made again by `revive`, not by paho-mqtt. This would
-    then send all messages at once that were due meanwhile.
+    acknowledged (QoS 1). Only `revive` makes a lost connection again. If paho-mqtt did so itself,
+    it would send all messages late and at once that were due meanwhile.
     """
 
     def __init__(self, address: Address, will: Message) -> None:

@@ -277,8 +277,8 @@ class Live:
     def _is_ahead(self, sensor: Sensor) -> bool:
         """Whether the sensor's last reading is of a later frame than the present one.
 
-        That is so if the playhead went back, but not as far as the update before. The reading is
-        then wrong for the present frame.
+        That is so if the playhead went back, but not to a time before that reading's update. The
+        scene can differ between the two frames, so the reading may be wrong for the present one.
         """
         published = self.readings.get(sensor.name)
         return published is not None and self._frame is not None and published.frame > self._frame

@@ -505,7 +505,7 @@ def test_nothing_is_left_of_a_run(sensed_room, ends, how, tmp_path):
     if how == "closed":
         run.close()
     else:
-        with pytest.raises(AngenError, match="was removed during it"):
+        with pytest.raises(AngenError, match="object or scene that it needs was removed"):
             list(run)
     assert held() == before
     assert len(recording.tracks["lux"]) == 3 and not state.CACHE.running
@@ -518,7 +518,7 @@ def test_nothing_is_left_of_a_run_in_another_file(sensed_room):
     run, recording = half_way(sensed_room)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     before = held()
-    with pytest.raises(AngenError, match="was removed during it"):
+    with pytest.raises(AngenError, match="object or scene that it needs was removed"):
         list(run)
     assert held() == before
     assert len(recording.tracks["lux"]) == 3 and not state.CACHE.running

@@ -400,7 +400,7 @@ def test_a_worker_without_blenders_module_is_one_clear_line(
             marks=pytest.mark.slow,
         ),
         (("--scheduler", "nonsense"), ["no scheduler answers at nonsense"]),
-        (("--jobs", "0"), ["'0' is no whole number from 1"]),
+        (("--jobs", "0"), ["'0' is not a whole number from 1"]),
     ],
 )
 def test_no_cluster_is_one_clear_line(folder, options, words) -> None:

@@ -105,12 +105,11 @@ class ANGEN_OT_place_accept(Operator):
         found = shown.proposed(context.scene)
         chosen = [ghost for ghost in found if ghost.select_get()] or found
         scene = context.scene
-        is_right = chosen == found and not shown.why_stale(scene)
         try:
             made = [accept(context, ghost) for ghost in chosen]
         except AngenError as error:
             return cancelled(self, error)
-        shown.accept_map(scene, context.view_layer, is_right)
+        shown.accept_map(scene)
         shown.discard(scene)
         for sensor in made:
             sensor.select_set(True)

@@ -208,17 +208,14 @@ def bring_back(scene: Any) -> None:
             obj.hide_viewport = False
 
 
-def accept_map(scene: Any, view_layer: Any, is_whole: bool) -> None:
+def accept_map(scene: Any) -> None:
     """Make the map of an accepted proposal the map of the home.
 
-    `is_whole` says that all proposed places were accepted. Only then is the map marked as fresh:
-    else it shows detectors that do not exist.
+    The map is stale from now on: it lacks the other detectors of the home, and places may have been
+    moved or left out.
     """
     if is_of_proposal(scene):
         remove(scene, ASIDE + json.loads(scene.pop(BEFORE))["motion"])
-        if is_whole:
-            view_layer.update()
-            state.CACHE.note_map(scene, view_layer.depsgraph)
 
 
 def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:

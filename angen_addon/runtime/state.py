@@ -161,6 +161,8 @@ class Cache:
         # The revision of the look-up, and whether drivers read outputs.
         self._driven = -1, False
         self._kept: dict[int, dict[int, StoredRecording]] = {}
+        # Marks of recordings that later runs do not push out: of the home, while a day is shown.
+        self.pinned: set[int] = set()
         # The coverage maps, by the session uid of their scenes.
         self._maps: dict[int, FollowedMap] = {}
         self._listeners: weakref.WeakSet[Listener] = weakref.WeakSet()
@@ -258,7 +260,7 @@ class Cache:
         made = self._kept.setdefault(scene.session_uid, {})
         made[kept.mark] = kept
         while len(made) > UNDONE or (len(made) > 2 and _bytes_of(made.values()) > UNDONE_BYTES):
-            made.pop(next(iter(made)))
+            made.pop(next(mark for mark in made if mark not in self.pinned))
         if scene.angen_recording != kept.mark:
             scene.angen_recording = kept.mark
         self.notice = ""

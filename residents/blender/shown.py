@@ -57,6 +57,7 @@ def show(
         "recording": scene.angen_recording,
         "owners": [_state_of(owner) for owner in owners] + [_state_of_sky(*sky) for sky in skies],
     }
+    state.CACHE.pinned.add(scene.angen_recording)
     scene.angen_day.before = json.dumps(before)
     scene.angen_day.rests = rests(acted, max(start - AROUND_S, 0.0), end + AROUND_S)
     keys = KeyedStretch(residents, places)
@@ -79,10 +80,14 @@ def show(
     scene.frame_set(frame_at(start))
 
 
-def leave(scene: Any) -> None:
-    """Restore the home as it was before `show`; do nothing if no stretch is shown."""
+def leave(scene: Any) -> list[str]:
+    """Restore the home as it was before `show`; do nothing if no stretch is shown.
+
+    Return the names of what could not be restored whole, since it was changed meanwhile.
+    """
     if not scene.angen_day.before:
-        return
+        return []
+    changed = []
     before = json.loads(scene.angen_day.before)
     scene.angen_day.before = ""
     take_begins(scene)
@@ -90,13 +95,14 @@ def leave(scene: Any) -> None:
         owner = getattr(bpy.data, noted["of"]).get(noted["name"])
         if noted["of"] == "worlds" and owner is not None:
             owner = owner.node_tree
-        if owner is not None:
-            _restore(owner, noted)
+        if owner is not None and not _restore(owner, noted):
+            changed.append(owner.name)
     for name, value in before["time"].items():
         setattr(scene.render, name, value)
     # Files of earlier versions have no start.
     scene.angen_start = before.get("start", scene.angen_start)
     scene.angen_recording = before.get("recording", scene.angen_recording)
+    state.CACHE.pinned.discard(scene.angen_recording)
     recording = state.CACHE.kept(scene)
     if recording is not None:
         # The home's own recording, which is compared with the home once more.
@@ -105,6 +111,7 @@ def leave(scene: Any) -> None:
     scene.frame_end, scene.frame_start = wanted["frame_end"], wanted["frame_start"]
     scene.frame_end, scene.use_preview_range = wanted["frame_end"], wanted["use_preview_range"]
     scene.frame_set(wanted["frame_current"])
+    return changed
 
 
 def _objects(
@@ -176,8 +183,9 @@ def _values(part: Any) -> dict[str, Any]:
     return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
 
 
-def _restore(owner: Any, noted: Mapping[str, Any]) -> None:
-    """Restore a datablock to the state that `noted` has."""
+def _restore(owner: Any, noted: Mapping[str, Any]) -> bool:
+    """Restore a datablock to the state that `noted` has; return whether all of it was there."""
+    is_whole = True
     data = owner.animation_data
     ours = data.action if data is not None else None
     if data is not None:
@@ -186,7 +194,8 @@ def _restore(owner: Any, noted: Mapping[str, Any]) -> None:
         if data.action is not None:
             data.action.use_fake_user = noted["fake"]
             if noted["slot"]:
-                data.action_slot = data.action.slots[noted["slot"]]
+                data.action_slot = data.action.slots.get(noted["slot"])
+                is_whole = data.action_slot is not None
     # Blender 4.2 still counts a world's node tree as a user.
     unused = noted["of"] == "worlds" or (ours is not None and ours.users == 0)
     if ours is not None and unused and ours.name != noted["action"]:
@@ -194,8 +203,17 @@ def _restore(owner: Any, noted: Mapping[str, Any]) -> None:
     if data is not None and not noted["animated"] and not data.drivers:
         owner.animation_data_clear()
     parts = [(owner, noted["values"])]
-    parts += [(owner.pose.bones[name], values) for name, values in noted["bones"].items()]
+    for name, values in noted["bones"].items():
+        bone = owner.pose.bones.get(name)
+        is_whole &= bone is not None
+        if bone is not None:
+            parts.append((bone, values))
     for part, values in parts:
         for path, value in values.items():
             holder, _, name = path.rpartition(".")
-            setattr(part.path_resolve(holder) if holder else part, name, value)
+            try:
+                setattr(part.path_resolve(holder) if holder else part, name, value)
+            except ValueError:
+                # A node that the path names is gone.
+                is_whole = False
+    return is_whole

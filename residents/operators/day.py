@@ -20,6 +20,7 @@ from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
 from ...sensor_logic.error import InputError, replaced
+from ...sensor_logic.wording import named
 from ..acting.places import Places
 from ..acting.timeline import Acted
 from ..blender import shown
@@ -50,7 +51,8 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
     wrong = f"First Day: '{settings.date}' is not a date such as 2026-03-02"
     with replaced(wrong, ValueError, OverflowError):
         start = date.fromisoformat(settings.date)
-        start + timedelta(settings.number)
+        # Days are acted with the evening before and the midnight after them.
+        start - timedelta(2), start + timedelta(settings.number + 2)
     if settings.text is not None:
         return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
@@ -270,7 +272,10 @@ class ANGEN_OT_day_leave(Operator):
         ) and can_read_scene(cls, context)
 
     def execute(self, context: Context) -> set[str]:
-        shown.leave(context.scene)
+        changed = shown.leave(context.scene)
+        if changed:
+            text = f"Changed while the day was shown, and not restored whole: {named(changed)}"
+            self.report({"WARNING"}, text)
         state.CACHE.settings_changed(context.scene)
         _scroll_timelines(context)
         return {"FINISHED"}

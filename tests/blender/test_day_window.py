@@ -86,12 +86,34 @@ def test_leaving_the_day_brings_the_homes_recording_back(scene: Any, addon_part:
     bpy.ops.angen.day_read()
     bpy.ops.angen.day_show(index=1)
     assert cache.recording(scene) is None, "the shown activity moves what the recording has"
-    assert bpy.ops.angen.simulate() == {"FINISHED"}
+    first = scene.frame_start
+    for number in range(6):
+        begin = first + 20 * number
+        assert bpy.ops.angen.simulate(frame_start=begin, frame_end=begin + 5) == {"FINISHED"}
     assert cache.recording(scene) not in (None, home)
     bpy.ops.angen.day_leave()
     bpy.context.view_layer.update()
     scene.frame_set(20)
     assert cache.recording(scene) is home
+
+
+def test_leaving_the_day_restores_all_but_what_was_changed_meanwhile(scene: Any) -> None:
+    before = state(scene)
+    bpy.ops.angen.day_read()
+    bpy.ops.angen.day_show(index=1)
+    bpy.data.objects["Adult"].data.bones["chest"].name = "Chest2"
+    assert bpy.ops.angen.day_leave() == {"FINISHED"}
+    assert not scene.angen_day.before
+    bpy.data.objects["Adult"].data.bones["Chest2"].name = "chest"
+    bpy.data.objects["Adult"].pose.bones["chest"].matrix_basis.identity()
+    assert np.allclose(state(scene), before, atol=1e-6)
+
+
+@pytest.mark.parametrize("day", ["0001-01-01", "9999-12-30", "9999-12-31"])
+def test_a_date_at_the_end_of_the_calendar_is_refused(scene: Any, day: str) -> None:
+    scene.angen_day.date = day
+    with pytest.raises(RuntimeError, match="First Day: "):
+        bpy.ops.angen.day_read()
 
 
 def test_exports_of_a_shown_activity_have_its_date_and_time(scene: Any, tmp_path: Path) -> None:

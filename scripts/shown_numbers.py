@@ -276,10 +276,12 @@ def compare_events(found: Comparison, sensor: Any, frame: int) -> None:
     shown = (int(count[1]), int(count[2])) if count else ()
     found.equal(frame, sensor, "events", shown, (sum(f <= frame for f in frames), len(frames)))
     line = next((text for text in texts if text.startswith("Frame ")), "")
+    match = re.match(r"Frame ([\d.]+) \(([\d.]+) s\):", line)
     last = found.log.last_event(sensor.name, frame)
-    found.equal(
-        frame, sensor, "event", float(line[len("Frame ") :].partition(":")[0] or "nan"), last
-    )
+    found.equal(frame, sensor, "event", float(match[1]) if match else math.nan, last)
+    if match:
+        seconds = float(found.log.at(sensor.name, float(match[1]))["time_s"])
+        found.number(frame, sensor, "event's time", match[0], match[2], seconds)
 
 
 def compare_explained(found: Comparison, sensor: Any, frame: float) -> None:

@@ -73,7 +73,7 @@ def _watched(study: Path, out: Path, jobs: int) -> dict[str, Any]:
     command = [sys.executable, "-m", "angen_addon", "study", "run", str(study), "--out", str(out)]
     runs, told = out / "runs.jsonl", out.with_suffix(".txt")
     begin = start = end = 0.0
-    seen, worker_mib, first_cpu, cpu = [], 0.0, 0.0, 0.0
+    seen, worker_mib, now, first_cpu, cpu = [], 0.0, 0.0, 0.0, 0.0
     with open(told, "w") as errors:
         begin = time.perf_counter()
         driver = psutil.Popen([*command, "--jobs", str(jobs)], cwd=ROOT, stderr=errors)
@@ -81,7 +81,8 @@ def _watched(study: Path, out: Path, jobs: int) -> dict[str, Any]:
             time.sleep(LOOK_S)
             try:
                 workers = driver.children(recursive=True)
-                now = sum(sum(worker.cpu_times()[:2]) for worker in workers)
+                # A worker that has ended took no less than at the look before.
+                now = max(now, sum(sum(worker.cpu_times()[:2]) for worker in workers))
                 most = max((worker.memory_info().rss for worker in workers), default=0) / MIB
                 mib = driver.memory_info().rss / MIB
             except psutil.Error:

@@ -322,7 +322,7 @@ def test_who_is_not_there_is_told_in_a_line(broker, angen, events, tmp_path) -> 
     broker.stop()
     for address, words in (
         (gone, ["no broker listens", gone, "running"]),
-        ("nowhere.invalid", ["no host 'nowhere.invalid'"]),
+        ("nowhere.invalid", ["host 'nowhere.invalid' is not found"]),
     ):
         status, _, err = angen(*options, address)
         assert status == 1

@@ -22,6 +22,9 @@ from .recording import has_fresh_recording, is_still_fresh
 class ExportOptions:
     """Mix-in of operators that export a fresh recording; subclasses implement `export`."""
 
+    # What the operator has.
+    layout: Any
+    report: Any
     # Properties drawn in the file browser, before the scene's Start.
     drawn: tuple[str, ...] = ("selected_only", "spreadsheet")
 
@@ -42,7 +45,7 @@ class ExportOptions:
     poll = classmethod(has_fresh_recording)
 
     def draw(self, context: Context) -> None:
-        column = self.layout.column()  # type: ignore[attr-defined]
+        column = self.layout.column()
         for name in self.drawn:
             column.prop(self, name)
         draw_start(column, context.scene, self.needing())
@@ -62,7 +65,7 @@ class ExportOptions:
             written = self.export(context)
         except AngenError as error:
             return cancelled(self, error)
-        self.report({"INFO"}, f"Written: {written}"[:200])  # type: ignore[attr-defined]
+        self.report({"INFO"}, f"Written: {written}"[:200])
         return {"FINISHED"}
 
     def chosen(self, context: Context) -> tuple[list[Sensor], Recording, datetime | None]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Generator
 from typing import Any
 
@@ -51,6 +52,10 @@ class LongWork:
 
     # The status bar says what Esc does: "Esc cancels".
     esc = "cancels"
+    # What the operator has.
+    bl_idname: str
+    bl_label: str
+    report: Any
     _run: Generator[Any, None, None]
     _timer: Any = None
     _slices: Slices
@@ -70,9 +75,8 @@ class LongWork:
 
     def execute(self, context: Context) -> set[str]:
         try:
-            result = None
-            for result in self._begin(context):  # noqa: B007
-                pass
+            # Only the last value is the result.
+            result = deque(self._begin(context), maxlen=1).pop()
             return self._finish(context, result) or {"FINISHED"}
         except AngenError as error:
             return cancelled(self, error)
@@ -105,7 +109,7 @@ class LongWork:
             return self._finish(context, result) or {"FINISHED"}
         except Enough:
             self._close(context)
-            self.report({"INFO"}, "Cancelled; nothing has changed")  # type: ignore[attr-defined]
+            self.report({"INFO"}, "Cancelled; nothing has changed")
             return {"CANCELLED"}
         except AngenError as error:
             self._close(context)
@@ -136,10 +140,10 @@ class LongWork:
         context.window_manager.progress_update(share)
         far = ", ".join(filter(None, [f"{share:.0f} %", self._left.text()]))
         how = ", ".join(filter(None, [far, doing.text]))
-        label = self.bl_label  # type: ignore[attr-defined]
+        label = self.bl_label
         context.workspace.status_text_set(f"{label}: {how}. Esc {self.esc}")
         # A running operator's own bl_idname reads ANGEN_OT_work, that of its class angen.work.
-        idname = type(self).bl_idname  # type: ignore[attr-defined]
+        idname = type(self).bl_idname
         state.CACHE.working = idname, doing.share, f"{far}\n{doing.text}"
         for area in context.window.screen.areas:
             if area.type == "VIEW_3D":

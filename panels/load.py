@@ -22,6 +22,7 @@ NAMES_SHOWN = 3
 class _Weight:
     bl_label = "Weight on Sensors"
     bl_options = {"DEFAULT_CLOSED"}
+    layout: Any
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -30,11 +31,11 @@ class _Weight:
     def draw_header_preset(self, context: Context) -> None:
         # In a narrow region the mass would cover the panel's name.
         if context.object.angen_load.mass > 0.0 and has_name_column():
-            self.layout.label(text=f"{context.object.angen_load.mass:g} kg")  # type: ignore[attr-defined]
+            self.layout.label(text=f"{context.object.angen_load.mass:g} kg")
 
     def draw(self, context: Context) -> None:
         """Draw mass and tolerance of the active object, what they mean, and warnings."""
-        layout, obj = self.layout, context.object  # type: ignore[attr-defined]
+        layout, obj = self.layout, context.object
         column = layout.column()
         column.use_property_split = has_name_column()
         scene = context.scene

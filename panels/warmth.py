@@ -33,6 +33,8 @@ class _Warmth:
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
 
+    layout: Any
+
     @staticmethod
     def owner(context: Context) -> Any:
         raise NotImplementedError
@@ -43,10 +45,10 @@ class _Warmth:
 
     def draw_header(self, context: Context) -> None:
         owner = self.owner(context)
-        self.layout.prop(owner.angen_warmth, "use_temperature", text="")  # type: ignore[attr-defined]
+        self.layout.prop(owner.angen_warmth, "use_temperature", text="")
 
     def draw(self, context: Context) -> None:
-        draw_warmth(self.layout, self.owner(context))  # type: ignore[attr-defined]
+        draw_warmth(self.layout, self.owner(context))
 
 
 class ANGEN_PT_physics_warmth(PhysicsTab, _Warmth, Panel):

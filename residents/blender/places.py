@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -55,8 +56,7 @@ class HomeMarks:
         self.home = EvaluatedHome(depsgraph)
         self.problems: list[str] = []
         leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
-        read = lambda obj: MarkedObject(self.home, obj)  # noqa: E731
-        self.marked = yield from saying(0.0, self._read(read, objects))
+        self.marked = yield from saying(0.0, self._read(partial(MarkedObject, self.home), objects))
         known = [obj for obj in objects if obj.name in self.marked]
         anchors = finished(self._read(self._anchor, known))
         if not anchors:

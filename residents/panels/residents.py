@@ -28,13 +28,14 @@ def resident_of(obj: Any) -> Any:
 
 class _Resident:
     bl_label = "Resident"
+    layout: Any
 
     @classmethod
     def poll(cls, context: Context) -> bool:
         return resident_of(context.object) is not None
 
     def draw(self, context: Context) -> None:
-        layout = self.layout  # type: ignore[attr-defined]
+        layout = self.layout
         rig = resident_of(context.object)
         settings, scene = rig.angen_resident, context.scene
         column = layout.column()

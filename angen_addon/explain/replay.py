@@ -19,13 +19,13 @@ from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.parameters import is_chosen, label_of, specs, value_text
 from ...sensor_logic.recording.tracks import Recording, Track
 from ...sensor_logic.wording import quoted
+from ..progress import finished
 from ..runtime import handlers, state
 from ..runtime.probes import Probes
 from ..runtime.sensor_runner import PendingUpdates, SensorRunner
 from ..runtime.time_base import evaluated_depsgraph
 from ..runtime.trace import Hits, NotRecorded, Trace
 from ..scene.lengths import lengths_of
-from ..scene.light.cycles import finished
 from ..scene.sensors import Sensor, all_sensors, read_pose, unit_scale
 from .facts import Explanation, Facts
 

@@ -15,9 +15,8 @@ from typing import Any
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Reading
-from ..progress import Doing
+from ..progress import Doing, finished
 from ..scene.instances import Uid
-from ..scene.light.cycles import finished
 from ..scene.light.probe import LightRequest
 from ..scene.sensors import Sensor, all_sensors, check, simulated
 from . import state

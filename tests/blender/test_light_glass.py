@@ -238,7 +238,7 @@ def test_each_view_looks_where_it_should(world, wall):
     asked = request(matrix=UPRIGHT, method="FOUR_WALL", samples=64)
     light = part("light.cycles").CyclesLight()
     light.look(world.scene, bpy.context.view_layer)
-    found, _ = part("light.cycles").finished(light.light([asked]))
+    found, _ = part("light.probe").finished(light.light([asked]))
     light.close()
     found = found[asked.name]
     assert found.colours == pytest.approx(np.outer(radiances, [1, 1, 1]))

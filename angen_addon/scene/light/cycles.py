@@ -76,15 +76,6 @@ OTHERS = "Other sources"
 ROUNDING = 1e-5
 
 
-def finished(steps: Steps[T]) -> T:
-    """Run a generator to its end without pauses, and return its result."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value  # type: ignore[no-any-return]
-
-
 class CyclesScene(LightScene):
     """A light scene that Cycles renders, with lamps and the world in light groups.
 

@@ -17,9 +17,10 @@ import numpy as np
 from ....sensor_logic.error import AngenError
 from ....sensor_logic.model import Array, LightSample
 from ....sensor_logic.physics import EFFICACY, illuminance, luminance_percent
+from ...progress import finished
 from ..changes import LightState
 from . import eevee, engine
-from .cycles import CyclesLight, Light, Steps, finished
+from .cycles import CyclesLight, Light, Steps
 from .scene import LightScene, quietly
 
 # Metres. At a larger distance from the origin, single precision is too coarse for a sensor's face

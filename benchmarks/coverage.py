@@ -23,13 +23,18 @@ from typing import Any
 import bpy
 import numpy as np
 from angen_sensors.angen_addon.coverage.floor import cells_of
-from angen_sensors.angen_addon.coverage.maps import detectors, view_of, whole_map
+from angen_sensors.angen_addon.coverage.maps import Views, detectors, whole_map
 from angen_sensors.angen_addon.progress import finished
 from angen_sensors.angen_addon.scene.home import EvaluatedHome
-from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
-from angen_sensors.sensor_logic.coverage.detectors import Walker
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, choose
-from angen_sensors.sensor_logic.coverage.motions import DIRECTIONS, HEADINGS, MOTIONS, Start
+from angen_sensors.sensor_logic.coverage.motions import (
+    DIRECTIONS,
+    HEADINGS,
+    MOTIONS,
+    Start,
+    Walker,
+)
+from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
 from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
     STEFAN_BOLTZMANN,
@@ -117,7 +122,8 @@ def _floor(name: str, size: float) -> tuple[EvaluatedHome, Cells]:
 
 
 def _views(home: EvaluatedHome) -> dict[str, Any]:
-    return {sensor.name: view_of(home, sensor) for sensor in detectors(sensors_of())}
+    views = Views(home)
+    return {sensor.name: views.of(sensor) for sensor in detectors(sensors_of())}
 
 
 def _sizes(quick: bool) -> list[dict[str, Any]]:

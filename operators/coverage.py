@@ -14,12 +14,11 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.coverage import shown
 from ..angen_addon.coverage.command import picture
-from ..angen_addon.coverage.maps import cover
+from ..angen_addon.coverage.maps import MAPPED, cover
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.output.output_files import write
 from ..angen_addon.progress import Doing
 from ..angen_addon.scene.sensors import all_sensors, decimal
-from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.coverage.grid import CoverageMap, map_csv
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import check_folder
@@ -31,9 +30,10 @@ from .polls import can_read_scene, cancelled, needs
 def has_detector(cls: Any, context: Context) -> bool:
     """Poll: whether the view layer has an enabled motion detector."""
     found = (o.angen_sensor for o in context.view_layer.objects)
+    mapped = {kind.identifier for kind in MAPPED}
     return needs(
         cls,
-        any(s.kind == DETECTOR.identifier and s.enabled for s in found),
+        any(s.kind in mapped and s.enabled for s in found),
         "Add a motion detector first: Shift+A, Sensor",
     ) and can_read_scene(cls, context)
 

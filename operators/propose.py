@@ -10,15 +10,16 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Context, Operator
 
-from ..angen_addon.authoring.presets import find_preset, new_sensor
+from ..angen_addon.authoring.presets import new_sensor
 from ..angen_addon.coverage import shown
+from ..angen_addon.coverage.maps import MAPPED
 from ..angen_addon.coverage.proposal import Proposal, Wish, propose
 from ..angen_addon.coverage.settings import motion_of, room_names
 from ..angen_addon.progress import Doing
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor, all_sensors, decimal, room_of
-from ..sensor_logic.coverage.detectors import DETECTOR
 from ..sensor_logic.error import AngenError
+from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.wording import plural
 from .long_work import LongWork
 from .polls import can_read_scene, cancelled, has_editable_collection, needs
@@ -28,7 +29,7 @@ def active_detector(context: Context) -> Sensor | None:
     """Return the active motion detector, or None. New detectors get its parameters."""
     active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
-    return next((s for s in found if s.kind is DETECTOR), None)
+    return next((s for s in found if s.kind in MAPPED), None)
 
 
 class ANGEN_OT_place_propose(LongWork, Operator):
@@ -58,12 +59,11 @@ class ANGEN_OT_place_propose(LongWork, Operator):
     def _begin(self, context: Context) -> Generator[Any, None, None]:
         settings = context.scene.angen_coverage
         like = None if self.preset else active_detector(context)
-        parameters, rate = shown.pattern(like, self.preset)
+        pattern = shown.pattern(like, self.preset)
         self._like = like.name if like else ""
         wish = Wish(
             settings.count,
-            parameters,
-            rate,
+            *pattern,
             room_names(settings.rooms),
             settings.mounting,
             decimal(settings.mounting_height),
@@ -122,12 +122,14 @@ def accept(context: Context, ghost: Any) -> Any:
 
     `ghost` is the empty that marks the place.
     """
-    identifier = ghost.get(shown.PRESET, "")
-    preset = find_preset(DETECTOR, identifier) if identifier else None
-    room = room_of(ghost)
-    sensor = new_sensor(context, DETECTOR.identifier, preset, f"PIR {room}".strip())
+    kind, preset = shown.preset_of(ghost.get(shown.PRESET, ""))
     like = context.scene.objects.get(ghost.get(shown.LIKE, ""))
-    if like is not None and like.angen_sensor.kind == DETECTOR.identifier:
+    if like is not None:
+        kind = KINDS.get(like.angen_sensor.kind, kind)
+    room = room_of(ghost)
+    name = f"{kind.short_label} {room}".strip()
+    sensor = new_sensor(context, kind.identifier, preset, name)
+    if like is not None and like.angen_sensor.kind == kind.identifier:
         shown.copy_settings(like.angen_sensor, sensor.angen_sensor)
     sensor.matrix_world = ghost.matrix_world
     sensor.angen_sensor.room = room

@@ -111,6 +111,10 @@ class Kind:
     part
         The identifier of a preset. Sensors that are added from menus have its parameters. Empty:
         they have the defaults.
+    view
+        For coverage maps: a function of the parameters, an `Update` in the scene at rest, and the
+        update rate in Hz. It returns a `DetectorView` (coverage/detect.py). None: the kind has no
+        coverage maps.
     """
 
     identifier: str
@@ -130,6 +134,7 @@ class Kind:
     in_room: bool = False
     presets: tuple[Preset, ...] = ()
     part: str = ""
+    view: Callable[[Any, Any, float], Any] | None = None
 
     def requires(self, need: str, parameters: Any = None) -> bool:
         """Return whether the model makes the query `need` with these parameters.
@@ -149,6 +154,11 @@ class Kind:
     def requires_light(self) -> bool:
         """Whether the model queries rendered light."""
         return LIGHT in self.needs
+
+    @property
+    def short_label(self) -> str:
+        """The abbreviation in the brackets of the label; without brackets the whole label."""
+        return self.label.partition("(")[2].rstrip(")") or self.label
 
     def publishes(self, quantity: str) -> bool:
         """Return whether a field in `events` has this quantity, such as "opening"."""

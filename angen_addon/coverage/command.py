@@ -17,7 +17,6 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.choice import SensorChoice
-from ...sensor_logic.coverage.detectors import DETECTOR
 from ...sensor_logic.coverage.grid import CoverageMap, map_csv, table
 from ...sensor_logic.coverage.motions import MOTIONS
 from ...sensor_logic.coverage.picture import svg
@@ -33,7 +32,7 @@ from ..progress import Doing
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor, chosen
 from . import shown as drawn
-from .maps import cover
+from .maps import check_mapped, cover
 from .proposal import MOUNTINGS, Proposal, Wish, propose
 from .settings import motion_of
 
@@ -175,6 +174,7 @@ def picture(
     coverage: CoverageMap,
     title: str,
     proposed: Sequence[SensorInPlan] = (),
+    proposed_kind: str = "",
 ) -> str:
     """Return the SVG of a map with its detectors; `proposed` detectors are drawn too."""
     home = EvaluatedHome(depsgraph)
@@ -204,7 +204,9 @@ def picture(
         # Floors would hide the cells.
         shown = tuple(shape for shape in shapes if shape.role != "floor")
         storeys.append(PlanStorey(floor, floor + CUT_M, view, shown, tuple(over)))
-    return svg(coverage, storeys, title)
+    kinds = {s.name: s.kind.identifier for s in chosen}
+    kinds |= dict.fromkeys([p.name for p in proposed], proposed_kind)
+    return svg(coverage, storeys, title, kinds)
 
 
 def _height(home: EvaluatedHome, sensors: Sequence[Sensor], name: str) -> float:
@@ -223,8 +225,8 @@ def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: O
     """Compute the map that the options describe, and print a table of its rooms."""
     selected = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
     for sensor in selected:
-        if options.sensor and sensor.kind is not DETECTOR:
-            raise AngenError(f"'{sensor.name}' is not a motion detector (PIR): choose one")
+        if options.sensor:
+            check_mapped(sensor)
     scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
     motion = motion_of(options.motion, options.height)
     run = cover(depsgraph, sensors, selected, motion, options.cell, options.room)
@@ -246,11 +248,9 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
     if options.like and options.preset:
         raise AngenError("--like and --preset both set the parameters: give only one of them")
     like = chosen(list(sensors), SensorChoice((options.like,)))[0] if options.like else None
-    parameters, rate = drawn.pattern(like, options.preset or "")
     wish = Wish(
         options.count,
-        parameters,
-        rate,
+        *drawn.pattern(like, options.preset or ""),
         tuple(options.room),
         options.mounting,
         options.mounting_height,
@@ -266,7 +266,9 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
         outputs.texts[options.csv] = places_csv(found)
     if options.picture is not None:
         title = f"Proposal for {Path(bpy.data.filepath).stem}"
-        outputs.texts[options.picture] = picture(depsgraph, [], found.map, title, plan_marks(found))
+        outputs.texts[options.picture] = picture(
+            depsgraph, [], found.map, title, plan_marks(found), wish.kind.identifier
+        )
     if options.save is not None:
         drawn.show_proposal(scene, found, options.like or "", options.preset or "")
         bpy.ops.angen.place_accept()

@@ -8,28 +8,18 @@ tells how strongly a detector notices a motion.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ...sensor_logic.coverage.detect import DetectorView, RangeView, WarmView
-from ...sensor_logic.coverage.detectors import (
-    DETECTOR,
-    SIGHT,
-    STEFAN_BOLTZMANN,
-    PirParameters,
-    Walker,
-    fan_directions,
-    radiosity,
-    response_of,
-    threshold_of,
-    zone_rays,
-    zones_of,
-)
+from ...sensor_logic.coverage.detect import DetectorView
 from ...sensor_logic.coverage.grid import Cells, CoverageMap
 from ...sensor_logic.coverage.motions import DIRECTIONS, Motion
 from ...sensor_logic.error import AngenError
-from ...sensor_logic.model import Pose
+from ...sensor_logic.kind import RAYS, Kind
+from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.model import Array, Pose, Update
 from ..progress import Doing
 from ..scene.home import EvaluatedHome
 from ..scene.instances import Uid
@@ -42,121 +32,92 @@ from ..scene.sensors import (
     read_parameters,
     read_pose,
 )
-from ..scene.surfaces import Warmth, kelvin
+from ..scene.surfaces import SURFACES
 from .floor import cells_of
 
+# Coverage casts its bundles under numbers below this, which no sensor's model uses.
 BUNDLE = -10
-# The moving body is as warm as a person with clothes; a cat is about as warm.
-BODY = Walker()
+# The uid of a detector that no object is yet: its rays pass through no object.
+NOBODY = -1
+# The kinds of sensor that have coverage maps. The first is that of new detectors.
+MAPPED = [kind for kind in KINDS.values() if kind.view is not None]
+
+
+# These kinds in the middle of a sentence, such as "motion detector (PIR)".
+MAPPED_LABELS = " or ".join(kind.label[0].lower() + kind.label[1:] for kind in MAPPED)
+
+
+def check_mapped(sensor: Sensor) -> None:
+    """Raise `AngenError` if the kind of a sensor has no coverage maps."""
+    if sensor.kind not in MAPPED:
+        raise AngenError(f"'{sensor.name}' is not a {MAPPED_LABELS}: choose one")
 
 
 def detectors(sensors: Sequence[Sensor]) -> list[Sensor]:
-    """Return the motion detectors that are switched on. Raise `AngenError` without any."""
-    found = [s for s in sensors if s.kind is DETECTOR and s.settings.enabled]
+    """Return the sensors with coverage maps that are switched on; `AngenError` without any."""
+    found = [s for s in sensors if s.kind in MAPPED and s.settings.enabled]
     if not found:
         raise AngenError(
-            "there is no motion detector (PIR) that is switched on: add one with Shift+A, Sensor"
+            f"there is no {MAPPED_LABELS} that is switched on: add one with Shift+A, Sensor"
         )
     return found
 
 
-def view_of(home: EvaluatedHome, sensor: Sensor) -> DetectorView:
-    """Return the view of a sensor in the scene. Raise `AngenError` if the sensor cannot be read."""
-    check(sensor)
-    evaluated = sensor.object.evaluated_get(home.depsgraph)
-    check_evaluated(sensor, home.depsgraph)
-    settings = sensor.settings_in(evaluated)
-    parameters = read_parameters(sensor, settings)
-    pose = read_pose(sensor, sensor.world_matrix(home.depsgraph), home.metres)
-    rate = decimal(settings.update_rate)
-    return view_from(home, Warmth(home.caster), parameters, pose, rate, sensor.uid)
+class Views:
+    """Makes views of detectors in an evaluated scene."""
 
+    def __init__(self, home: EvaluatedHome) -> None:
+        self._home = home
+        self._surfaces = {name: probe(home.caster) for name, probe in SURFACES.items()}
 
-def view_from(
-    home: EvaluatedHome,
-    warmth: Warmth,
-    parameters: PirParameters,
-    pose: Pose,
-    rate: float,
-    uid: Uid,
-) -> DetectorView:
-    """Return the view of a detector; its rays are cast through the scene here.
+    def of(self, sensor: Sensor) -> DetectorView:
+        """Return the view of a sensor. Raise `AngenError` if the sensor cannot be read."""
+        check(sensor)
+        home = self._home
+        evaluated = sensor.object.evaluated_get(home.depsgraph)
+        check_evaluated(sensor, home.depsgraph)
+        settings = sensor.settings_in(evaluated)
+        parameters = read_parameters(sensor, settings)
+        pose = read_pose(sensor, sensor.world_matrix(home.depsgraph), home.metres)
+        return self.at(sensor.kind, parameters, pose, decimal(settings.update_rate), sensor.uid)
 
-    Parameters
-    ----------
-    home, warmth
-        The evaluated scene, and its temperatures.
-    parameters
-        The parameters of the detector.
-    pose
-        Its pose, in m.
-    rate
-        Its update rate in Hz.
-    uid
-        Session uid of the detector's object. Its rays go through this object.
-    """
-    if parameters.model == "PYROELECTRIC":
-        return _warm_view(home, warmth, parameters, pose, rate, uid)
-    fan = fan_directions(parameters)
-    directions = fan.reshape(-1, 3) @ pose.axes.T
-    reach = np.full(len(directions), parameters.range_max - parameters.range_min)
-    origins = pose.origin + directions * parameters.range_min
-    ranges = _cast(home, uid, origins, directions, reach)
-    free = np.where(ranges >= reach, parameters.range_max, ranges + parameters.range_min)
-    tilts = len(fan)
-    period, offsets = 1.0 / rate, np.zeros(tilts)
-    if parameters.sweep != "ALL":
-        period, offsets = tilts / rate, np.arange(tilts) / rate
-    return RangeView(
-        pose.origin,
-        directions.reshape(fan.shape),
-        np.clip(free, parameters.range_min, parameters.range_max).reshape(fan.shape[:2]),
-        parameters.range_min,
-        parameters.range_max,
-        parameters.threshold,
-        period,
-        offsets,
-    )
+    def at(
+        self, kind: Kind, parameters: Any, pose: Pose, rate: float, uid: Uid = NOBODY
+    ) -> DetectorView:
+        """Return the view of a detector at a pose; its rays are cast through the scene here.
 
+        Parameters
+        ----------
+        kind, parameters
+            The kind of the detector, and its parameters.
+        pose
+            Its pose, in m.
+        rate
+            Its update rate in Hz.
+        uid
+            Session uid of the detector's object. Its rays go through this object.
+        """
+        assert kind.view is not None
+        scene: dict[str, Any] = {RAYS: partial(self._cast, uid)}
+        scene |= {name: partial(self._see, name, uid) for name in self._surfaces}
+        view: DetectorView = kind.view(parameters, Update(0, 0.0, pose, scene), rate)
+        return view
 
-def _warm_view(
-    home: EvaluatedHome,
-    warmth: Warmth,
-    parameters: PirParameters,
-    pose: Pose,
-    rate: float,
-    uid: Uid,
-) -> WarmView:
-    local = zone_rays(zones_of(parameters), parameters.zone_rays)
-    directions = local.directions @ pose.axes.T
-    origins = pose.origin + directions * parameters.range_min
-    reach = np.full(len(directions), SIGHT)
-    ranges = _cast(home, uid, origins, directions, reach)
-    rays = origins / home.metres, directions, reach / home.metres
-    seen = warmth.see(home.depsgraph, uid, BUNDLE, rays)[0]
-    ambient = STEFAN_BOLTZMANN * seen.ambient**4
-    warm = STEFAN_BOLTZMANN * BODY.emissivity * (kelvin(BODY.celsius) ** 4 - seen.ambient**4)
-    return WarmView(
-        pose.origin,
-        directions,
-        local.weights,
-        ranges + parameters.range_min,
-        radiosity(seen) - ambient,
-        warm,
-        parameters.range_min,
-        response_of(parameters),
-        threshold_of(parameters),
-        1.0 / rate,
-    )
+    def _cast(
+        self, uid: Uid, bundle: int, origins: Array, directions: Array, reach: Array
+    ) -> Array:
+        home, metres = self._home, self._home.metres
+        rows = np.flatnonzero(~home.caster.solids.owned_by(uid))
+        rays = origins / metres, directions, reach / metres
+        ranges = home.caster.first_met(home.depsgraph, rows, *rays)[0]
+        return np.minimum(ranges * metres, reach)
 
-
-def _cast(home: EvaluatedHome, uid: Uid, origins: Any, directions: Any, reach: Any) -> Any:
-    rows = np.flatnonzero(~home.caster.solids.owned_by(uid))
-    metres = home.metres
-    found = home.caster.first_met(
-        home.depsgraph, rows, origins / metres, directions, reach / metres
-    )
-    return np.minimum(found[0] * metres, reach)
+    def _see(
+        self, name: str, uid: Uid, bundle: int, origins: Array, directions: Array, reach: Array
+    ) -> Any:
+        home, metres = self._home, self._home.metres
+        rays = origins / metres, directions, reach / metres
+        return self._surfaces[name].see(home.depsgraph, uid, BUNDLE - bundle, rays)[0]
 
 
 SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0
@@ -206,9 +167,9 @@ def cover(
     check_names(list(chosen))
     home = EvaluatedHome(depsgraph)
     cells = yield from cells_of(home, sensors, motion, size, rooms)
-    views = {}
+    views, made = {}, Views(home)
     for sensor in chosen:
-        views[sensor.name] = view_of(home, sensor)
+        views[sensor.name] = made.of(sensor)
         yield Doing(FLOOR_SHARE, sensor.name)
     yield from strengths(views, cells, motion)
 

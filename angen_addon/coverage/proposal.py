@@ -15,18 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...sensor_logic.coverage.detect import DetectorView
-from ...sensor_logic.coverage.detectors import PirParameters
 from ...sensor_logic.coverage.grid import Cells, ChosenPlaces, CoverageMap, choose
 from ...sensor_logic.coverage.motions import Motion
 from ...sensor_logic.error import AngenError
+from ...sensor_logic.kind import Kind
 from ...sensor_logic.model import Array, Pose
 from ..plan import WALL_M, may_move
 from ..progress import Doing, Enough, saying
 from ..scene.home import EvaluatedHome
 from ..scene.sensors import Sensor
-from ..scene.surfaces import Warmth
 from .floor import Steps, cast_along, cells_of
-from .maps import check_cell, detectors, upper_bound_map, view_from, view_of, whole_map
+from .maps import Views, check_cell, detectors, upper_bound_map, whole_map
 
 # m. Walls are searched up to FAR_M from a cell. A solid of at least WIDE_M can hold a detector. The
 # lens of a detector is OFF_M from the surface.
@@ -215,8 +214,6 @@ def _spread(cells: Cells, spacing: float) -> Sequence[int]:
     return [found[key][1] for key in sorted(found)]
 
 
-# The rays of a candidate pass through no object, since it has none yet.
-NOBODY = -1
 MOST_CANDIDATES = 5000
 # The part of the time that the upper bounds of all candidates take in the sample home, from 0 to 1:
 # for one detector, and for several.
@@ -235,8 +232,8 @@ class Wish:
     ----------
     count
         Number of detectors.
-    parameters, rate
-        Their parameters, and their update rate in Hz.
+    kind, parameters, rate
+        Their kind and parameters, and their update rate in Hz.
     rooms
         Names of the rooms; empty: all.
     mounting
@@ -252,7 +249,8 @@ class Wish:
     """
 
     count: int
-    parameters: PirParameters
+    kind: Kind
+    parameters: Any
     rate: float
     rooms: tuple[str, ...] = ()
     mounting: str = "WALL"
@@ -349,14 +347,15 @@ def propose(
         )
     weights = np.ones(len(cells))
     if wish.beside:
+        present = Views(home)
         for sensor in detectors(sensors):
-            covered = whole_map({sensor.name: view_of(home, sensor)}, cells, motion)
+            covered = whole_map({sensor.name: present.of(sensor)}, cells, motion)
             weights[covered.count > 0] = 0.0
             yield Doing(0.05, "looking for floor that is covered already")
     search = _Search(home, cells, motion, wish, found, weights)
     choice = yield from search.run()
     chosen = tuple(found[i] for i in choice.chosen)
-    names = tuple(f"Proposed PIR {i + 1}" for i in range(len(chosen)))
+    names = tuple(f"Proposed {wish.kind.short_label} {i + 1}" for i in range(len(chosen)))
     views = {name: search.view(candidate) for name, candidate in zip(names, chosen, strict=True)}
     covered = whole_map(views, cells, motion)
     before = int((weights == 0.0).sum())
@@ -379,9 +378,8 @@ class _Search:
         found: Sequence[Candidate],
         weights: Array,
     ) -> None:
-        self._home, self._cells, self._motion, self._wish = home, cells, motion, wish
+        self._views, self._cells, self._motion, self._wish = Views(home), cells, motion, wish
         self._found, self._weights = found, weights
-        self._warmth = Warmth(home.caster)
         # (candidates, cells): the covered cells, or their upper bound where it is not `exact`.
         self._sets = np.zeros((len(found), len(cells)), bool)
         self._exact = np.zeros(len(found), bool)
@@ -391,9 +389,7 @@ class _Search:
     def view(self, candidate: Candidate) -> DetectorView:
         """Return the view of a detector at a candidate's pose."""
         wish = self._wish
-        return view_from(
-            self._home, self._warmth, wish.parameters, candidate.pose, wish.rate, NOBODY
-        )
+        return self._views.at(wish.kind, wish.parameters, candidate.pose, wish.rate)
 
     def run(self) -> Generator[Doing, None, ChosenPlaces]:
         """Run the search; yield the progress and return the choice."""

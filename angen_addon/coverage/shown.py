@@ -14,10 +14,11 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...sensor_logic.coverage.detectors import DETECTOR, PirParameters
 from ...sensor_logic.coverage.grid import CoverageMap
 from ...sensor_logic.coverage.picture import LEVELS, VIRIDIS, levels, linear
 from ...sensor_logic.error import AngenError
+from ...sensor_logic.kind import Kind, Preset
+from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.parameters import specs
 from ...sensor_logic.wording import listed
 from ..recording.followed_map import FollowedMap
@@ -25,6 +26,7 @@ from ..runtime import handlers, state
 from ..runtime.sensor_runner import matrix_of
 from ..scene.marks import COVERAGE_MARK
 from ..scene.sensors import Sensor, decimal, read_parameters, unit_scale
+from .maps import MAPPED, check_mapped
 from .proposal import Proposal
 
 COLLECTION = "Coverage"
@@ -218,31 +220,39 @@ def accept_map(scene: Any) -> None:
         remove(scene, ASIDE + json.loads(scene.pop(BEFORE))["motion"])
 
 
-def pattern(sensor: Sensor | None, preset: str) -> tuple[PirParameters, float]:
-    """Return the parameters and the update rate (Hz) of the detectors to place.
+def pattern(sensor: Sensor | None, identifier: str) -> tuple[Kind, Any, float]:
+    """Return the kind, the parameters and the update rate (Hz) of the detectors to place.
 
     They are those of the sensor, or without one those of the preset, or without both the defaults.
-    Raise `AngenError` if the sensor is not a motion detector or the preset is unknown.
+    Raise `AngenError` if the sensor has no coverage map or the preset is unknown.
     """
     if sensor is not None:
-        parameters = read_parameters(sensor, sensor.settings)
-        if not isinstance(parameters, PirParameters):
-            raise AngenError(f"'{sensor.name}' is not a motion detector (PIR): choose one")
-        return parameters, decimal(sensor.settings.update_rate)
-    rate = DETECTOR.update_rate
-    if not preset:
-        return PirParameters(), rate
-    known = {p.identifier: p for p in DETECTOR.presets}
-    if preset not in known:
-        raise AngenError(f"no preset is called '{preset}': choose one of {', '.join(known)}")
-    return PirParameters(**known[preset].values), rate
+        check_mapped(sensor)
+        rate = decimal(sensor.settings.update_rate)
+        return sensor.kind, read_parameters(sensor, sensor.settings), rate
+    kind, preset = preset_of(identifier)
+    return kind, kind.parameters(**(preset.values if preset else {})), kind.update_rate
+
+
+def preset_of(identifier: str) -> tuple[Kind, Preset | None]:
+    """Return the preset with an identifier, and its kind; without an identifier, a default kind.
+
+    Raise `AngenError` if no kind with coverage maps has the preset.
+    """
+    if not identifier:
+        return MAPPED[0], None
+    known = {preset.identifier: (kind, preset) for kind in MAPPED for preset in kind.presets}
+    if identifier not in known:
+        raise AngenError(f"no preset is called '{identifier}': choose one of {', '.join(known)}")
+    return known[identifier]
 
 
 def copy_settings(source: Any, target: Any) -> None:
     """Copy the parameters and the update rate of one sensor to another."""
     target.update_rate, target.preset = source.update_rate, source.preset
-    old, new = (getattr(owner, DETECTOR.attribute) for owner in (source, target))
-    for name in specs(DETECTOR.parameters):
+    kind = KINDS[source.kind]
+    old, new = (getattr(owner, kind.attribute) for owner in (source, target))
+    for name in specs(kind.parameters):
         setattr(new, name, getattr(old, name))
 
 

@@ -7,7 +7,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from ...sensor_logic.coverage.detectors import DETECTOR
+from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording.tracks import Recording
 from ..scene.changes import SCENE, SHOWN, Fingerprint, digest, key_of, what_is_shown
 from ..scene.facts import FACTS_VERSION
@@ -82,11 +82,12 @@ class FollowedMap(StoredRecording):
 
 
 def _small_sensors(view_layer: Any) -> set[Any]:
-    """Return the objects that are small sensors, but no motion detectors."""
+    """Return the objects that are small sensors of kinds without coverage maps."""
     small = SMALL_M / unit_scale(view_layer.id_data)
     return {
         obj
         for obj in view_layer.objects
-        if obj.angen_sensor.kind not in ("NONE", DETECTOR.identifier)
+        if obj.angen_sensor.kind in KINDS
+        and KINDS[obj.angen_sensor.kind].view is None
         and max(obj.dimensions) < small
     }

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...sensor_logic.kind import REFLECTANCE, WARMTH
 from ...sensor_logic.model import Answers, Array, Emission, Index
 from ...sensor_logic.physics import luminance
 from ...sensor_logic.wording import ZERO_CELSIUS
@@ -302,3 +303,7 @@ class Reflectance(MetSurfaces):
 def colours_change() -> bool:
     """Return whether any material or its nodes are animated, so that its colour may change."""
     return any(isinstance(owner, COLOURED) for owner in all_animated())
+
+
+# The properties of surfaces that models can query with rays.
+SURFACES: dict[str, type[MetSurfaces]] = {WARMTH: Warmth, REFLECTANCE: Reflectance}

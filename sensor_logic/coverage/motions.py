@@ -170,6 +170,25 @@ MOTIONS: Mapping[str, Motion] = {
 }
 
 
+@dataclass(frozen=True)
+class Walker:
+    """A walking person as an upright cylinder; the default is an adult.
+
+    `height` and `radius` are in m, `speed` in m/s. `celsius` is the mean temperature of the surface
+    of skin and clothing.
+    """
+
+    height: float = 1.7
+    radius: float = 0.2
+    speed: float = 1.0
+    celsius: float = 29.0
+    emissivity: float = 0.95
+
+
+# The moving body of all motions is as warm as a person with clothes; a cat is about as warm.
+WALKER = Walker()
+
+
 class BodyHits(NamedTuple):
     """The hits of rays on bodies.
 

@@ -6,7 +6,7 @@ It has a plan of each storey with the cells, a legend, and a table of the rooms.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from ..model import Array
 from ..report.facts import PlanStorey
 from ..report.floor_plan import WIDTH, Frame, floor_plan
 from ..report.svg import coordinate, plain_style, safe, shown_number, text_width
-from .detectors import DETECTOR
 from .grid import CoverageMap, room_rows
 
 # The colours of a coverage map (viridis) are brighter with better coverage. They are also distinct
@@ -70,13 +69,15 @@ HATCH = (
 )
 
 
-def svg(coverage: CoverageMap, storeys: Sequence[PlanStorey], title: str) -> str:
+def svg(
+    coverage: CoverageMap, storeys: Sequence[PlanStorey], title: str, kinds: Mapping[str, str]
+) -> str:
     """Return the picture of a map.
 
-    `storeys` are the floor plans of the map's storeys, in the same order.
+    `storeys` are the floor plans of the map's storeys, in the same order. `kinds` has the kind of
+    each sensor by its name.
     """
     numbers = {name: i + 1 for i, name in enumerate(coverage.sensors)}
-    kinds = dict.fromkeys(coverage.sensors, DETECTOR.identifier)
     motion = coverage.motion
     y = HEAD
     parts: list[str] = []

@@ -14,11 +14,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.coverage import picture
-from angen_sensors.sensor_logic.coverage.detect import RangeView, WarmView
-from angen_sensors.sensor_logic.coverage.detectors import Walker
 from angen_sensors.sensor_logic.coverage.grid import Cells, CoverageMap, choose, map_csv, table
-from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Rays, Start, hits
+from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Rays, Start, Walker, hits
 from angen_sensors.sensor_logic.error import AngenError
+from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
 from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
     STEFAN_BOLTZMANN,
@@ -250,7 +249,7 @@ def test_a_map_counts_cells_and_its_picture_is_xml_that_gets_lighter(small):
     named = replace(small, sensors=("<one>", "two & a half"))
     placed = tuple(SensorInPlan(n, np.zeros(2), np.array([1.0, 0.0]), 2.0) for n in named.sensors)
     storey = PlanStorey(0.0, 1.1, np.array([[0.0, 0.0], [4.0, 1.0]]), (), placed)
-    text = picture.svg(named, [storey], "A <title>")
+    text = picture.svg(named, [storey], "A <title>", dict.fromkeys(named.sensors, "PIR"))
     assert ElementTree.fromstring(text).tag.endswith("svg")
     assert "&lt;one&gt;" in text and "two &amp; a half" in text
     assert all(f'fill="{picture.css(level)}" d="' in text for level in range(4))

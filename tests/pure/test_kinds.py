@@ -65,7 +65,6 @@ BLENDERS = re.compile(
 )
 # Why a file may name a kind.
 ALLOWED = {
-    "sensor_logic/coverage/detectors.py": "coverage maps are of motion detectors alone",
     "operators/door.py": "fits a door with a switch, in a fork made for its flag",
     "operators/warmth.py": "writes the lens of a pyroelectric detector into a text",
 }

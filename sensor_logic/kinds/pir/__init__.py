@@ -5,7 +5,7 @@
   the zones of lenses.py; presets.py.
 - Scene: rays by angen_addon/scene/rays/caster.py; the temperature at their hits by `Warmth` in
   angen_addon/scene/surfaces.py.
-- Window: angen_addon/kinds/pir/; coverage maps: angen_addon/coverage/ and sensor_logic/coverage/.
+- Window: angen_addon/kinds/pir/; coverage maps: coverage.py.
 - Physics: docs/pir.md, docs/coverage.md.
 - Tests: tests/pure/test_pir.py and test_pyro_*.py, tests/blender/test_pyro_scenes.py.
 """
@@ -15,6 +15,7 @@ from __future__ import annotations
 from ...kind import RAYS, WARMTH, Field, Kind
 from ...model import Model, Readings, Updates
 from ...wording import OF_THRESHOLD
+from .coverage import view
 from .presets import PRESETS
 from .pyroelectric import PyroelectricDetector
 from .range_scan import PYRO, SCAN, PirParameters, RangeScan
@@ -62,4 +63,5 @@ KIND = Kind(
     in_room=True,
     presets=PRESETS,
     part="MI_NODE_SCAN",
+    view=view,
 )

@@ -11,8 +11,9 @@ from bpy.types import Context, Menu, Panel
 from ..angen_addon.advice import warmth
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES, evaluated_materials
 from ..angen_addon.scene.sensors import Sensor
-from ..angen_addon.scene.surfaces import ZERO_CELSIUS, collection_parents, inherited_warmth
+from ..angen_addon.scene.surfaces.warmth import collection_parents, inherited_warmth
 from ..operators.warmth import ANGEN_OT_lens_table, ANGEN_OT_warmth_set
+from ..sensor_logic.wording import ZERO_CELSIUS
 from .lines import PhysicsTab, draw_lines, draw_property, has_name_column
 
 

@@ -14,7 +14,7 @@ from ..scene.instances import with_instanced
 from ..scene.rays.geometry import evaluated_materials
 from ..scene.rays.solids import SURFACE_TYPES
 from ..scene.sensors import Sensor
-from ..scene.surfaces import collection_parents, inherited_warmth
+from ..scene.surfaces.warmth import collection_parents, inherited_warmth
 
 # A material is bare skin if its name contains one of these words.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")

@@ -13,7 +13,7 @@ from typing import Any
 
 import bpy
 
-from ...sensor_logic.kind import LIGHT, REFLECTANCE, Kind
+from ...sensor_logic.kind import LIGHT, Kind
 from ...sensor_logic.kinds import KINDS
 from ...sensor_logic.recording.tracks import Recording
 from ...sensor_logic.wording import listed
@@ -32,6 +32,7 @@ from ..scene.changes import (
 )
 from ..scene.facts import FACTS_VERSION
 from ..scene.sensors import Sensor, all_sensors
+from ..scene.surfaces import SURFACES
 
 THIS_BLENDER = tuple(bpy.app.version[:2])
 
@@ -313,7 +314,8 @@ def settings_of(
 
 
 def _depend_on_light(kinds: Iterable[Kind]) -> bool:
-    return any(kind.requires(LIGHT) or kind.requires(REFLECTANCE) for kind in kinds)
+    shading = [LIGHT, *(need for need, probe in SURFACES.items() if probe.reads_shading)]
+    return any(kind.requires(need) for kind in kinds for need in shading)
 
 
 def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:

@@ -21,7 +21,7 @@ from ..scene.rays.frames import FrameCopies
 from ..scene.rays.reference import SceneRayCaster
 from ..scene.rays.sweep import Sweeper
 from ..scene.sensors import Sensor, unit_scale
-from ..scene.surfaces import Reflectance, Warmth
+from ..scene.surfaces import SURFACES
 from . import state
 
 
@@ -45,8 +45,8 @@ class Probes:
     ----------
     caster
         The ray caster; by default a new one of the sort that the scene's settings name.
-    warmth, reflectance
-        The probes for the warmth and the reflectance of surfaces that rays hit.
+    surfaces
+        The probes for the properties of the surfaces that rays hit, by the names of the queries.
     sweeper
         Computes what crosses a beam between two steps.
     names
@@ -61,8 +61,7 @@ class Probes:
         self.caster = used = caster or make_caster(scene)
         # Blender's own ray cast, the reference for ranges, returns no surfaces.
         self._exact = used if isinstance(used, RayCaster) else RayCaster(used.solids)
-        self.warmth = Warmth(self._exact)
-        self.reflectance = Reflectance(self._exact)
+        self.surfaces = {need: probe(self._exact) for need, probe in SURFACES.items()}
         self.sweeper = Sweeper(self.caster)
         self._solids = self.caster.solids
         self._contacts = ContactTracker(self._solids)
@@ -176,14 +175,16 @@ class Probes:
         if self._copies is not None and len(self._copies):
             self.caster.show(depsgraph, self._copies.finish())
 
-    def hits(self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
-        """Return the hits of the rays that were cast last, as read-only `RayHits`.
+    def hits(self, need: str, sensor: Uid, bundle: int, rays: Rays, count: int) -> Answers:
+        """Return the hits of the rays that the last query `need` cast, as read-only `RayHits`.
 
-        There is one answer for each of the `count` updates that the cast was for.
+        There is one answer for each of the `count` updates that the query was for.
         """
         if self._named_listing != self._solids.listing:
             self._named_listing = self._solids.listing
             self.names |= {solid.number: solid.name for solid in self._solids.solids}
+        if need in self.surfaces:
+            return self.surfaces[need].hits
         if self._exact is self.caster:
             return self._exact.seen
         last = np.full(count, len(self._exact.frames) - 1)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...sensor_logic.clock import Clock, Schedule
 from ...sensor_logic.error import AngenError, explained
 from ...sensor_logic.geometry.sweep import RayCrossings
-from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS, REFLECTANCE, WARMTH
+from ...sensor_logic.kind import CROSSINGS, FORCES, LIGHT, POSES, RAYS
 from ...sensor_logic.model import (
     Answers,
     Array,
@@ -51,11 +51,13 @@ from ..scene.sensors import (
     read_pose,
     unit_scale,
 )
+from ..scene.surfaces import SURFACES
 from .probes import Probes
 from .trace import CAST, Query, RaysMet, Read, Swept, Trace
 
 # Answers to models' queries. In all of them, `which` (k,) has the indices of the updates that a
-# query is about; None means all. A new quantity needs a function here and an entry in `ANSWERS`.
+# query is about; None means all. A new property of surfaces needs a probe in `scene/surfaces/`, any
+# other quantity a function here and an entry in `ANSWERS`.
 
 
 def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
@@ -67,14 +69,13 @@ def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None =
 
 
 def answer_surfaces(
-    name: str, query: Query, bundle: int, *rays: Array, which: Index | None = None
+    need: str, query: Query, bundle: int, *rays: Array, which: Index | None = None
 ) -> Answers:
-    """Return what the probe `name` (WARMTH or REFLECTANCE) reads of the surfaces that rays hit."""
+    """Return what the probe for the query `need` reads of the surfaces that rays hit."""
     frames = query.frames if which is None else query.frames[which]
     known = query.sensor.uid, query.bundle(bundle)
     in_units = query.read.rays_in_units(*rays)
-    found: Answers = getattr(query.probes, name).see(query.depsgraph, *known, in_units, frames)
-    return found
+    return query.probes.surfaces[need].see(query.depsgraph, *known, in_units, frames)
 
 
 def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:
@@ -137,12 +138,11 @@ def answer_light(query: Query, which: Index | None = None) -> Answers:
 
 ANSWERS: dict[str, Callable[..., Answers]] = {
     RAYS: answer_ranges,
-    WARMTH: partial(answer_surfaces, WARMTH),
-    REFLECTANCE: partial(answer_surfaces, REFLECTANCE),
     CROSSINGS: answer_crossings,
     FORCES: answer_contact,
     LIGHT: answer_light,
     POSES: answer_poses,
+    **{need: partial(answer_surfaces, need) for need in SURFACES},
 }
 
 

@@ -21,12 +21,13 @@ import numpy as np
 
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.forces.world import PadForces
-from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS, WARMTH
+from ...sensor_logic.kind import CROSSINGS, FORCES, POSES, RAYS
 from ...sensor_logic.model import Array, Index
 from ..scene.animation import action_curves, all_animated, may_set, time_stretch
 from ..scene.changes import SHADING
 from ..scene.marks import LIGHT_MARK
 from ..scene.rays.geometry import SURFACE_TYPES
+from ..scene.surfaces import SURFACES
 from ..scene.timed import is_timeless_driver
 from ..scene.timed import reasons as timed_reasons
 from . import state
@@ -34,7 +35,9 @@ from .probes import Probes
 from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
 
 # Quantities that do not depend on datablocks of the types in SHADING, unless a driver reads one.
-BLIND_TO_SHADING = {RAYS, WARMTH, CROSSINGS, FORCES, POSES}
+BLIND_TO_SHADING = {RAYS, CROSSINGS, FORCES, POSES} | {
+    need for need, probe in SURFACES.items() if not probe.reads_shading
+}
 # Spans (n, 2) of time.
 NEVER = np.empty((0, 2))
 ALWAYS = np.array([[-np.inf, np.inf]])

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from ...sensor_logic.clock import Clock
 from ...sensor_logic.error import AngenError
-from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS, REFLECTANCE, WARMTH
+from ...sensor_logic.kind import CROSSINGS, FORCES, RAYS
 from ...sensor_logic.model import Index
 from ..scene.animation import all_animated, may_set
-from ..scene.surfaces import changes_by_itself, colours_change
+from ..scene.surfaces import SURFACES
 from ..scene.timed import frames_to_step_from
 from .probes import Probes
 from .sensor_runner import PendingUpdates, Read, SensorRunner, SensorSteps
@@ -32,7 +32,7 @@ from .time_base import clock_of, evaluated_depsgraph
 # The steps of a run, and the sensors due at them.
 
 # Quantities that can be queried after the scene has left a frame, from what is stored of the frame.
-STORED = {RAYS, WARMTH, REFLECTANCE, CROSSINGS}
+STORED = {RAYS, CROSSINGS, *SURFACES}
 # Parts of data paths of the properties that weights depend on, in addition to poses and shapes.
 WEIGHT = ("angen_load", "gravity", "rigid_body", "scale_length")
 # Most steps in a window, so that a long run needs no more memory than a short one.
@@ -286,9 +286,11 @@ class Stage:
         self.probes.set_sensors(runner.sensor for runner in runners)
         self.light_updates: list[PendingUpdates] = []
         sensors = [runner.sensor for runner in runners]
-        warm = any(sensor.kind.requires(WARMTH, sensor.parameters) for sensor in sensors)
-        coloured = any(sensor.kind.requires(REFLECTANCE, sensor.parameters) for sensor in sensors)
-        changes = (warm and changes_by_itself(scene)) or (coloured and colours_change())
+        changes = any(
+            probe.changes_by_itself(scene)
+            for need, probe in SURFACES.items()
+            if any(sensor.kind.requires(need, sensor.parameters) for sensor in sensors)
+        )
         self._batches = batches and not changes
         self._moving = moving if self._batches else None
         self._pads = Pads(self.runners, self._clock, self.probes)

@@ -17,16 +17,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...sensor_logic.clock import Clock
-from ...sensor_logic.kind import RAYS, REFLECTANCE, WARMTH
+from ...sensor_logic.kind import RAYS
 from ...sensor_logic.model import FIRST, Answers, Array, Ask, Index, LightSample, Pose, Updates
 from ..scene.light.probe import LightRequest
 from ..scene.rays.caster import Rays
 from ..scene.rays.sweep import SolidsAtStep, SweptRays
 from ..scene.sensors import Sensor
+from ..scene.surfaces import SURFACES
 from .probes import Probes
 
 # The queries that cast rays.
-CAST = {RAYS, WARMTH, REFLECTANCE}
+CAST = {RAYS, *SURFACES}
 # A trace keeps at least this many of the last updates. It is more than a motion detector has tilts.
 KEPT = 256
 # More than the ray bundles of any model.
@@ -315,13 +316,13 @@ class Trace:
             if need == RAYS:
                 ranges = answers[-1]
             else:
-                ranges = read.in_metres(getattr(query.probes, need).ranges(*known))
+                ranges = read.in_metres(query.probes.surfaces[need].ranges(*known))
             self.set_pose(read.parameters, read.pose)
             self._note(last, bundle, RaysMet(origins, directions, length, ranges))
             if self.keeps:
                 probes, count = query.probes, len(answers.rows)
                 in_units = read.rays_in_units(origins, directions, length)
-                met = probes.hits(query.depsgraph, *known, in_units, count)
+                met = probes.hits(need, *known, in_units, count)
                 self._met, self._names = met[-1], probes.names
         if self.keeps:
             sensed.queries.append(_RecordedQuery(need, _bundle(arguments), which, answers, met))

@@ -3,7 +3,7 @@
 
 - Model: `DistanceSensor`, with its parameters and presets in this file.
 - Scene: rays by angen_addon/scene/rays/caster.py; the reflectance at their hits by `Reflectance` in
-  angen_addon/scene/surfaces.py.
+  angen_addon/scene/surfaces/reflectance.py.
 - Window: angen_addon/kinds/distance.py.
 - Physics: docs/distance.md.
 - Tests: tests/pure/test_distance_and_contact.py, tests/blender/test_distance_contact.py.

@@ -9,6 +9,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.advice import warmth
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import AngenError as error
 from bl_ext.user_default.angen_sensors.sensor_logic import model
+from bl_ext.user_default.angen_sensors.sensor_logic.kind import WARMTH
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir import range_scan as pir
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir.lenses import read_table as read
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
@@ -248,7 +249,7 @@ def probe(world):
             origins = np.tile(np.array(place, float), (len(directions), 1))
             length = np.full(len(directions), SIGHT)
             rays = origins, directions, length
-            return self.probes.warmth.see(depsgraph, sensor, bundle, rays)[0]
+            return self.probes.surfaces[WARMTH].see(depsgraph, sensor, bundle, rays)[0]
 
     return Probe()
 

@@ -4,7 +4,7 @@
 - Models: range_scan.py, from the thesis, with the parameters of both models; pyroelectric.py, with
   the zones of lenses.py; presets.py.
 - Scene: rays by angen_addon/scene/rays/caster.py; the temperature at their hits by `Warmth` in
-  angen_addon/scene/surfaces.py.
+  angen_addon/scene/surfaces/warmth.py.
 - Window: angen_addon/kinds/pir/; coverage maps: coverage.py.
 - Physics: docs/pir.md, docs/coverage.md.
 - Tests: tests/pure/test_pir.py and test_pyro_*.py, tests/blender/test_pyro_scenes.py.

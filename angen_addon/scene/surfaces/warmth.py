@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read properties of the surfaces that sensors' rays hit: temperature and reflectance."""
+"""Read the temperature and the emissivity of the surfaces that rays hit."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,68 +10,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.kind import REFLECTANCE, WARMTH
-from ...sensor_logic.model import Answers, Array, Emission, Index
-from ...sensor_logic.physics import luminance
-from ...sensor_logic.wording import ZERO_CELSIUS
-from .animation import all_animated, is_animated
-from .instances import Uid
-from .light.materials import Surfaces
-from .rays.caster import NOTHING, RayCaster, RayHits, Rays
-from .rays.solids import Solid, Solids
-
-
-class MetSurfaces(ABC):
-    """Reads one property of the surfaces that the rays of a ray caster hit."""
-
-    def __init__(self, caster: RayCaster) -> None:
-        self._rays = caster
-        self._listing = -1
-
-    def see(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        rays: Rays,
-        frames: Index | None = None,
-    ) -> Answers:
-        """Cast a sensor's rays at some frames, and return the property of the surfaces hit.
-
-        Call it after the caster was updated. Lengths are in Blender units.
-
-        Parameters
-        ----------
-        depsgraph
-            The evaluated depsgraph.
-        sensor, bundle, rays
-            As for `RayCaster.cast_at`.
-        frames
-            Indices (k,) of the frames of the caster; None for the last one.
-
-        Returns
-        -------
-        Answers
-            The property at each frame, in the form that `_values_at` returns.
-        """
-        self._update(depsgraph)
-        if frames is None:
-            frames = np.array([len(self._rays.frames) - 1])
-        found = self._rays.see_at(sensor, bundle, rays, frames)
-        return Answers([self._values_at(depsgraph, seen) for seen in found.table], found.rows)
-
-    def ranges(self, sensor: Uid, bundle: int) -> Array:
-        """Return the ranges (n,) of the rays of the latest call of `see`."""
-        return self._rays.last_ranges(sensor, bundle)
-
-    @abstractmethod
-    def _update(self, depsgraph: Any) -> None:
-        """Read the changes since the last call."""
-
-    @abstractmethod
-    def _values_at(self, depsgraph: Any, seen: RayHits) -> Any:
-        """Return the property of the surfaces that the rays of `seen` hit."""
-
+from ....sensor_logic.kind import WARMTH
+from ....sensor_logic.model import Array, Emission, Index
+from ....sensor_logic.wording import ZERO_CELSIUS
+from ..animation import is_animated
+from ..rays.caster import NOTHING, RayCaster, RayHits
+from ..rays.solids import Solid, Solids
+from .probe import MetSurfaces
 
 # Temperatures.
 #
@@ -110,6 +54,14 @@ class _Patches:
 
 class Warmth(MetSurfaces):
     """Reads the temperatures of hit solids, as `Emission`."""
+
+    need = WARMTH
+
+    @staticmethod
+    def changes_by_itself(scene: Any) -> bool:
+        """Return whether any temperature is animated, also the scene's ambient temperature."""
+        owners = *bpy.data.objects, *bpy.data.materials
+        return scene.animation_data is not None or any(map(_is_animated, owners))
 
     def __init__(self, caster: RayCaster) -> None:
         super().__init__(caster)
@@ -253,57 +205,4 @@ def _is_animated(owner: Any) -> bool:
     return is_animated(owner, TEMPERATURE) or is_animated(owner, EMISSIVITY)
 
 
-def changes_by_itself(scene: Any) -> bool:
-    """Return whether any temperature is animated, the scene's ambient temperature included."""
-    owners = *bpy.data.objects, *bpy.data.materials
-    return scene.animation_data is not None or any(map(_is_animated, owners))
-
-
-# Reflectance: the luminance of the colours of materials.
-
-NO_MATERIAL = 0
-COLOURED = (bpy.types.Material, bpy.types.ShaderNodeTree)
-
-
-class Reflectance(MetSurfaces):
-    """Reads the reflectance (n,) of hit solids, from 0 to 1; 0 for a ray that hits nothing."""
-
-    def __init__(self, caster: RayCaster) -> None:
-        super().__init__(caster)
-        self._surfaces = Surfaces()
-        # Whether materials are animated.
-        self._changing = False
-        self._solids: dict[int, Solid] = {}
-
-    def _update(self, depsgraph: Any) -> None:
-        solids = self._rays.solids
-        if self._listing != solids.listing:
-            self._listing, self._surfaces = solids.listing, Surfaces()
-            self._changing = colours_change()
-            self._solids = {solid.number: solid for solid in solids.solids}
-        if self._changing:
-            self._surfaces = Surfaces()
-
-    def _values_at(self, depsgraph: Any, seen: RayHits) -> Array:
-        found = np.zeros(len(seen.met))
-        for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
-            which, geometry = np.flatnonzero(seen.met == number), self._solids[number].geometry
-            materials = geometry.materials(depsgraph) or [NO_MATERIAL]
-            each = np.array(
-                [luminance(self._surfaces.reflectance(uid)) for uid in materials], np.float64
-            )
-            slot: Index = np.zeros(len(which), np.intp)
-            if np.ptp(each) > 0.0:
-                slots = geometry.material_slots(depsgraph)
-                slot = slots[np.clip(seen.faces[which], 0, len(slots) - 1)].astype(np.intp)
-            found[which] = each[np.clip(slot, 0, len(each) - 1)]
-        return found
-
-
-def colours_change() -> bool:
-    """Return whether any material or its nodes are animated, so that its colour may change."""
-    return any(isinstance(owner, COLOURED) for owner in all_animated())
-
-
-# The properties of surfaces that models can query with rays.
-SURFACES: dict[str, type[MetSurfaces]] = {WARMTH: Warmth, REFLECTANCE: Reflectance}
+PROBE = Warmth

@@ -17,7 +17,7 @@ LAST_PART = re.compile(r'^(?:(.*)\.)?(\w+)$|^(.*)\["((?:[^"\\]|\\.)*)"\]$')
 
 
 def time_stretch(scene: Any) -> float:
-    """Return how many frames of animation one frame of the scene has (Output, Time Stretching).
+    """Return how many frames of animation correspond to one frame of the scene (Time Stretching).
 
     The result is rounded as Blender rounds it.
     """
@@ -28,8 +28,8 @@ def time_stretch(scene: Any) -> float:
 def action_curves(action: Any, slot: Any) -> list[Any]:
     """Return the F-curves that an action has for a slot.
 
-    From Blender 4.4 on, an action has F-curves of several datablocks, each in its slot. Without a
-    slot nothing plays. Before Blender 4.4, an action has a single list.
+    From Blender 4.4 on, each slot of an action has the F-curves of one datablock. Without a slot,
+    the list is empty. Before Blender 4.4, an action has a single list.
     """
     if action is None:
         return []
@@ -42,7 +42,6 @@ def action_curves(action: Any, slot: Any) -> list[Any]:
 
 
 def _lists(action: Any) -> list[Any]:
-    """Return the collections of F-curves in an action: one for each slot, or a single one."""
     if not hasattr(action, "slots"):
         return [action.fcurves]
     strips = [strip for layer in action.layers for strip in layer.strips]
@@ -63,7 +62,7 @@ def remove_curve(action: Any, curve: Any) -> None:
 
 
 def curves(obj: Any, paths: set[str]) -> list[Any]:
-    """Return the object's F-curves of some data paths in its action, without NLA strips."""
+    """Return the F-curves with the data paths `paths` in an object's action, without NLA strips."""
     animation = obj.animation_data
     if animation is None:
         return []
@@ -98,7 +97,7 @@ def may_set(owner: Any, *words: str) -> bool:
 
 
 def is_animated(obj: Any, path: str) -> bool:
-    """Return whether keyframes, an NLA strip or a driver set this data path."""
+    """Return whether keyframes, an NLA strip or a driver set a data path."""
     animation = obj.animation_data
     return animation is not None and any(
         curve.data_path == path for curve in (*played_curves(obj), *animation.drivers)
@@ -108,8 +107,8 @@ def is_animated(obj: Any, path: str) -> bool:
 def is_static(obj: Any, *paths: str) -> bool:
     """Return whether nothing in the file moves an object or changes one of the data paths.
 
-    A path is given by its beginning, such as `scale`. Constraints, physics, NLA strips and a
-    parent's shape count as changes even if they do nothing.
+    Each of `paths` is the beginning of a data path, such as `scale`. Constraints, physics, NLA
+    strips and a parent's shape count as changes even if they do nothing.
     """
     animation, parent = obj.animation_data, obj.parent
     if obj.constraints or obj.rigid_body is not None:
@@ -125,7 +124,7 @@ def is_static(obj: Any, *paths: str) -> bool:
 def motion_paths(obj: Any) -> list[str]:
     """Return the data paths of an object's transform that keyframes and drivers animate.
 
-    Constraints, NLA strips and physics may turn the object too. For these the list has texts
+    Constraints, NLA strips and physics may rotate the object too. For these the list has texts
     "rotation by …".
     """
     found = ["rotation by constraint" for c in obj.constraints if not c.mute]
@@ -141,10 +140,7 @@ def motion_paths(obj: Any) -> list[str]:
 
 
 def playing(owner: Any) -> tuple[list[Any], list[Any]]:
-    """Return what plays of a datablock: its F-curves and drivers, and its NLA strips.
-
-    Muted ones are left out.
-    """
+    """Return the F-curves and drivers of a datablock, and its NLA strips, without muted ones."""
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in (*found, *animation.drivers) if not _is_muted(curve)]
@@ -159,14 +155,14 @@ def _is_muted(curve: Any) -> bool:
 
 
 def idle_keys(owner: Any, first: int, last: int) -> Iterator[tuple[str, str]]:
-    """Yield reasons why keyframes, strips or drivers of a datablock do nothing.
+    """Yield the reasons why keyframes, strips or drivers of a datablock have no effect.
 
     Parameters
     ----------
     owner
         The datablock.
     first, last
-        The frames that count.
+        The first and last frame of the range in which an effect counts.
 
     Yields
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the object whose mass (Weight on Sensors) a surface carries.
+"""Find the object whose mass (panel Weight on Sensors) a surface carries.
 
 It is the object of the surface itself, an armature that bends it, or a parent.
 """
@@ -28,10 +28,10 @@ def candidates(obj: Any) -> Iterator[Any]:
 
 
 def has_mass(obj: Any) -> bool:
-    """Return whether an object has a mass (Weight on Sensors) at any frame."""
+    """Return whether an object has a mass in the panel Weight on Sensors, at any frame."""
     return obj.angen_load.mass > 0.0 or is_animated(obj, "angen_load.mass")
 
 
 def bearer(obj: Any) -> Any:
-    """Return the nearest object whose mass a surface carries; None if no object has a mass."""
+    """Return the object whose mass a surface carries: the nearest with a mass, or None."""
     return next((candidate for candidate in candidates(obj) if has_mass(candidate)), None)

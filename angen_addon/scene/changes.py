@@ -7,9 +7,10 @@ leave out the pixels of image files, simulations baked to disk, and data that ot
 handlers and drivers.
 
 `LightChanges` has digests of the values that light depends on, as keyframes and drivers set them at
-the present frame. Blender's list of updates names each datablock that may have changed, and at
-every frame each animated one. Only the values of these are compared. Datablocks that cannot be
-compared (nodes that make geometry, images, volumes) count as changed.
+the present frame. Blender's list of updates names each datablock that may have changed. At a frame
+change these are all animated datablocks. `LightChanges` compares only the values of datablocks in
+the list. Datablocks that cannot be compared (nodes that make geometry, images, volumes) count as
+changed.
 """
 
 from __future__ import annotations
@@ -128,7 +129,7 @@ class Fingerprint:
     light
         Whether datablocks that only light sensors notice are included.
     digests
-        Digests by key, which is the type and name of a datablock (`key_of`), SCENE or SHOWN.
+        Digests by datablock (its `key_of`), and those of the scene's settings and visibility.
     portable
         The digests that the function `portable` returns.
     """
@@ -139,7 +140,10 @@ class Fingerprint:
     portable: dict[str, str] = field(default_factory=dict)
 
     def differences(self, other: Fingerprint) -> dict[str, str]:
-        """Return, by key, texts for the user about the datablocks that differ from `other`."""
+        """Return a text for the user about each datablock that differs from `other`.
+
+        The texts are by key, as in `digests`.
+        """
         found = {}
         for key in sorted(self.digests.keys() | other.digests.keys()):
             text = _difference(key, self.digests.get(key), other.digests.get(key))
@@ -148,7 +152,11 @@ class Fingerprint:
         return found
 
     def difference(self, key: str, digest: str | None) -> str:
-        """Return a text for the user about one datablock; empty if `digest` is its digest here."""
+        """Return a text for the user if one datablock has another digest than `digest`.
+
+        The text is empty if the digests are equal. A digest is None for a datablock that does not
+        exist.
+        """
         return _difference(key, self.digests.get(key), digest)
 
 
@@ -166,7 +174,7 @@ def fingerprint_of(
     light
         Whether to include datablocks that only light sensors notice.
     renamed
-        The objects renamed since a run: by present name, the name at the run.
+        The objects renamed since an earlier run, as a mapping from present names to earlier names.
     """
     view_layer = scene.view_layers[depsgraph.view_layer.name]
     made = Fingerprint(view_layer.name, light)
@@ -188,9 +196,9 @@ def fingerprint_of(
 def own_settings(
     scene: Any, sensors: Iterable[Sensor], light: bool, renamed: Renamed = NONE_RENAMED
 ) -> str:
-    """Return a digest of the scene's own settings, and of the texts that sensors read.
+    """Return a digest of the scene's settings, and of the text datablocks that sensors read.
 
-    It is fast enough to be computed at every frame. The parameters are those of `fingerprint_of`.
+    It is fast enough for every frame. The parameters are those of `fingerprint_of`.
     """
     own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
@@ -222,7 +230,7 @@ def what_is_shown(
 
 
 def scene_facts(scene: Any) -> list[Any]:
-    """Return the scene's settings that readings depend on, with None for animated values."""
+    """Return the settings of a scene that change readings, with None for animated values."""
     return [
         setting_facts(scene, part, names)
         for part, names in (
@@ -234,10 +242,7 @@ def scene_facts(scene: Any) -> list[Any]:
 
 
 def _names_of_own() -> list[str]:
-    """Return the names of the extension's scene settings that readings depend on.
-
-    A new setting counts unless OF_THE_VIEW lists it.
-    """
+    """Return the names of the extension's scene settings that readings depend on."""
     return sorted(
         prop.identifier
         for prop in bpy.types.Scene.bl_rna.properties
@@ -246,7 +251,7 @@ def _names_of_own() -> list[str]:
 
 
 def _is_disabled(obj: Any) -> bool:
-    """Return whether the monitor icon hides an object, and no keyframe or driver sets that.
+    """Return whether the monitor icon hides an object, and no animation sets that icon.
 
     Blender does not evaluate the object then, and reports no update when it is shown again.
     """
@@ -254,10 +259,8 @@ def _is_disabled(obj: Any) -> bool:
 
 
 def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
-    """Yield the contents of the text datablocks that sensors read, such as lens tables.
-
-    They are compared as text, since Blender reports no edits of text datablocks.
-    """
+    """Yield the contents of the text datablocks that sensors read, such as lens tables."""
+    # Blender reports no edits of text datablocks, so their texts are compared.
     for sensor in sensors:
         names = READS_TEXTS.get(sensor.kind.identifier)
         if names is not None:
@@ -268,28 +271,32 @@ def _texts_read(sensors: Iterable[Sensor]) -> Iterator[str]:
 
 
 def key_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """Return the key of a datablock in a fingerprint: its type, and its name at the run.
+    """Return the key of a datablock in a fingerprint: its type and its name.
 
-    Only objects in `renamed` (see `fingerprint_of`) have another name now.
+    An object in `renamed` (see `fingerprint_of`) has the name that it had at an earlier run.
     """
     return f"{original.bl_rna.identifier} {_name_at_run(original, renamed)}"
 
 
 def _name_at_run(original: Any, renamed: Renamed) -> str:
-    """Return the name that a datablock had at the run."""
+    """Return the name that a datablock had at an earlier run, before objects were `renamed`."""
     name: str = original.name_full
     return renamed.get(name, name) if isinstance(original, bpy.types.Object) else name
 
 
 def digest_of(original: Any, renamed: Renamed = NONE_RENAMED) -> str:
-    """Return the digest of a datablock. `renamed` is as for `fingerprint_of`."""
+    """Return the digest of all settings of a datablock.
+
+    `renamed` is as for `fingerprint_of`.
+    """
     return digest(facts_of(original), renamed)
 
 
 def warmth_of(original: Any) -> dict[str, str]:
-    """Return the digest of a material's temperature settings, by key; empty for other datablocks.
+    """Return the digest of a material's temperature settings, by a key of `Fingerprint.digests`.
 
-    Pyroelectric detectors notice the temperature of a material, but not its look.
+    It is empty for other datablocks. Pyroelectric detectors notice the temperature of a material,
+    but not its look.
     """
     if not isinstance(original, bpy.types.Material):
         return {}
@@ -298,14 +305,14 @@ def warmth_of(original: Any) -> dict[str, str]:
 
 
 def is_looked_at(original: Any) -> bool:
-    """Return whether a sensor may notice a change of a datablock."""
+    """Return whether a change of a datablock can change any reading."""
     if isinstance(original, PASSED_OVER) or original.is_embedded_data:
         return False
     return not _is_of_a_map(original)
 
 
 def _is_of_a_map(original: Any) -> bool:
-    """Return whether a datablock belongs to a coverage map or a proposal: no sensor sees these."""
+    """Return whether a datablock belongs to a coverage map or a proposal, unseen by sensors."""
     if COVERAGE_MARK not in original:
         return False
     if isinstance(original, bpy.types.Object):
@@ -316,7 +323,7 @@ def _is_of_a_map(original: Any) -> bool:
 def digest(facts: Any, renamed: Renamed = NONE_RENAMED) -> str:
     """Return the digest of nested plain values, such as `facts_of` returns.
 
-    Objects in `renamed` (see `fingerprint_of`) count by the names that they had at the run.
+    Names in `renamed` (see `fingerprint_of`) are replaced by the earlier names.
     """
     text = repr(facts)
     if renamed:
@@ -367,9 +374,9 @@ def _difference(key: str, before: str | None, now: str | None) -> str:
 
 
 def portable(scene: Any, depsgraph: Any) -> dict[str, str]:
-    """Return digests that are the same in all versions of Blender, by keys of a `Fingerprint`.
+    """Return digests that are the same in all versions of Blender, as in `Fingerprint.digests`.
 
-    They cover fewer properties than `Fingerprint.digests`.
+    They cover fewer properties than those digests.
     """
     layer = scene.view_layers[depsgraph.view_layer.name]
     found = {
@@ -424,7 +431,7 @@ def _mesh(mesh: Any) -> Iterator[Any]:
 
 
 class LightState(NamedTuple):
-    """Counts of the changes of what light depends on. Equal states have equal light.
+    """Counters of the changes that affect light. Equal states have equal light.
 
     Attributes
     ----------
@@ -435,7 +442,7 @@ class LightState(NamedTuple):
     values
         Changes of all other values.
     edits
-        How often more than the frame may have changed.
+        Possible edits, as the caller counts them.
     """
 
     power: int
@@ -445,23 +452,23 @@ class LightState(NamedTuple):
 
     @property
     def light(self) -> tuple[int, int, int]:
-        """The counts without `edits`, since an edit may leave all values as they were."""
+        """The counters without `edits`, since an edit may leave all values as they were."""
         return self[:3]
 
 
-# Before the first look.
+# The state before the first call of `look`.
 NEVER = LightState(-1, -1, -1, -1)
 
 
 class LightChanges:
-    """Compares what light depends on with its digests. Call `note` after each evaluation."""
+    """Counts changes that affect light, in a `LightState`. Call `note` after each evaluation."""
 
     def __init__(self) -> None:
         self._state = NEVER
         self.forget()
 
     def forget(self) -> None:
-        """Have the next call of `look` find everything changed, as after undo or a new file."""
+        """Make the next `look` count everything as changed, as after undo or in a new file."""
         # Changes of values and of shapes.
         self._count = self._reshaped = 0
         # The latest digests: of values by the pointer, and of shapes by the negative pointer.
@@ -477,7 +484,7 @@ class LightChanges:
         self.is_asked = True
 
     def note(self, depsgraph: Any, edited: bool = False, by_frame: bool = False) -> None:
-        """Compare the datablocks that were just evaluated again.
+        """Compare the datablocks that were just evaluated with their stored digests.
 
         Call it in the handlers of each evaluation: later, Blender's list of updates is empty.
 
@@ -486,7 +493,7 @@ class LightChanges:
         depsgraph
             The evaluated depsgraph.
         edited
-            Whether more than the frame may have changed.
+            Whether there may be other changes than by the frame.
         by_frame
             Whether a frame change caused the evaluation.
         """
@@ -506,7 +513,7 @@ class LightChanges:
     def look(
         self, view_layer: Any, depsgraph: Any, edits: int = 0, asked: Any = None
     ) -> LightState:
-        """Return the state of the scene.
+        """Return the present `LightState` of the scene.
 
         Parameters
         ----------
@@ -515,9 +522,9 @@ class LightChanges:
         depsgraph
             The evaluated depsgraph.
         edits
-            The number of edits, which the state takes over.
+            The number of edits so far, for `LightState.edits`.
         asked
-            Further values, of which a change counts as one of `LightState.values`.
+            Further values that light depends on; their changes count in `LightState.values`.
         """
         if not self._known:
             self._know_all(depsgraph)
@@ -538,7 +545,7 @@ class LightChanges:
         return self._state
 
     def _know_all(self, depsgraph: Any) -> None:
-        """Store the present digests of all datablocks, with which later updates are compared."""
+        """Store the present digests of all datablocks, for comparison with later ones."""
         for obj in depsgraph.objects:
             self._differs(obj)
             if obj.type == "MESH" and (obj.original.modifiers or obj.original.data.shape_keys):
@@ -553,24 +560,17 @@ class LightChanges:
                     self._differs(tree)
 
     def _differs(self, evaluated: Any) -> bool:
-        """Return whether the values of a datablock have changed since the last comparison."""
         return self._is_new(evaluated.original.as_pointer(), self._values_of(evaluated))
 
     def _is_reshaped(self, evaluated: Any) -> bool:
-        """Return whether the shape of an object has changed since the last comparison."""
         if evaluated.type in LIGHTLESS | {"LIGHT"}:
             return False
         return self._is_new(-evaluated.original.as_pointer(), shape_values(evaluated))
 
     def _is_new(self, key: int, found: Facts | None) -> bool:
-        """Return whether values differ from the stored ones, and store them.
+        """Store the digest of values; return whether it differs from the one stored under `key`.
 
-        Parameters
-        ----------
-        key
-            The key in the store of digests.
-        found
-            The present values; None if they are unknown, which counts as a difference.
+        If `found` is None, the values are unknown, which counts as a difference.
         """
         now = "" if found is None else digest(found)
         same = bool(now) and self._known.get(key) == now
@@ -597,7 +597,7 @@ class LightChanges:
         return None
 
     def _motion(self, view_layer: Any, depsgraph: Any) -> str:
-        """Return a digest of all places, of the number of changed shapes, and of films' frame."""
+        """Return a digest of all world matrices, the count of changed shapes, and films' frame."""
         found, objects = hashlib.blake2b(digest_size=16), depsgraph.objects
         matrices = np.empty(len(objects) * 16, np.float32)
         objects.foreach_get("matrix_world", matrices)
@@ -633,7 +633,7 @@ def object_values(evaluated: Any) -> Facts:
 
 
 def shape_values(evaluated: Any) -> Facts | None:
-    """Return a digest of an object's shape; None if the shape cannot be read."""
+    """Return values that identify an object's shape; None if the shape cannot be read."""
     original, mesh = evaluated.original, evaluated.data
     deformed = original.type == "MESH" and all(m.type in SHAPING for m in original.modifiers)
     if not deformed or mesh.is_editmode:
@@ -644,12 +644,12 @@ def shape_values(evaluated: Any) -> Facts | None:
 
 
 def looks_at_places(tree: Any) -> bool:
-    """Return whether nodes read the places of objects, or attributes, which anything can drive."""
+    """Return whether nodes of a tree read objects, or attributes, which anything can drive."""
     return any(getattr(n, "object", None) or n.type == "ATTRIBUTE" for n in tree.nodes)
 
 
 def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """Return the powers of the lamps that light groups can separate, and those of all others.
+    """Return the powers of lamps that light groups can separate, and the powers of all other lamps.
 
     A lamp can be separated if all objects that use its data are among `shown`, the objects that the
     viewport shows. The data of a lamp in a collection instance have another user.
@@ -669,7 +669,10 @@ def powers(shown: Sequence[Any]) -> tuple[list[Any], list[Any]]:
 
 
 def tint_of(data: Any) -> NDArray[np.float64]:
-    """Return the factors (3,) by which colour, temperature and exposure multiply the energy."""
+    """Return the RGB factors (3,) by which a lamp's colour settings multiply its energy.
+
+    They are for colour, exposure and colour temperature.
+    """
     tint = np.array(data.color, np.float64) * 2.0 ** getattr(data, "exposure", 0.0)
     return tint * np.array(data.temperature_color) if getattr(data, "use_temperature", 0) else tint
 
@@ -687,7 +690,7 @@ def names_looked_up(tree: Any) -> set[str]:
 
 
 def looked_up(name: str, view_layer: Any) -> Any:
-    """Return the value of an attribute of type View Layer, as nodes read it, or None.
+    """Return the value of an attribute of type View Layer, as nodes read it; None if there is none.
 
     It is a property of the view layer, the scene or the world.
     """

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find a door leaf's motion and its free upper corner, from its keyframes or its shape."""
+"""Find the motion of a door leaf, and its free upper corner, by its keyframes or its shape.
+
+A *leaf* is the part of a door that moves.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,7 @@ class Opening:
     way
         The displacement of the middle of the leaf.
     pivot
-        The point about which the leaf turns; None for a sliding leaf.
+        The point about which the leaf rotates; None for a sliding leaf.
     turn
         Its rotation about Z, in radians.
     """
@@ -52,7 +55,7 @@ class Opening:
 
 @dataclass(frozen=True)
 class Leaf:
-    """A closed leaf, in Blender units. All directions are unit vectors.
+    """A closed door leaf, in Blender units. All directions are unit vectors.
 
     Attributes
     ----------
@@ -67,7 +70,7 @@ class Leaf:
     hand
         LEFT or RIGHT: the side of the hinge, seen from the side to which the leaf opens.
     guessed
-        Whether neither the keyframes nor the origin show the hand.
+        Whether `hand` is a guess, since neither the keyframes nor the origin show it.
     pivot
         A point on the axis of the hinge; None for a sliding leaf or an unknown axis.
     opening
@@ -95,7 +98,7 @@ class Leaf:
 
 
 def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[list[Leaf]]:
-    """Return the leaves that an object may be, the most likely ones first.
+    """Return the possible descriptions of a door leaf as `Leaf`, the most likely ones first.
 
     Leaves in the same inner list are equally likely: they are one leaf, seen from both sides.
 
@@ -155,9 +158,10 @@ def leaves_of(obj: Any, motion: str, shutting: Matrix | None = None) -> list[lis
 
 
 def shutting_of(obj: Any) -> Matrix:
-    """Return the matrix from a leaf's present pose to that of its first keyframe.
+    """Return the matrix that moves a leaf from its present pose to its closed pose.
 
-    The first keyframe counts as closed. Without keyframes the result is the unit matrix.
+    The pose at the first keyframe counts as closed. Without keyframes the result is the unit
+    matrix.
     """
     for owner in _chain(obj):
         bases = _keyed_bases(owner)
@@ -168,7 +172,7 @@ def shutting_of(obj: Any) -> Matrix:
 
 
 def _leaf_box(obj: Any, shutting: Matrix) -> tuple[Vector, Vector, Vector, Vector]:
-    """Return the leaf's box: its middle, and its width, thickness and height as vectors."""
+    """Return the middle of the leaf's box, and its width, thickness and height as vectors."""
     corners = [Vector(c) for c in obj.bound_box]
     low = Vector([min(c[i] for c in corners) for i in range(3)])
     high = Vector([max(c[i] for c in corners) for i in range(3)])
@@ -190,10 +194,7 @@ def _chain(obj: Any) -> list[Any]:
 
 
 def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: float) -> Vector | None:
-    """Return the origin of the leaf, or of a parent, that lies at an edge of the leaf.
-
-    Return None if there is no such origin, as for a box with the origin in its middle.
-    """
+    """Return the origin of the leaf or of a parent that lies at an edge of the leaf; else None."""
     for owner in _chain(obj):
         origin = shutting @ owner.matrix_world.translation
         away = abs((middle - origin).dot(edge)) / width
@@ -203,9 +204,9 @@ def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: floa
 
 
 def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Opening | None:
-    """Return the motion to the keyframe that is farthest from the closed pose; None without one.
+    """Return the motion from the closed pose to the keyframe farthest from that pose; else None.
 
-    The keyframes are those of the leaf or of a parent.
+    The keyframes are those of the leaf or of a parent. The result is None if none moves the leaf.
     """
     best: Opening | None = None
     back = shutting.inverted()

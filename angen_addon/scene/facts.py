@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """List all settings of a datablock as plain values that are equal in every session: its *facts*.
 
-The facts follow the properties that Blender declares (RNA), so that new modifiers and nodes need no
-code here. They leave out properties of the interface, values that Blender computes, and the outputs
+The properties are those that Blender declares (RNA), so that new modifiers and nodes need no code
+here. The facts leave out properties of the interface, values that Blender computes, and the outputs
 of sensors. They have keyframes and drivers in place of the values that these set.
 """
 
@@ -91,7 +91,7 @@ def facts_of(datablock: Any) -> Facts:
 
 
 def facts_without(obj: Any, name: str) -> Facts:
-    """Return the facts of an object without its property `name`."""
+    """Return the settings of an object in the form of `facts_of`, without its property `name`."""
     return _object_facts(obj, frozenset((name,)))
 
 
@@ -114,13 +114,13 @@ def _properties_of_other_kinds(struct: Any) -> frozenset[str]:
 def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Facts:
     """Return the values of an evaluated datablock as keyframes and drivers set them at this frame.
 
-    Properties named in `without` are left out.
+    The properties named in `without` are left out.
     """
     return _Walk(evaluated, present=True)._struct(evaluated, 0, without)
 
 
 class _Walk:
-    """One pass over a datablock and the datablocks embedded in it.
+    """Lists the settings of a datablock and of the datablocks embedded in it.
 
     With `present`, it reads the present values of animated properties, and skips some properties
     that do not change with the frame.
@@ -133,7 +133,6 @@ class _Walk:
         self._set_by_animation = {} if present else dict(set_by_animation(datablock))
 
     def facts(self, without: frozenset[str] = frozenset()) -> Facts:
-        """Return the facts of the datablock. Properties named in `without` are left out."""
         if self._present:
             return self._struct(self._id, 0)
         return [animation_facts(self._id), self._struct(self._id, 0, without)]
@@ -166,14 +165,7 @@ class _Walk:
     def _masked(self, pointer: int, name: str, value: Any) -> Any:
         """Return a value as plain numbers, with None in place of numbers that animation sets.
 
-        Parameters
-        ----------
-        pointer
-            The address of the struct that has the property.
-        name
-            The name of the property.
-        value
-            Its value.
+        `pointer` is the address of the struct that has the property `name`.
         """
         found = plain(value)
         animated = self._set_by_animation.get((pointer, name)) if self._set_by_animation else None
@@ -220,15 +212,13 @@ class _Walk:
 
 
 def _as_saved(value: Any) -> Any:
-    """Return the value as it is after saving and loading, which turn booleans into numbers."""
+    """Return a value as it is after saving and loading, which turn booleans into numbers."""
     return int(value) if isinstance(value, bool) else value
 
 
 def _file_facts(struct: Any, path: Any, library: Any) -> Facts:
-    """Return name and size of the file at a path; size -1 if there is no such file.
-
-    The folder is not compared, since Save As rewrites relative paths.
-    """
+    """Return the name and size of the file at a path; the size is -1 if there is no such file."""
+    # The folder is not compared, since Save As rewrites relative paths.
     name = re.split(r"[/\\]", path.rstrip("/\\"))[-1]
     packed = getattr(struct, "packed_file", None)
     if packed is not None:
@@ -268,7 +258,7 @@ def forget_types() -> None:
 
 
 def _reading_plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str], ...]:
-    """Return `_reading_plan` of the type of an RNA struct.
+    """Return `_reading_plan` for the type of an RNA struct.
 
     The plan is not cached for the inputs of a nodes modifier (Blender 5.2), since their properties
     change with its node group.
@@ -281,7 +271,6 @@ def _reading_plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str
 # One answer a type; without it 4 µs more a struct.
 @cache
 def _has_custom(cls: Any) -> bool:
-    """Return whether the custom properties of a type are read."""
     return issubclass(
         cls, (bpy.types.ID, bpy.types.Bone, bpy.types.PoseBone, bpy.types.NodesModifier)
     )
@@ -290,9 +279,10 @@ def _has_custom(cls: Any) -> bool:
 # One plan a type, until the add-on is switched off; without it 0.1 ms more a datablock.
 @cache
 def _reading_plan(cls: Any, present: bool) -> tuple[tuple[str, str], ...]:
-    """Return the properties of a type to read: name, and VALUE, FILE, POINTER or ITEMS.
+    """Return the properties to read of a type: pairs of a name and how to read it.
 
-    With `present`, properties that describe the type of a node are left out.
+    The second item is VALUE, FILE, POINTER or ITEMS. With `present`, properties that describe the
+    type of a node are left out.
     """
     plan = []
     on_screen = any(base.__name__ in ON_SCREEN for base in cls.__mro__)
@@ -331,12 +321,15 @@ def _points(items: Any, count: int, fields: tuple[str, ...]) -> Facts:
 
 
 def part_facts(datablock: Any, part: Any) -> Any:
-    """Return the facts of a part of a datablock, such as a scene's rigid-body world."""
+    """Return the settings of a struct within a datablock, in the form of `facts_of`."""
     return _Walk(datablock)._pointer(part, 0)
 
 
 def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
-    """Return the facts of the properties `names` of `part`: a datablock, or a struct within it."""
+    """Return the values of the properties `names` of `part`: a datablock, or a struct within it.
+
+    Animated values are None.
+    """
     walk = _Walk(datablock)
     pointer = part.as_pointer()
     return [walk._masked(pointer, name, getattr(part, name)) for name in names]
@@ -351,7 +344,7 @@ def custom_facts(datablock: Any, present: bool = False) -> Facts:
 
 
 def animation_facts(datablock: Any) -> Facts:
-    """Return the keyframes, drivers and NLA strips of a datablock; sensors' outputs are left out.
+    """Return the keyframes, drivers and NLA strips of a datablock, except on sensors' outputs.
 
     The list is empty without animation.
     """
@@ -418,7 +411,7 @@ def _driver(curve: Any) -> Facts:
 
 
 def mesh_facts(mesh: Any) -> Facts:
-    """Return materials, vertices, faces and all attributes of a mesh.
+    """Return the materials, vertices, faces and all attributes of a mesh.
 
     In Edit Mode, Blender gives no access to a mesh: the list is then `["is edited"]`.
     """
@@ -438,10 +431,10 @@ def mesh_facts(mesh: Any) -> Facts:
 
 
 def corners_and_faces(mesh: Any) -> Facts:
-    """Return digests of four arrays of a mesh.
+    """Return the digests of four arrays of a mesh.
 
-    These are the vertices' positions, the vertex of each corner, the first corner of each face, and
-    the material index of each face.
+    These are the positions of the vertices and the vertex of each face corner; and the first corner
+    and the material index of each face.
     """
     # Attributes are copied as whole arrays; item by item takes 50 times as long.
     found: Facts = [
@@ -459,7 +452,8 @@ def corners_and_faces(mesh: Any) -> Facts:
 
 
 def hashed(values: Any) -> str:
-    """Return the digest of a long array. As text, the array would take many times its memory."""
+    """Return the digest of a long array."""
+    # As text, the array would take many times its memory.
     return hashlib.blake2b(values, digest_size=16).hexdigest()
 
 
@@ -482,7 +476,7 @@ def _attribute(attribute: Any) -> Any:
 
 
 def weights_of(mesh: Any) -> Any:
-    """Return the vertex groups and weights of each vertex that is in any group."""
+    """Return the vertex groups and weights of the vertices in vertex groups."""
     return [
         [(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices if vertex.groups
     ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Replace choices of parameters that earlier versions of the extension wrote to the open file."""
+"""Replace enum values of parameters that earlier versions of the extension wrote to a file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .animation import played_curves
 def stored_settings(obj: Any) -> Any | None:
     """Return the settings of an object's sensor as the file stores them; None without a sensor.
 
-    In these settings, a choice (enum) is its number.
+    In these settings, an enum is the number of its item.
     """
     stored = getattr(obj, "bl_system_properties_get", None)
     groups = stored() if stored is not None else obj
@@ -23,9 +23,9 @@ def stored_settings(obj: Any) -> Any | None:
 
 
 def replace_former_choices() -> str:
-    """Replace former choices of parameters in all objects, linked ones included, and in keyframes.
+    """Replace enum values of earlier versions in all objects (also linked) and in keyframes.
 
-    Return a sentence about the replaced choices for the user; empty if there were none.
+    Return a sentence about the replaced values for the user; empty if there were none.
     """
     found: list[tuple[str, str, FormerChoice]] = []
     for obj in bpy.data.objects:
@@ -50,17 +50,7 @@ def replace_former_choices() -> str:
 
 
 def _replace_keys(obj: Any, path: str, before: int, now: int) -> bool:
-    """Replace a value in the keyframes of a data path; return whether any had it.
-
-    Parameters
-    ----------
-    obj
-        The object.
-    path
-        The data path.
-    before, now
-        The number of the former choice, and of the present one.
-    """
+    """Replace a value in the keyframes of a data path; return whether any keyframe had it."""
     curves = [curve for curve in played_curves(obj) if curve.data_path == path]
     keys = [key for curve in curves for key in curve.keyframe_points if key.co.y == before]
     for key in keys:

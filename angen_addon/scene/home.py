@@ -23,7 +23,14 @@ from .sensors import unit_scale
 class SolidSurface:
     """The surface of a solid, in the world.
 
-    It has points (n, 3) in m, and triangles (m, 3) that face outwards.
+    Attributes
+    ----------
+    solid
+        The solid: a visible object or instance.
+    points
+        Points (n, 3), in m.
+    triangles
+        Point indices (m, 3) of the triangles, which face outwards.
     """
 
     solid: Solid
@@ -32,7 +39,7 @@ class SolidSurface:
 
 
 class EvaluatedHome:
-    """The scene as a depsgraph has evaluated it.
+    """An evaluated scene in metres, at one frame.
 
     Attributes
     ----------
@@ -55,7 +62,7 @@ class EvaluatedHome:
         self.rows = np.arange(len(solids.solids))
 
     def part(self, wanted: Callable[[Solid], bool]) -> EvaluatedHome:
-        """Return the same home, in which `rows` has only the solids that `wanted` accepts."""
+        """Return a copy in which `rows` has only the solids that the function `wanted` accepts."""
         found, solids = copy(self), self.caster.solids.solids
         found.rows = np.array([row for row in self.rows.tolist() if wanted(solids[row])], np.intp)
         return found
@@ -68,7 +75,7 @@ class EvaluatedHome:
         Parameters
         ----------
         sensor
-            Session uid of the sensor; its own solids are left out.
+            Session uid of the sensor; rays pass through the solids that belong to it.
         bundle
             Number of the bundle of rays.
         origins

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find objects in collection instances: their places, and the sensors that they belong to.
+"""Find objects in collection instances: their world matrices, and the sensors that own them.
 
 A *holder* is an object that instances a collection. Holders are listed from the outermost inwards.
 The *path* of an object in an instance is a tuple of session uids. The uid of the object comes
@@ -23,12 +23,15 @@ UNUSED_LEVEL = 2**31 - 1
 
 
 def is_sensor(obj: Any) -> bool:
-    """Return whether an object, or None, is a sensor."""
+    """Return whether an object is a sensor; False for None."""
     return obj is not None and obj.angen_sensor.kind != NO_KIND
 
 
 def uid_of(obj: Any, holders: Holders) -> Uid:
-    """Return the unique identifier of an object: its session uid, or in an instance its path."""
+    """Return the identifier of an object: its session uid, or in a collection instance its path.
+
+    `holders` are the objects that instance its collections, from the outermost inwards.
+    """
     if not holders:
         return int(obj.session_uid)
     return (obj.session_uid, *(holder.session_uid for holder in reversed(holders)))
@@ -40,12 +43,19 @@ def is_holder(obj: Any) -> bool:
 
 
 def matrix_of(obj: Any, holders: Holders, depsgraph: Any) -> Matrix:
-    """Return the evaluated world matrix of an object in an instance."""
+    """Return the evaluated world matrix of an object in a collection instance.
+
+    `holders` are the objects that instance its collections, from the outermost inwards.
+    """
     return within(obj.evaluated_get(depsgraph).matrix_world, holders, depsgraph)
 
 
 def within(matrix: Matrix, holders: Holders, depsgraph: Any) -> Matrix:
-    """Return the world matrix of an object in an instance, from its matrix in the collection."""
+    """Return the world matrix of an object in a collection instance.
+
+    `matrix` is its matrix in the collection. `holders` are the objects that instance its
+    collections, from the outermost inwards.
+    """
     for holder in reversed(holders):
         evaluated = holder.evaluated_get(depsgraph)
         offset = Matrix.Translation(-evaluated.instance_collection.instance_offset)
@@ -56,14 +66,18 @@ def within(matrix: Matrix, holders: Holders, depsgraph: Any) -> Matrix:
 class SensorFinder:
     """Finds sensors in instanced collections, and searches each collection only once.
 
-    Collections may change: make a new finder for each search.
+    Make a new finder for each search, since collections may change.
     """
 
     def __init__(self) -> None:
         self._known: dict[Any, tuple[list[Any], list[Any]]] = {}
 
     def sensors_in(self, holder: Any) -> Iterator[tuple[Any, Holders]]:
-        """Yield the sensors in a holder's collection, each with its holders."""
+        """Yield pairs of a sensor in a holder's collection, and the holders that instance it.
+
+        A holder is an object that instances a collection. The holders are listed from the outermost
+        inwards.
+        """
         yield from self._walk((holder,))
 
     def _walk(self, holders: Holders) -> Iterator[tuple[Any, Holders]]:
@@ -76,7 +90,6 @@ class SensorFinder:
                 yield from self._walk((*holders, holder))
 
     def _sensors_and_holders(self, collection: Any) -> tuple[list[Any], list[Any]]:
-        """Return the sensors and the holders among the objects of a collection."""
         if collection not in self._known:
             shown = shown_in(collection)
             self._known[collection] = (
@@ -112,7 +125,7 @@ def with_instanced(view_layer: Any) -> Iterator[tuple[Any, Any]]:
     Yields
     ------
     tuple
-        The object; and the object of the view layer that shows it: the same one, or a holder.
+        The object; and the object of the view layer that shows it: itself, or a holder.
     """
     looked: set[Any] = set()
     for obj in view_layer.objects:
@@ -130,7 +143,10 @@ def _instanced(obj: Any, looked: set[Any]) -> Iterator[Any]:
 
 
 def parts_of_instances(holders: Iterable[Any]) -> Iterator[int]:
-    """Yield the session uids of holders and of all objects in their collections, at any depth."""
+    """Yield the session uids of the objects `holders`, and of all objects that they instance.
+
+    Nested instances are included.
+    """
     looked: set[Any] = set()
     left = list(holders)
     while left:
@@ -142,9 +158,9 @@ def parts_of_instances(holders: Iterable[Any]) -> Iterator[int]:
 
 
 def housed_by(obj: Any) -> Any:
-    """Return the sensor whose housing an object is, or None.
+    """Return the sensor whose housing (visible body) an object is; None for any other object.
 
-    A housing is a descendant of a sensor whose own object has no faces, such as an empty.
+    A housing is a child, at any depth, of a sensor object without faces, such as an empty.
     """
     if obj is None or is_sensor(obj):
         return None
@@ -155,22 +171,25 @@ def housed_by(obj: Any) -> Any:
 
 
 def stands_for(obj: Any) -> Any:
-    """Return the sensor whose housing an object is; for any other object or None, return that."""
+    """Return the sensor whose housing (visible body) an object is, or else the object itself."""
     return housed_by(obj) or obj
 
 
 class Paths:
-    """Finds the sensors to which surfaces in instances belong, for one pass over the instances."""
+    """Finds the sensors to which instances belong.
+
+    Make a new object for each pass over `depsgraph.object_instances`.
+    """
 
     def __init__(self) -> None:
         # The objects of each collection, each with the sensors that it is or hangs on.
         self._contents: dict[Any, list[tuple[Any, list[Any]]]] = {}
 
     def owners(self, instance: Any) -> frozenset[Uid]:
-        """Return the paths of the sensors to which an instance belongs within its collections.
+        """Return the identifiers of the sensors to which an instance belongs.
 
-        The object of the instance is such a sensor, or a parent is. The same goes for each holder
-        around it except the outermost, which is in no collection instance.
+        It belongs to a sensor if the sensor is its object or a parent of its object. The same goes
+        for the objects that instance its collections, except for the outermost.
         """
         indices = [i for i in instance.persistent_id if i != UNUSED_LEVEL]
         holders: list[Any] = [instance.parent.original]
@@ -191,7 +210,7 @@ class Paths:
     def _all_objects(self, collection: Any) -> list[tuple[Any, list[Any]]]:
         """Return the objects of a collection in the order in which `persistent_id` counts them.
 
-        With each object comes the list of sensors among the object and its parents.
+        Each is in a pair with a list of the sensors among the object and its parents.
         """
         if collection not in self._contents:
             self._contents[collection] = [
@@ -202,7 +221,7 @@ class Paths:
 
 
 def chain(obj: Any) -> Iterator[Any]:
-    """Yield the object, its parent, and so on up to an object without a parent."""
+    """Yield an object, its parent, and so on up to the topmost parent."""
     seen = set()
     while obj is not None and obj.session_uid not in seen:
         seen.add(obj.session_uid)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Groups of properties with lengths in metres, for scenes with any unit.
 
-Blender takes a property with a length as Blender units, and shows it times the scene's unit scale.
-So each length in metres has a second property beside it, for the same length in Blender units. If
-the scene's unit is not the metre, panels draw the second one. It stores nothing: keyframes,
-drivers, presets and files have the metres.
+Blender takes a length property as Blender units, and shows it times the scene's unit scale. So each
+length in metres has a second property for the same length in Blender units. If the scene's unit is
+not the metre, panels draw the second one. It stores nothing: keyframes, drivers, presets and files
+have the metres.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ SUBTYPES = {"m": "DISTANCE", "rad": "ANGLE", "s": "TIME_ABSOLUTE"}
 
 
 def with_unit(label: str, unit: str, scene: Any = None) -> str:
-    """Return a label with its unit, unless Blender shows the unit in the field.
+    """Return a label with its unit, or without one if Blender shows the unit in the field.
 
-    In a scene without units, Blender shows no unit but that of angles.
+    In a scene without units, Blender shows only the unit of angles.
     """
     shown = ("rad",) if scene is not None and scene.unit_settings.system == "NONE" else SUBTYPES
     return label if unit in ("", READING, *shown) else f"{label} ({unit})"
@@ -58,12 +58,12 @@ SUFFIX = "_in_units"
 
 
 def in_units(name: str) -> str:
-    """Return the name of the property in Blender units that belongs to the metres in `name`."""
+    """Return the name of the property in Blender units that goes with `name`, which has metres."""
     return name + SUFFIX
 
 
 def property_group(name: str, properties: dict[str, Any], **common: Any) -> type:
-    """Return a class of properties. Each property gets the arguments `common` too.
+    """Return a property group class. Each property gets the arguments `common` too.
 
     Each length also gets a second property, in Blender units.
     """

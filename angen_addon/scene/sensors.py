@@ -30,7 +30,7 @@ from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_
 
 
 class NotPlaced(AngenError):
-    """Raised if the place of an object is unknown.
+    """Raised if the world matrix of an object is unknown.
 
     `problem` names the object and the reason, and `mend` is the remedy.
     """
@@ -72,7 +72,7 @@ def placed_matrix(obj: Any, depsgraph: Any, instanced: bool = False) -> Matrix:
     Raises
     ------
     NotPlaced
-        If the place is unknown.
+        If the matrix is unknown.
     """
     gone = not (instanced or is_placed(obj, depsgraph))
     if gone and obj not in depsgraph.view_layer.objects.values():
@@ -107,20 +107,20 @@ def room_of(obj: Any) -> str:
 
 
 def noted_room(obj: Any) -> str:
-    """Return the room of a marked place or of a sensor, from its settings; empty if none is set."""
+    """Return the room set on a place or sensor; empty if none is set."""
     return str(obj.angen_place.room) or room_of(obj)
 
 
 def assigned_room(obj: Any, known: Iterable[str]) -> str:
-    """Return the room of a sensor or place: its own, or that of a collection around it.
+    """Return the room set on a sensor or place, or else that of a collection around it.
 
-    The result is empty if neither is set. `known` are the names of rooms that collections may have.
+    The result is empty if there is none. `known` are the room names that a collection may have.
     """
     return noted_room(obj) or room_of_collections(obj, known)
 
 
 def room_of_collections(obj: Any, known: Iterable[str]) -> str:
-    """Return the room after which a collection around the object is named; empty without one.
+    """Return the room after which a collection around the object is named; empty if there is none.
 
     Only names in `known` count. Of nested collections, the innermost counts.
     """
@@ -155,8 +155,8 @@ class Sensor:
     object
         The object of the sensor.
     holders
-        The objects that instance its collections, from the outermost inwards; empty for a sensor
-        that is in no instance.
+        The objects that instance the sensor's collections, from the outermost inwards; empty for a
+        sensor that is in no instance.
     """
 
     name: str
@@ -176,12 +176,12 @@ class Sensor:
 
     @property
     def name_now(self) -> str:
-        """The present name. In a collection instance it begins with the names of the holders."""
+        """The present name, after the names of the objects that instance the sensor."""
         return "/".join(part.name for part in (*self.holders, self.object))
 
     @property
     def handle(self) -> Any:
-        """The object that a user selects to select the sensor: its own, or its outermost holder."""
+        """The object to select for the sensor: its own, or the outermost that instances it."""
         return self.holders[0] if self.holders else self.object
 
     def world_matrix(self, depsgraph: Any) -> Any:
@@ -194,12 +194,12 @@ class Sensor:
         return self.settings_in(self.object)
 
     def settings_in(self, obj: Any) -> Any:
-        """Return the settings as animation sets them; `obj` is the sensor's evaluated object."""
+        """Return the settings at the present frame; `obj` is the sensor's evaluated object."""
         return (obj if self.settings_of is None else self.settings_of).angen_sensor
 
     @property
     def room(self) -> str:
-        """The room that the user gave the sensor, or else that of a holder; empty without one."""
+        """The room set on the sensor, or else on an object that instances it; or empty."""
         return next(filter(None, map(room_of, (self.object, *reversed(self.holders)))), "")
 
     @property
@@ -208,17 +208,17 @@ class Sensor:
         return self.parameters_in(self.object)
 
     def parameters_in(self, obj: Any) -> Any:
-        """Return the parameters as animation sets them; `obj` is the sensor's evaluated object."""
+        """Return the parameters at the present frame; `obj` is the sensor's evaluated object."""
         return getattr(self.settings_in(obj), self.kind.attribute)
 
     @property
     def reading(self) -> Field:
-        """The field that the property `value` of the sensor's object shows."""
+        """The field that the sensor's property `value` shows."""
         return self.kind.reading(self.parameters)
 
     @property
     def selected(self) -> bool:
-        """Whether the sensor's object, or its outermost holder, is selected."""
+        """Whether the object `handle` is selected."""
         return bool(self.handle.select_get())
 
     @property
@@ -246,7 +246,11 @@ def all_sensors(view_layer: Any) -> list[Sensor]:
 
 
 def sensor_of(obj: Any, holders: Holders = ()) -> Sensor:
-    """Return the sensor of an object; with holders, the sensor in that collection instance."""
+    """Return the sensor of an object.
+
+    For a sensor in a collection instance, `holders` are the objects that instance its collections,
+    from the outermost inwards.
+    """
     sensor = Sensor("", KINDS[obj.angen_sensor.kind], obj, holders)
     return replace(sensor, name=sensor.name_now)
 
@@ -278,7 +282,7 @@ def check_names(sensors: list[Sensor]) -> None:
 def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
     """Raise `AngenError` if the settings of a sensor are invalid.
 
-    The message gives lengths in the unit `lengths`.
+    `lengths` is the unit of lengths in the message.
     """
     rate = decimal(sensor.settings.update_rate)
     if not 0.0 < rate < float("inf"):
@@ -287,7 +291,7 @@ def check(sensor: Sensor, lengths: Lengths = METRES) -> None:
 
 
 def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) -> Any:
-    """Return the parameters of a sensor after a check.
+    """Return the checked parameters of a sensor.
 
     Parameters
     ----------
@@ -322,7 +326,7 @@ def read_parameters(sensor: Sensor, settings: Any, lengths: Lengths = METRES) ->
 def _parameter_reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list[tuple[int, str]]]:
     """Return a function that reads all parameters of a kind, and the list of its pointers.
 
-    A pointer is given by its index among the parameters, and the type of datablock.
+    A pointer is the index of a parameter that refers to a datablock, and the datablock's type.
     """
     known = specs(KINDS[kind].parameters)
     pointers = [(i, spec.pointer) for i, spec in enumerate(known.values()) if spec.pointer]
@@ -333,7 +337,7 @@ def _parameter_reader(kind: str) -> tuple[Callable[[Any], tuple[Any, ...]], list
 
 
 def pointed_at(value: Any, kind: str) -> str:
-    """Return the value of a parameter that points to a datablock.
+    """Return the text that stands for a datablock among a sensor's parameters.
 
     It is the content of a text datablock, and the name of any other.
     """
@@ -341,7 +345,7 @@ def pointed_at(value: Any, kind: str) -> str:
 
 
 def report_steps(sensor: Sensor) -> dict[str, float]:
-    """Return for each field the smallest change for which the event log gets a row."""
+    """Return, by field, the smallest change that gives a row in the event log."""
     parameters = read_parameters(sensor, sensor.settings)
     return {f.name: getattr(parameters, f.step) for f in sensor.kind.events if f.step}
 
@@ -360,19 +364,19 @@ def _checked(kind: str, values: tuple[Any, ...]) -> tuple[Parameters, bool]:
 
 
 def decimal(value: float) -> float:
-    """Return the number that the user typed: Blender stores 0.05 as 0.0500000007."""
+    """Return a single-precision value as the user typed it: Blender stores 0.05 as 0.0500000007."""
     return float(f"{value:.7g}")
 
 
 def is_evaluated(sensor: Sensor, depsgraph: Any) -> bool:
-    """Return whether Blender evaluates the sensor; if not, its place is unknown."""
+    """Return whether Blender evaluates the sensor's object, so that its world matrix is valid."""
     # In an instance, Blender also evaluates objects that it does not show.
     inner = (sensor.object, *sensor.holders[1:]) if sensor.holders else ()
     return not any(part.hide_viewport for part in inner) and is_placed(sensor.handle, depsgraph)
 
 
 def check_evaluated(sensor: Sensor, depsgraph: Any) -> None:
-    """Raise `AngenError` if Blender does not evaluate the sensor, so that its place is unknown."""
+    """Raise `AngenError` if Blender does not evaluate the sensor's object."""
     if not is_evaluated(sensor, depsgraph):
         raise AngenError(
             f"'{sensor.name}': it is disabled in viewports, so Blender does not place it: "

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find what may change with time without keyframes: modifiers, nodes, physics, films.
+"""Find modifiers, nodes, physics and films whose result may change with time without keyframes.
 
-The tables list what cannot change. Everything else counts as changing, also types that later
-versions of Blender add.
+The tables list the types that cannot change. All other types count as changing, including types
+that later versions of Blender add.
 """
 
 from __future__ import annotations
@@ -58,15 +58,16 @@ PURE_NAMES = {
 
 
 def timed_modifiers(obj: Any) -> Iterator[Any]:
-    """Return the modifiers of an object whose result may depend on the frame.
+    """Yield the modifiers of an object whose result may depend on the frame.
 
-    Modifiers with geometry nodes are left out, since their nodes decide.
+    Modifiers with geometry nodes are left out: `is_timed_node` says whether their nodes depend on
+    it.
     """
     return (one for one in obj.modifiers if one.type not in TIMELESS_MODIFIERS)
 
 
 def timed_constraints(obj: Any) -> Iterator[Any]:
-    """Return the constraints of an object and its bones whose result may depend on the frame."""
+    """Yield the constraints of an object and its bones whose result may depend on the frame."""
     bones = obj.pose.bones if obj.pose else ()
     every = (*obj.constraints, *(one for bone in bones for one in bone.constraints))
     return (one for one in every if one.type not in TIMELESS_CONSTRAINTS)
@@ -79,7 +80,7 @@ def is_timed_node(node: Any) -> bool:
 
 
 def has_node(tree: Any, wanted: Callable[[Any], bool], seen: frozenset[str] = frozenset()) -> bool:
-    """Return whether a node tree, or a group in it, has a node that `wanted` accepts.
+    """Return whether a node tree, or a group in it, has a node that the function `wanted` accepts.
 
     `seen` has the names of the trees around this one, which are not searched again.
     """
@@ -107,7 +108,7 @@ def may_follow_frame(obj: Any) -> bool:
 def is_simulated(modifier: Any) -> bool:
     """Return whether the result of a modifier depends on earlier frames.
 
-    It does for physics, and for simulation zones in geometry nodes or their groups.
+    That is so for physics, and for simulation zones in geometry nodes or their groups.
     """
     return modifier.type in SIMULATED_MODIFIERS or has_node(
         getattr(modifier, "node_group", None),
@@ -143,7 +144,7 @@ def films(tree: Any) -> list[Any]:
 
 
 def has_stiff_films() -> bool:
-    """Return whether any node shows a film without Auto Refresh, which stands still in Cycles."""
+    """Return whether any node shows a film without Auto Refresh, which Cycles does not advance."""
     data = bpy.data
     owners = [*data.materials, *data.lights, *data.worlds]
     trees = [*data.node_groups, *(o.node_tree for o in owners if o.node_tree)]
@@ -151,7 +152,7 @@ def has_stiff_films() -> bool:
 
 
 def reasons(scene: Any, shading: bool) -> Iterator[str]:
-    """Yield texts about what may change from frame to frame without keyframes and drivers.
+    """Yield a text about each thing that may change with the frame without being animated.
 
     With `shading`, lamps, materials and worlds count too.
     """
@@ -178,10 +179,7 @@ def is_timeless_driver(driver: Any) -> bool:
 
 
 def _timed_objects() -> Iterator[str]:
-    """Yield texts about objects that may change from frame to frame.
-
-    The reasons are modifiers, constraints, bones and drawings. Rigid bodies are left out.
-    """
+    """Yield a text for each object that modifiers, constraints, bones or drawings may change."""
     for obj in bpy.data.objects:
         for modifier in timed_modifiers(obj):
             yield f"'{obj.name}' has a modifier that may follow the frame ({modifier.name})"
@@ -197,7 +195,6 @@ def _timed_objects() -> Iterator[str]:
 
 
 def _simulated_bodies(scene: Any) -> Iterator[str]:
-    """Yield texts about the rigid bodies that the simulation moves."""
     world = scene.rigidbody_world
     for obj in world.collection.objects if world and world.enabled and world.collection else ():
         if obj.rigid_body is not None and obj.rigid_body.type == "ACTIVE":
@@ -205,7 +202,6 @@ def _simulated_bodies(scene: Any) -> Iterator[str]:
 
 
 def _timed_nodes(shading: bool) -> Iterator[str]:
-    """Yield texts about the nodes whose result may depend on the frame."""
     owners = [
         *bpy.data.textures,
         *((*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights) if shading else ()),
@@ -222,7 +218,7 @@ def _timed_nodes(shading: bool) -> Iterator[str]:
 
 
 def _changing_images(shading: bool) -> Iterator[str]:
-    """Yield texts about the images, volumes and textures that change by themselves."""
+    """Yield a text for each image, volume and texture that changes without animation."""
     if (
         shading
         or bpy.data.textures

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read from the scene the bodies that press on pads: their shapes, motion and supports."""
+"""The bodies that press on pads of pressure sensors: their shapes, motion and supports."""

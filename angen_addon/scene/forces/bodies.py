@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bodies that can press on pads: rigid bodies, animated bodies with a mass, and pads.
+"""The bodies that can press on pads of pressure sensors.
 
-A body is identified by a *key*, which is a tuple of integers as in `Solid.key`.
+These are rigid bodies, animated bodies with a mass, and the pads themselves. A tuple of integers
+identifies a body: its *key*, as in `Solid.key`.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ FRICTION = 0.7
 
 @dataclass(frozen=True)
 class BodySettings:
-    """The settings of a body at one frame.
+    """The physical settings of a body at one frame.
 
     Attributes
     ----------
     load_mass
-        The mass as a load (Weight on Sensors), in kg.
+        The mass from the panel Weight on Sensors, in kg.
     simulated
         Whether the physics engine moves the body.
     mass
@@ -52,7 +53,7 @@ class BodySettings:
 
 
 def read_settings(evaluated: Any) -> BodySettings:
-    """Return the settings of an evaluated object that is a body."""
+    """Return the physical settings of an evaluated object."""
     load = float(evaluated.angen_load.mass)
     body = evaluated.rigid_body
     if body is None:
@@ -86,7 +87,7 @@ MARGIN = 0.05
 
 
 class Pad(NamedTuple):
-    """A pad.
+    """The surface of a pressure sensor.
 
     Attributes
     ----------
@@ -106,11 +107,11 @@ class ContactBody:
     Attributes
     ----------
     key
-        Identifies the body.
+        The tuple of integers that identifies the body.
     original
         The object in the file with the settings of the body.
     rigid, pad, animated
-        Which of the three the body is.
+        Whether the body is a rigid body, a pad, or an animated body with a mass.
     solids
         The solids of an animated body, or of a pad without physics.
     owner
@@ -120,7 +121,7 @@ class ContactBody:
     objects
         The session uids of all objects that make up the body.
     middle, half
-        The middle and half size (3,) of its shapes, in its own space without scale.
+        The middle and half size (3,) of the body's shapes, in its own space without scale.
     """
 
     def __init__(self, key: Key, original: Any) -> None:
@@ -143,12 +144,12 @@ class ContactBody:
 
     @property
     def tolerance(self) -> float:
-        """The largest gap in m to its support, at which an animated body still stands on it."""
+        """The largest gap in m between an animated body and the support on which it stands."""
         return max(float(self.original.angen_load.tolerance), 1e-4)
 
     @property
     def loose_pad(self) -> bool:
-        """Whether it is a pad that neither physics nor keyframes nor a parent moves.
+        """Whether the body is a pad that neither physics nor keyframes nor a parent moves.
 
         Such a pad lies on the surface below it. It passes the weight that is on it to that surface.
         """
@@ -156,7 +157,7 @@ class ContactBody:
 
     @property
     def stiff(self) -> bool:
-        """Whether neither armatures nor shape keys bend it.
+        """Whether neither armatures nor shape keys bend the body.
 
         A body that bends counts as soft: its underside adapts to the surface below.
         """
@@ -167,12 +168,12 @@ class ContactBody:
 
     @property
     def weighs(self) -> bool:
-        """Whether it has a weight, because it is simulated, or animated with a mass."""
+        """Whether the body has a weight: it is simulated, or animated with a mass."""
         return self.animated or (self.rigid and is_simulated(self.original))
 
     @property
     def collides(self) -> bool:
-        """Whether the physics engine, or a pad's surface, gives it a collider."""
+        """Whether the body has a collider, as a rigid body or as a pad."""
         return self.rigid or self.pad
 
     def collider(self, depsgraph: Any, scale: Array, metres: float) -> Collider:
@@ -200,7 +201,7 @@ class ContactBody:
         return self._last[1]
 
     def is_closed(self, topologies: list[Any]) -> bool:
-        """Return whether each of its surfaces encloses a volume.
+        """Return whether each surface of the body encloses a volume.
 
         `topologies` has the triangles (n, 3) of each surface, as vertex indices.
         """
@@ -229,8 +230,8 @@ class ContactBodies:
     fields
         The objects with a force field.
     resting
-        Solids of active rigid bodies, each with its rigid body. Such a solid has no mass as a load,
-        so it weighs nothing unless physics moves it.
+        The solids of active rigid bodies, each with its object. Such a solid has no mass from the
+        panel Weight on Sensors, so it weighs nothing unless physics moves it.
     keys
         The keys in the order of `middle`, `half` and `even`.
     row
@@ -259,7 +260,7 @@ class ContactBodies:
         self._pad_uids: list[Uid] = []
 
     def sync(self, depsgraph: Any, solids: Solids, pads: Sequence[Pad]) -> bool:
-        """List the bodies again if the solids or the pads have changed; return whether it did."""
+        """List the bodies again if solids or pads have changed; return whether they have."""
         uids = [pad.uid for pad in pads]
         if solids.listing == self._listing and uids == self._pad_uids:
             return False
@@ -350,7 +351,7 @@ class ContactBodies:
                 key = solid.key
                 self.by_key[key].solids = [solid]
             if key is None:
-                key = next((found for found in _chain_keys(solid) if found in self.by_key), GROUND)
+                key = next((found for found in _keys_of(solid) if found in self.by_key), GROUND)
             self.of_solid[solid.number] = key
         for pad in pads:
             body = self.by_key[self.pads[pad.uid]]
@@ -363,7 +364,7 @@ class ContactBodies:
 
 
 def _key_of(pad: Pad, solids: Solids) -> Key:
-    """Return the key of a pad. In a collection instance it is the key of the pad's solid there."""
+    """Return the key of a pad. In a collection instance, it is the key of the pad's solid there."""
     if isinstance(pad.uid, int):
         return (pad.uid,)
     own = pad.original.session_uid
@@ -371,7 +372,7 @@ def _key_of(pad: Pad, solids: Solids) -> Key:
 
 
 def rigid_bodies(scene: Any) -> Iterator[Any]:
-    """Yield the objects that are rigid bodies, except the parts of a compound."""
+    """Yield the rigid bodies of a scene, except the parts of a compound."""
     world = scene.rigidbody_world
     if world is None or not world.enabled or world.collection is None:
         return
@@ -399,10 +400,10 @@ def fields_in(depsgraph: Any) -> list[Any]:
     ]
 
 
-def _chain_keys(solid: Solid) -> Iterator[Key]:
+def _keys_of(solid: Solid) -> Iterator[Key]:
     """Yield the keys that the body of a solid may have, nearest first.
 
-    They are the key of the solid, then those of its object and owner, each with all parents.
+    They are the keys of the solid, of its object and its owner, and of all parents of these two.
     """
     yield solid.key
     for obj in (*chain(solid.original), *chain(solid.owner)):
@@ -435,14 +436,13 @@ def _body_key(solid: Solid, heavy: Any, first_keys: dict[Key, Key]) -> Key:
 
 
 def _in_collection(solid: Solid) -> bool:
-    """Return whether a solid is part of an instanced collection."""
     return len(solid.key) > 1 and solid.owner.instance_type == "COLLECTION"
 
 
 def _instance_key(solid: Solid) -> Key:
     """Return a solid's key without the index of its object in the instanced collection.
 
-    The first item is still the object's uid. The rest is equal for all solids of one instance.
+    All items except the first, the object's uid, are equal for all solids of one instance.
     """
     return (*solid.key[:2], *solid.key[3:])
 

@@ -27,7 +27,7 @@ LEAST_EXTENT = 1e-6
 
 
 class Collider:
-    """The scaled shapes of one rigid body or pad, in its own space, before its pose is applied.
+    """The collision shapes of one rigid body or pad, scaled, in its own space.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Collider:
         return len(self.triangles) > 0
 
     def finish(self) -> None:
-        """Set the bounds and the inertia, once all shapes are added.
+        """Compute the bounds and the inertia. Call this once all shapes are added.
 
         For most shapes the physics engine uses the inertia of a box of the same size.
         """
@@ -82,7 +82,7 @@ class Collider:
         return self.meshy or len(self.shell) > 0
 
     def is_in_shell(self, place: Array, pose: Array) -> bool:
-        """Return whether a point (3,) in world space is inside the shell."""
+        """Return whether the point `place` (3,) is inside the shell at a pose (4, 4)."""
         if not len(self.shell) or len(self.convex) != 1:
             return False
         local = (place - pose[:3, 3]) @ pose[:3, :3]
@@ -115,7 +115,10 @@ class Collider:
 
 
 def box_inertia(size: Array) -> Array:
-    """Return the inertia (3,) of a box divided by its mass, in m²; `size` (3,) in m."""
+    """Return the inertia (3,) of a box divided by its mass, in m².
+
+    `size` (3,) are its edge lengths, in m.
+    """
     square = size**2
     return np.array([square[1] + square[2], square[0] + square[2], square[0] + square[1]]) / 12.0
 
@@ -132,7 +135,7 @@ def rigid_body_collider(depsgraph: Any, evaluated: Any, scale: Array, metres: fl
     scale
         The scale (3,) in its world matrix.
     metres
-        The length of a Blender unit.
+        The length of a Blender unit, in m.
     """
     collider = Collider()
     _add(collider, depsgraph, evaluated, np.eye(4), scale, metres)
@@ -198,9 +201,9 @@ def _add(
 
 
 def _child_place(child: Any, scale: Array) -> Array:
-    """Return the place and rotation (4, 4) of a compound's child in the space of the compound.
+    """Return the matrix (4, 4), without scale, of a compound's child in the space of the compound.
 
-    The matrix has no scale. The child's distance from the origin has the compound's `scale` (3,).
+    The compound's `scale` (3,) scales the child's distance from the origin.
     """
     place, turn, _ = child.matrix_local.decompose()
     matrix = np.array(turn.to_matrix().to_4x4(), np.float64)
@@ -243,9 +246,9 @@ def _round_inertia(kind: str, shape: Shape) -> Array:
 def _hull(evaluated: Any, body: Any, scale: Array, part: bool) -> Shape | None:
     """Return the convex hull as the physics engine uses it; it may lie outside the mesh.
 
-    The engine shrinks the hull by its margin, scales it, and adds the margin again. The margin that
-    is added has the least scale of the three axes. For a `part` of a compound it is not scaled. A
-    margin that the user set is not taken off first, so that it lies outside the hull.
+    The engine shrinks the hull by its margin, scales it, and adds the margin again. The added
+    margin is scaled by the least of the three scales, or not at all for a `part` of a compound. A
+    margin set by the user is added without the shrinking, so that the hull lies outside the mesh.
     """
     shape = convex_hull(np.unique(_triangles(evaluated).reshape(-1, 3), axis=0))
     if shape is None:
@@ -295,7 +298,6 @@ def convex_hull(points: Array) -> Shape | None:
 
 
 def _with_radius(shape: Shape, radius: float) -> Shape:
-    """Return a shape with the same core, rounded with another radius."""
     more = radius - shape.radius
     return replace(
         shape,
@@ -307,16 +309,12 @@ def _with_radius(shape: Shape, radius: float) -> Shape:
 
 
 def _triangles(evaluated: Any) -> Array:
-    """Return the triangles (n, 3, 3) of an object's surface, in its own space."""
     points, corners = triangles_of(evaluated)
     return points[corners]
 
 
 def _add_surface(collider: Collider, triangles: Array) -> None:
-    """Add a surface to a collider.
-
-    A convex surface is added as one convex shape, and any other as triangles.
-    """
+    """Add a surface to a collider: a convex one as one shape, any other as triangles."""
     if not len(triangles):
         return
     hull = convex_hull(np.unique(triangles.reshape(-1, 3), axis=0))
@@ -327,7 +325,6 @@ def _add_surface(collider: Collider, triangles: Array) -> None:
 
 
 def _is_convex(triangles: Array, hull: Shape) -> bool:
-    """Return whether all triangles lie on the faces of the convex hull of their points."""
     middles = triangles.mean(axis=1)
     depth = (hull.offsets - middles @ hull.normals.T).min(axis=1)
     return bool(depth.max() <= 1e-6 * float(np.linalg.norm(hull.hi - hull.lo)))
@@ -354,8 +351,8 @@ def read_constraint(
 ) -> tuple[Constraint, bool] | None:
     """Return the constraint of an object, and whether its two bodies may collide.
 
-    Return None for a constraint that holds nothing. A limit or a spring counts as holding, since
-    statics cannot separate its force from that of a contact.
+    Return None for a constraint that transmits no force. A limit or a spring counts as transmitting
+    one, since statics cannot separate its force from that of a contact.
 
     Parameters
     ----------
@@ -364,7 +361,7 @@ def read_constraint(
     known
         The keys of all bodies.
     metres
-        The length of a Blender unit.
+        The length of a Blender unit, in m.
     """
     settings = evaluated.rigid_body_constraint
     if not settings.enabled or settings.type not in HELD:
@@ -415,6 +412,6 @@ def _flag(settings: Any, name: str) -> bool:
 
 
 def _key(end: Any, known: set[Key]) -> Key | None:
-    """Return the key of an object that a constraint holds; None if it is no rigid body."""
+    """Return the key of an object that a constraint connects; None if it is no rigid body."""
     key = (end.original.session_uid,)
     return key if key in known else None

@@ -36,9 +36,9 @@ class FrameState:
     posed
         The surfaces of animated bodies and loose pads, by key.
     supports, settings
-        The supports and settings of the bodies near a pad that is due, by key.
+        The supports and settings of the bodies near a pad that publishes at this frame, by key.
     missing_mass
-        For each pad that is due, by key: why a weight may not reach it, or an empty text.
+        For each pad that publishes at this frame, by key: why a weight may not reach it, or "".
     """
 
     def __init__(

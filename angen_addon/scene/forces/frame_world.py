@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene at one frame, for the calculation of forces on pads.
+"""The contacts and loads of all bodies at one frame, from which the forces on pads are computed.
 
-It gives the contacts between bodies, and the load that each body requires for its motion. A `Node`
-is a body as this calculation uses it.
+The *required load* of a body is a force and a moment. The contacts of the body must add up to it,
+so that the body moves as it does. A `Node` is a body as this calculation uses it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ MOVING_MOMENT = 1e-4
 
 
 class FrameWorld:
-    """The scene at the middle one of three frames, as a `sensor_logic.forces.world.World`."""
+    """The middle one of three successive frames, as a `sensor_logic.forces.world.World`."""
 
     def __init__(
         self,
@@ -87,18 +87,15 @@ class FrameWorld:
         return body.original.evaluated_get(self._depsgraph)
 
     def _settings(self, key: Key) -> BodySettings:
-        """Return the settings of a body at the frame.
-
-        They were stored only if the body was near a pad that was due. Otherwise they are read now,
-        at the present frame.
-        """
+        """Return the settings of a body at the middle frame."""
+        # Stored only for bodies near a pad that was due; for others, those of the present frame.
         settings = self._states[1].settings
         if key not in settings:
             settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]))
         return settings[key]
 
     def node(self, key: Key) -> Node:
-        """Return the `Node` of a body."""
+        """Return the `Node`, a body as the calculation of forces uses it, for a key."""
         known = self._nodes.get(key)
         if known is None:
             known = self._nodes[key] = self._make_node(key)
@@ -144,7 +141,10 @@ class FrameWorld:
         )
 
     def near(self, key: Key) -> list[Key]:
-        """Return the keys of the bodies whose bounds, swept over three frames, overlap a body's."""
+        """Return the keys of the bodies whose bounds overlap those of a body.
+
+        Bounds are swept over the three frames.
+        """
         row = self._states[1].row.get(key)
         if row is None:
             return []
@@ -167,7 +167,7 @@ class FrameWorld:
         return [key for key in keys if key in supported and self.node(key).animated]
 
     def supports_of(self, key: Key) -> list[Support]:
-        """Return the supports of an animated body; an empty list for other bodies."""
+        """Return the surfaces on which an animated body stands; an empty list for other bodies."""
         return self._states[1].supports.get(key, [])
 
     def constraints_of(self, key: Key) -> list[Constraint]:
@@ -209,10 +209,6 @@ class FrameWorld:
         return known
 
     def _stored_or_new_contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Return the stored contacts of two bodies. If one of them has moved, search again.
-
-        The parameters are those of `contacts`.
-        """
         state = self._states[1 + when]
         if one not in state.row or two not in state.row:
             return []
@@ -247,7 +243,7 @@ class FrameWorld:
         return found
 
     def _collide(self, one: Key, two: Key) -> bool:
-        """Return whether two bodies can touch, by the settings of the physics engine.
+        """Return whether two bodies can touch, by the collision collections of rigid bodies.
 
         A pad without physics can touch all rigid bodies.
         """
@@ -285,7 +281,7 @@ class FrameWorld:
         return self._placed[named]
 
     def required_load(self, key: Key) -> RequiredLoad:
-        """Return the load to which the forces at the contacts of a body must add up."""
+        """Return the force and moment to which the contacts of a body must add up."""
         known = self._required.get(key)
         if known is None:
             animated = self.node(key).animated
@@ -332,7 +328,7 @@ class FrameWorld:
         return RequiredLoad(load, centres, settings.mass, moved.reach, problem)
 
     def _force_field_problem(self, body: ContactBody) -> str:
-        """Return why a force field may push a body with an unknown force, or an empty text."""
+        """Return a text for the user if a force field may push a body; else ""."""
         for obj in self._bodies.fields:
             field = obj.evaluated_get(self._depsgraph).field
             weights = self._depsgraph.scene.rigidbody_world.effector_weights

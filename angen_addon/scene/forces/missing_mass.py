@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find weights that do not reach a pad, although they would in reality.
 
-These are of two kinds. One is an active rigid body that physics does not move. The other is a body
-on an object without a mass that lies on the pad, such as a rug. An object without a mass carries a
-person as a floor does, however thin it is. So a rug, a mattress or a board keeps the weight from
-the pad; a real one would pass it on.
+There are two kinds of such weights. One is an active rigid body that physics does not move. The
+other is a body on an object without a mass that lies on the pad, such as a rug. Such an object
+carries a person as a floor does, however thin it is. So a rug, a mattress or a board keeps the
+weight from the pad; a real one would pass it on.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ POINTS = 5
 
 
 class MissingMass:
-    """Finds the weights that do not reach pads at one frame."""
+    """Finds the weights that in reality would press on pads, but do not in the scene."""
 
     def __init__(self, around: Surroundings, state: FrameState) -> None:
         self._around, self._state = around, state
@@ -36,7 +36,7 @@ class MissingMass:
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
     def problem(self, pad: Key) -> str:
-        """Return why a missing weight makes the pad's reading unknown, or an empty text."""
+        """Return a text for the user if a missing weight makes the reading unknown; else ""."""
         row = self._solids.row_of(pad)
         if row is None:
             return ""
@@ -44,7 +44,7 @@ class MissingMass:
         for key, supports in self._state.supports.items():
             body = self._bodies.by_key[key]
             for ground in (g for s in supports for g in s.ground) if not body.pad else ():
-                if self._ends_above_pad(solid, self._bodies.by_key[pad].tolerance, ground):
+                if self._would_reach_pad(solid, self._bodies.by_key[pad].tolerance, ground):
                     return (
                         f"the weight of '{body.original.name}' ends in '{ground.name}', which "
                         "lies on the pad and has no mass: give it one (Weight on Sensors)"
@@ -52,10 +52,10 @@ class MissingMass:
         return self._resting_problem(solid, self._bodies.by_key[pad].tolerance)
 
     def _resting_problem(self, pad: Solid, tolerance: float) -> str:
-        """Return a text about an active rigid body that rests on the pad, but is not simulated.
+        """Return a text if an active rigid body on the pad is not simulated; else "".
 
-        The body may lie on the pad itself, or on objects that lie on the pad. The text is empty if
-        there is no such body. `tolerance` is the largest gap in m.
+        The body may lie on the pad itself, or on objects that lie on the pad. `tolerance` is the
+        largest gap in m.
         """
         idle = [
             (s, body, why)
@@ -79,10 +79,7 @@ class MissingMass:
         return ""
 
     def _why_not_simulated(self, solid: Solid, original: Any) -> str:
-        """Return why physics does not move the solid of an active rigid body, and the remedy.
-
-        The text is empty if physics moves it.
-        """
+        """Return why physics does not move an active rigid body, and the remedy; "" if it does."""
         depsgraph = self._around.depsgraph
         body, world = original.evaluated_get(depsgraph).rigid_body, depsgraph.scene.rigidbody_world
         if world is None or not world.enabled or world.collection is None:
@@ -97,17 +94,10 @@ class MissingMass:
         lo, hi = (bound[base.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
         return self._gap_between(base, lo, hi, solid, tolerance) is not None
 
-    def _ends_above_pad(self, pad: Solid, tolerance: float, ground: BareSurface) -> bool:
-        """Return whether a weight would reach the pad if `ground` passed it on.
+    def _would_reach_pad(self, pad: Solid, tolerance: float, ground: BareSurface) -> bool:
+        """Return whether a weight would reach the pad if the surface `ground` passed it on.
 
-        Parameters
-        ----------
-        pad
-            The solid of the pad.
-        tolerance
-            The largest gap in m.
-        ground
-            The surface without a mass that carries the weight.
+        `ground` has no mass and carries the weight. `tolerance` is the largest gap in m.
         """
         cover = next((s for s in self._solids.solids if s.number == ground.number), None)
         lo, hi = (bound[pad.row] * self._metres for bound in (self._solids.lo, self._solids.hi))
@@ -131,18 +121,9 @@ class MissingMass:
     def _gap_between(
         self, pad: Solid, lo: Array, hi: Array, cover: Solid, tolerance: float
     ) -> float | None:
-        """Return `_gap_above` of a pad and an object, from the store if neither has changed.
+        """Return the result of `_gap_above` for a pad and the solid `cover`, stored if possible.
 
-        Parameters
-        ----------
-        pad
-            The solid of the pad.
-        lo, hi
-            Its bounds (3,), in m.
-        cover
-            The solid of the object.
-        tolerance
-            The largest gap in m.
+        `lo` and `hi` (3,) are the bounds of the pad in m, and `tolerance` is the largest gap in m.
         """
         versions = [int(self._solids.version[solid.row]) for solid in (pad, cover)]
         state = (*versions, tolerance, self._metres, *self._up.tolist())
@@ -166,18 +147,10 @@ class MissingMass:
         return starts[met] - far[met, None] * self._up
 
     def _gap_above(self, tops: Array, cover: Solid, tolerance: float) -> float | None:
-        """Return the least gap in m between a pad's upper side and an object that lies on the pad.
+        """Return the least gap in m between a pad's upper side and the solid `cover` on it.
 
-        Return 0 if the pad is inside the object, and None if the object does not lie on the pad.
-
-        Parameters
-        ----------
-        tops
-            Points (k, 3) on the pad's upper side.
-        cover
-            The solid of the object.
-        tolerance
-            The largest gap in m.
+        Return 0 if the pad is inside the solid, and None if the solid does not lie on the pad.
+        `tops` are points (k, 3) on the pad's upper side, and `tolerance` is the largest gap in m.
         """
         if not len(tops):
             return None
@@ -191,16 +164,9 @@ class MissingMass:
         return max(float(near[lies].min()), 0.0) if lies.any() else None
 
     def _gap_below(self, places: Array, cover: Solid, others: list[Solid]) -> float:
-        """Return the widest gap in m between the underside of an object and other solids below it.
+        """Return the widest gap in m between the solid `cover` and the solids `others` below it.
 
-        Parameters
-        ----------
-        places
-            Points (k, 3) on the object. Gaps are measured below these points.
-        cover
-            The solid of the object.
-        others
-            The other solids.
+        The gaps are measured below the points `places` (k, 3) on `cover`.
         """
         bounds = np.stack([self._solids.lo[cover.row], self._solids.hi[cover.row]]) * self._metres
         reach = float(np.abs(np.ptp(bounds, axis=0) @ np.abs(self._up))) + DEPTH

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The surface and centre of mass of animated bodies and loose pads at one frame.
 
-`ParallelRays` measures the distances from a surface down to others.
+`ParallelRays` measures the distances from a surface down to other surfaces.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MOST_CELLS = 1000
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Triangles in metres.
+    """Triangles with their bounds, in metres.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Triangles:
 
 
 def with_bounds(corners: Array) -> Triangles:
-    """Return the `Triangles` with corners (m, 3, 3)."""
+    """Return `Triangles` from corners (m, 3, 3), in m."""
     one, two, three = corners[:, 0], corners[:, 1], corners[:, 2]
     lo = np.minimum(np.minimum(one, two), three)
     return Triangles(corners, lo, np.maximum(np.maximum(one, two), three))
@@ -61,7 +61,7 @@ class WorldTriangles:
     ----------
     gaps
         The results of `MissingMass._gap_between`, each with the state of both solids. Keys are the
-        number of the pad's solid and that of the object's.
+        numbers of the pad's solid and of the other solid.
     """
 
     def __init__(self, solids: Solids) -> None:
@@ -109,11 +109,11 @@ def hit_distances(triangles: Triangles, starts: Array, direction: Array, length:
 
 
 class ParallelRays:
-    """Rays that are all parallel.
+    """Rays with the same direction, for casting at many surfaces.
 
-    In the plane across the direction, a ray is a point and a surface is a set of flat triangles. A
-    grid finds the pairs of a point and a triangle that may overlap, and numpy tests all pairs
-    together. One grid serves all surfaces.
+    In the plane perpendicular to the direction, a ray is a point and a surface is a set of flat
+    triangles. A grid finds the pairs of a point and a triangle that may overlap, and numpy tests
+    all pairs together. One grid serves all surfaces.
 
     Parameters
     ----------
@@ -127,13 +127,12 @@ class ParallelRays:
 
     def __init__(self, starts: Array, direction: Array, length: Array) -> None:
         self.starts, self.length = starts, length
-        self._axes = _across(*direction.tolist())
+        self._axes = _perpendicular_axes(*direction.tolist())
         both = np.concatenate([starts, starts + length[:, None] * direction]).T.copy()
         self._lo, self._hi = both.min(axis=1), both.max(axis=1)
 
     @cached_property
     def _projected(self) -> Array:
-        """The starts (3, n) in the axes of the rays: two across the rays, and one along them."""
         return np.ascontiguousarray((self.starts @ self._axes.T).T)
 
     @cached_property
@@ -174,8 +173,8 @@ class ParallelRays:
 
 # The last 16 directions; without this cache each `ParallelRays` takes 40 µs more.
 @lru_cache(maxsize=16)
-def _across(*parts: float) -> Array:
-    """Return three unit vectors as rows (3, 3): two across a direction, and the direction.
+def _perpendicular_axes(*parts: float) -> Array:
+    """Return unit vectors as rows (3, 3): two perpendicular to a direction, and the direction.
 
     `parts` are the three components of the direction.
     """
@@ -186,7 +185,7 @@ def _across(*parts: float) -> Array:
 
 
 class _Grid:
-    """Points of a plane, sorted into square cells.
+    """Points in a plane, sorted into the square cells of a grid.
 
     Parameters
     ----------
@@ -206,19 +205,19 @@ class _Grid:
     def pairs(self, x: Array, y: Array) -> tuple[Indices, Indices]:
         """Return pairs of a triangle and a point that may lie in it, as indices (p,) of both.
 
-        The triangles have corners `x`, `y` (m, 3).
+        `x` and `y` (m, 3) are the coordinates of the triangles' corners.
         """
         first_x, last_x = self._x.spans(x)
         first_y, last_y = self._y.spans(y)
-        of, row = _spread(last_y - first_y + 1)
+        of, row = _repeated_indices(last_y - first_y + 1)
         row += first_y[of]
         start = self._begin[row * self._count + first_x[of]]
-        which, place = _spread(self._begin[row * self._count + last_x[of] + 1] - start)
+        which, place = _repeated_indices(self._begin[row * self._count + last_x[of] + 1] - start)
         return of[which], self._order[start[which] + place]
 
 
 class _Axis:
-    """The cells along one axis, from its least point to its greatest."""
+    """The grid cells along one axis, from the least coordinate of the points to the greatest."""
 
     def __init__(self, points: Array, count: int) -> None:
         self._count = count
@@ -227,7 +226,6 @@ class _Axis:
         self._size = extent / count + 1e-9 + 1e-12 * abs(self._low)
 
     def cells_of(self, points: Array) -> Indices:
-        """Return the index of each point's cell."""
         return np.minimum(((points - self._low) / self._size).astype(np.intp), self._count - 1)
 
     def spans(self, corners: Array) -> tuple[Indices, Indices]:
@@ -245,8 +243,8 @@ class _Axis:
         return first, last
 
 
-def _spread(counts: Indices) -> tuple[Indices, Indices]:
-    """Repeat each index of `counts` as often as its count says.
+def _repeated_indices(counts: Indices) -> tuple[Indices, Indices]:
+    """Repeat each index of `counts` as often as its count, such as 0, 0, 2 for the counts 2, 0, 1.
 
     Return these indices, and for each a number that counts the repetitions from 0.
     """
@@ -278,11 +276,10 @@ class PosedPart:
 
 
 class PosedBody:
-    """A body at one frame.
+    """The surface of a body at one frame, with stored results of the search for its supports.
 
-    A body that does not move has the same `PosedBody` at all frames. This stores the results of the
-    search for its supports, each with the values that the result depends on. Otherwise a person who
-    sits still would cost as much as one who walks.
+    A body that does not move has the same `PosedBody` at all frames. Each result is stored with the
+    values that it depends on. So a person who sits still costs less than one who walks.
 
     Attributes
     ----------
@@ -295,7 +292,7 @@ class PosedBody:
     supports
         The supports of the body.
     underside
-        Samples of the underside, and how far the body extends above each.
+        Samples of the underside, and how far the body extends above each sample.
     down
         The rays that start inside the body above the samples, and go down.
     gaps
@@ -330,16 +327,16 @@ class PosedBody:
 
     @cached_property
     def centre(self) -> Array:
-        """The centre of mass (3,) in m, for the same density everywhere."""
+        """The centre of mass (3,) in m, for uniform density."""
         return underside.centre_of_mass(self.triangles, self.closed)
 
 
 def posed_body(
     depsgraph: Any, body: ContactBody, solids: Solids, metres: float, last: PosedBody | None
 ) -> PosedBody | None:
-    """Return the body at the present frame; None if it has no surface.
+    """Return the `PosedBody` of a body at the present frame; None if the body has no surface.
 
-    If nothing has changed, return `last`, the body at the previous frame.
+    `last` is the result at the previous frame. It is returned again if nothing has changed.
     """
     now = [value for solid in body.solids for value in surface_state(solid, solids)]
     if last is not None:
@@ -361,7 +358,7 @@ def posed_body(
 
 
 def surface_state(solid: Solid, solids: Solids) -> list[Any]:
-    """Return the surface and the matrix of a solid, for a comparison by `unchanged`."""
+    """Return the surface and the matrix of a solid, for comparison by `unchanged`."""
     return [solid.geometry.state, solids.matrix[solid.row].copy()]
 
 

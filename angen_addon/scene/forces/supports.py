@@ -34,7 +34,7 @@ SKIN = 1e-4
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The scene around a body at one frame.
+    """The evaluated scene at one frame, for the search for supports.
 
     Attributes
     ----------
@@ -43,13 +43,13 @@ class Surroundings:
     solids
         The solids of the scene.
     surfaces
-        Their triangles.
+        The triangles of the solids.
     bodies
         The bodies to which the solids belong.
     up
         The upward unit vector (3,).
     metres
-        The length of a Blender unit.
+        The length of a Blender unit, in m.
     """
 
     depsgraph: Any
@@ -60,13 +60,13 @@ class Surroundings:
     metres: float
 
     def is_pad(self, row: int) -> bool:
-        """Return whether the solid in a row of the list belongs to a pad."""
+        """Return whether the solid with the index `row` in `solids` belongs to a pad."""
         key = self.bodies.of_solid[self.solids.solids[row].number]
         return key in self.bodies.by_key and self.bodies.by_key[key].pad
 
 
 def find_supports(around: Surroundings, body: ContactBody, posed: PosedBody) -> list[Support]:
-    """Return the supports of an animated body, or of a loose pad, at the present frame."""
+    """Return the surfaces on which an animated body or a loose pad rests at the present frame."""
     solids, up, metres = around.solids, around.up, around.metres
     rows = around.bodies.supports_of(body, solids)
     reach = np.abs(up) * DEPTH + body.tolerance
@@ -126,24 +126,15 @@ def _find_below(
 def _rays_down(
     around: Surroundings, tolerance: float, posed: PosedBody, rows: Rows
 ) -> tuple[Samples, Array, posed_bodies.ParallelRays] | None:
-    """Return samples of a body's underside, and rays through them down to other solids.
+    """Return samples of a body's underside, and rays through the samples down to the solids `rows`.
 
-    Parameters
-    ----------
-    around
-        The scene.
-    tolerance
-        The largest gap in m.
-    posed
-        The body.
-    rows
-        Rows of the other solids.
+    `posed` is the body, and `tolerance` the largest gap in m. The result is None if the body has no
+    underside above these solids.
 
     Returns
     -------
     tuple
-        Samples (n,), the height (n,) above each sample at which its ray starts, and the rays. None
-        if the body has no underside above the other solids.
+        Samples (n,), the height (n,) above each sample at which its ray starts, and the rays.
     """
     solids, up, metres = around.solids, around.up, around.metres
     reach = np.abs(up) * DEPTH + tolerance
@@ -153,7 +144,7 @@ def _rays_down(
     bounds = [area_lo, area_hi, up]
     if posed.underside is None or not unchanged(posed.underside[0], bounds):
         found = underside(posed.triangles, posed.closed, up, area_lo, area_hi)
-        posed.underside = bounds, found, _room_above(posed, found.points, up)
+        posed.underside = bounds, found, _height_above(posed, found.points, up)
         posed.gaps.clear()
         posed.down = None
     _, samples, height = posed.underside
@@ -174,18 +165,8 @@ def _nearest_below(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Return the distances (n,) that rays go down to the nearest solid, and its number (n,).
 
-    Parameters
-    ----------
-    around
-        The scene.
-    tolerance
-        The largest gap in m.
-    posed
-        The body from which the rays start.
-    down
-        The rays.
-    rows
-        Rows of the solids.
+    `posed` is the body from which the rays `down` start, and `rows` are the rows of the solids.
+    `tolerance` is the largest gap in m.
     """
     ranges, met = down.length.copy(), np.full(len(down.length), NOTHING, np.int64)
     for row in rows.tolist():
@@ -219,8 +200,8 @@ def _upper_side(around: Surroundings, solid: Solid) -> posed_bodies.Triangles:
     return posed_bodies.Triangles(found.corners[chosen], found.lo[chosen], found.hi[chosen])
 
 
-def _room_above(posed: PosedBody, points: Array, up: Array) -> Array:
-    """Return how far (n,) the body extends above each of `points`, in m.
+def _height_above(posed: PosedBody, points: Array, up: Array) -> Array:
+    """Return how far (n,) the body extends above each of `points` (n, 3), in m.
 
     Rays down must start within that height, so that they start inside the body.
     """
@@ -252,7 +233,7 @@ def _by_support(
     below
         Points (n, 3) in m that the rays from `points` hit.
     areas
-        Areas (n,) in m² for which the points stand. They are smaller for wider gaps.
+        Areas (n,) in m² that the points represent. They are smaller for wider gaps.
     met
         Numbers (n,) of the hit solids.
     """

@@ -28,7 +28,7 @@ NEARBY = 0.2
 
 
 class ContactTracker:
-    """Computes the forces on pads at each frame, after the next frame was read.
+    """Computes the forces on pads at a frame, once the next frame has been read too.
 
     Accelerations depend on the next frame.
     """
@@ -46,7 +46,7 @@ class ContactTracker:
         self._known_contacts: KnownContacts = {}
 
     def prepare(self, depsgraph: Any, metres: float, pads: Sequence[Pad]) -> None:
-        """Make colliders and triangles now.
+        """Make the colliders and triangles of all bodies now.
 
         Otherwise the first frame at which a body is near a pad would make them, and they would
         depend on that frame.
@@ -62,7 +62,7 @@ class ContactTracker:
     def look(
         self, depsgraph: Any, frame: int, metres: float, pads: Sequence[Pad], due: Sequence[Uid]
     ) -> None:
-        """Read the scene at a frame. Call it after `Solids.sync`.
+        """Read the scene at a frame. Call this after `Solids.sync`.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class ContactTracker:
         frame
             The number of the frame.
         metres
-            The length of a Blender unit.
+            The length of a Blender unit, in m.
         pads
             All pads.
         due
@@ -106,7 +106,7 @@ class ContactTracker:
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """Return the forces on a pad at a frame that `look` has read.
 
-        Call it once `look` has read the next frame too. If the frame before or after is unknown,
+        Call this once `look` has read the next frame too. If the frame before or after is unknown,
         bodies count as at rest.
         """
         key = self._bodies.pads.get(pad, ())
@@ -132,7 +132,7 @@ class ContactTracker:
 
 
 def _cache_problem(scene: Any, frame: int) -> str:
-    """Return why the poses at a frame in the rigid-body cache may be wrong, or an empty text."""
+    """Return why the poses at a frame in the rigid-body cache may be wrong; else ""."""
     world = scene.rigidbody_world
     cache = world.point_cache
     if frame < cache.frame_start:

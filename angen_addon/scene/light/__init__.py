@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render the light at sensors. `probe` does it, once `scene.changes` found that it may differ."""
+"""Render the light at light sensors: `probe` measures it when `scene.changes` finds changes."""

@@ -1,28 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light by Cycles: one scene for all sensors, which is used again while only the frame changes.
+"""Measure light with Cycles, in one temporary scene for all sensors (see docs/light_how.md).
 
-Cycles takes longer to load a home than to trace the light paths. So a light scene is loaded once.
-Afterwards Cycles loads only the changes, and the results have the same bits as without that. Cycles
-drops a scene as soon as another one is rendered. So one light scene serves all sensors, and the
-reference too.
+Cycles takes longer to load a home than to trace the light paths. It drops a scene as soon as
+another one is rendered. So one light scene serves all sensors. It is used again while only the
+frame changes.
 
-The *reference* is traced at the first frame. In a day, light differs more and more from the first
-frame. If it differs too much, a further reference is traced at the beginning of the present part of
-the day (`scene.begins_of`).
+The *reference* is a rendering of the light at the first frame of a run, or of a part of a day. It
+is a control variate, which removes noise from later readings. The reference has two pictures with
+the same random numbers: one with as few light paths as a reading, and one with many. Their
+difference estimates the error of the reading, and corrects it. Objects that have moved since then
+add no bias. If the reading is darker than the reference, the difference is scaled in proportion, so
+that a closed box reads 0. Such a ratio has a bias of the second order in the errors.
 
-The reference is a control variate, which removes noise from a run. It has two pictures with the
-same random numbers: one with as few light paths as an update, and one with many. The error of the
-first is similar to the error of the update's picture, and the second has hardly any error. Their
-difference corrects the update's picture. Objects that have moved since the first frame add no bias:
-they only make the two errors less similar. If the update is darker than the reference, the
-difference is scaled in proportion, so that a closed box reads 0. Such a ratio has a bias of the
-second order in the errors.
-
-Light that differs much from the reference is said to *depart* from it. The reading is then traced
-with several times the paths. It is corrected by the error that the reference has with that number
-of paths. Few paths decide whether the light departs, and may miss new light. So each view has two
-pixels, with half the paths each and independent random numbers, and one pixel that departs is
-enough. If both pixels miss new light, the reading is too low, which is much rarer
+Light that differs much from the reference is traced with more paths. Few paths decide this, and may
+miss new light. So each view has two pixels with independent random numbers, and one pixel that
+differs is enough. If both miss new light, the reading is too low, which is much rarer
 (tests/blender/test_light_reference.py).
 
 References: Glasserman, Monte Carlo Methods in Financial Engineering, section 4.1, on control
@@ -77,7 +69,7 @@ ROUNDING = 1e-5
 
 
 class CyclesScene(LightScene):
-    """A light scene that Cycles renders, with lamps and the world in light groups.
+    """A temporary scene that Cycles renders, with each lamp and the world in a Cycles light group.
 
     It is at the present frame of the user's scene, except while a reference is traced.
     """
@@ -141,7 +133,7 @@ class CyclesScene(LightScene):
         self.groups.follow()
 
     def picture(self, method: Any, together: dict[int, Seen]) -> Picture:
-        """Return a new picture of the views of some requests, given by the first pixel of each."""
+        """Return a new `Picture` of the requests `together`, a dictionary by first pixel."""
         with quietly():
             made = Picture(self, method, together)
         self._pictures.append(made)
@@ -153,17 +145,18 @@ class CyclesScene(LightScene):
         self.disown(*picture.made)
 
     def weights(self) -> Array:
-        """Return the present brightness (groups, 3) of the groups.
+        """Return the present factors (groups, 3) of the light groups.
 
-        The last row is for light without a group.
+        A factor is the power in the user's scene divided by the power in the light scene. The last
+        row is for light without a group.
         """
         return np.concatenate([self.groups.weights(), np.ones((1, 3))])
 
     @property
     def sources(self) -> list[LightShare]:
-        """The source of each group's light. Its brightness is 0 until it is measured.
+        """The lamp or world of each light group, as a `LightShare` without a measured brightness.
 
-        The last one is for light without a group.
+        The last item is for light without a group.
         """
         return [*self.groups.sources, LightShare((), OTHERS, 0.0)]
 
@@ -191,8 +184,7 @@ class CyclesScene(LightScene):
         only
             Index of the only request to render; None for all.
         of
-            The number of paths of the whole reference, from which `done` follows; 0 for no
-            reference.
+            The total number of paths, if they belong to a reference; else 0. It gives `done`.
 
         Returns
         -------
@@ -211,19 +203,18 @@ class CyclesScene(LightScene):
                 began, was_new = time.perf_counter(), self._is_new
                 total = total + count * self._render(start, count, part, picture)
                 if not was_new:
-                    self._learn(time.perf_counter() - began)
+                    self._adapt_paths(time.perf_counter() - began)
         return total
 
     def _show_only(self, picture: Picture) -> None:
-        """Show one picture, and hide all others."""
         for other in self._pictures:
             other.show(other is picture)
         render, data = self.scene.render, self.scene.camera.data
         if render.resolution_x != picture.side:
             render.resolution_x = render.resolution_y = data.ortho_scale = picture.side
 
-    def _learn(self, seconds: float) -> None:
-        """Adapt the most paths of a render to the seconds that the last render took."""
+    def _adapt_paths(self, seconds: float) -> None:
+        """Set how many paths one render may trace, from the seconds that the last render took."""
         if seconds > LONGEST_S:
             self._paths_at_once = max(FEWEST, self._paths_at_once // 2)
         elif seconds < SHORTEST_S:
@@ -232,8 +223,7 @@ class CyclesScene(LightScene):
     def _render(self, start: int, count: int, part: Part, picture: Picture) -> Array:
         """Return the mean radiance (groups, requests, pixels, 3) of a part of a picture.
 
-        `start` is the number of the first light path of each pixel, and `count` the number of
-        paths.
+        `start` is the number of the first light path of each pixel, and `count` how many to trace.
         """
         engine.trace(self.scene, start, count)
         render, (row, column, end_row, end_column) = self.scene.render, part
@@ -260,7 +250,7 @@ class CyclesScene(LightScene):
 
 
 METHODS: dict[str, Any] = {"FOUR_WALL": views, "ILLUMINANCE": faces}
-# The factor of the light paths where the light departs from the reference; and the share of the
+# The factor of the light paths where light differs much from the reference; and the share of the
 # light that must have come or gone since the first frame for that.
 CLOSER, ALIKE = 16, 0.1
 CLOSELY, REFERENCE = "a closer look at the light", "path-tracing the light's reference"
@@ -283,8 +273,8 @@ DRIVEN = (
 
 
 @dataclass
-class _Asked:
-    """Requests that share a picture.
+class _Batch:
+    """Light requests that are rendered together in one picture.
 
     Attributes
     ----------
@@ -305,24 +295,24 @@ class _Asked:
 
     @property
     def near(self) -> int:
-        """The light paths of each pixel if the light departs from the reference."""
+        """The light paths of each pixel if the light differs much from the reference."""
         return min(CLOSER * self.few, self.many)
 
     @cached_property
     def pixels(self) -> Hashable:
-        """The key of the picture: the method, and the requests with their first pixels."""
+        """A hashable key of the picture: the method, and the requests with their first pixels."""
         bits = tuple((pixel, request_key(seen.request)) for pixel, seen in self.together.items())
         return self.method.__name__, bits
 
 
 @dataclass(frozen=True)
 class Light:
-    """The light of one request.
+    """The measured light of one sensor.
 
     Attributes
     ----------
     colours
-        Linear Rec. 709 radiance (4, 3) of four walls, or irradiance (3,) in W/m².
+        Linear Rec. 709 radiance (4, 3) of the four views, or irradiance (3,) in W/m².
     shares
         The part of the mean luminance that each source gives; None if unknown.
     """
@@ -332,12 +322,13 @@ class Light:
 
 
 class CyclesLight:
-    """The light of sensors by Cycles, update after update.
+    """Measures the light of sensors with Cycles, update after update.
 
     Call `close` before other code can change the scene.
 
-    Some readings have no reference. These have more paths themselves than the reference would, or
-    their sensor is not `steady`, so that a reference would be used only once.
+    Noise is removed with a reference: a precise rendering of an earlier frame (see the module).
+    There is none for readings with as many paths as the reference, or whose request is not
+    `steady`.
 
     Parameters
     ----------
@@ -360,22 +351,22 @@ class CyclesLight:
         # The light in pictures at this update, and in the references.
         self._found: dict[Hashable, Array] = {}
         self._references: dict[Hashable, dict[int, Array]] = {}
-        self._looks_at_frame: bool | None = None
+        self._frame_is_read: bool | None = None
 
     @property
     def reference_done(self) -> float:
-        """The part of the present reference that is traced, from 0 to 1."""
+        """The fraction of the present reference (a precise rendering) that is traced."""
         return self._scene.done if self._scene is not None else 0.0
 
     def recall(self, references: dict[Any, Any]) -> None:
-        """Use the references of an earlier run of the same scene, and add new ones to them.
+        """Use the reference renderings of an earlier run of the same scene.
 
-        `references` is the dictionary that holds them.
+        New ones are added to the dictionary `references`.
         """
         self._references = references
 
     def look(self, scene: Any, view_layer: Any, state: LightState | None = None) -> None:
-        """Compare the scene with its state at the last update. Call it at each update.
+        """Compare the scene with its state at the last update. Call this at each update.
 
         If `state` is None, everything counts as changed.
         """
@@ -390,15 +381,15 @@ class CyclesLight:
             # A change of power alone leaves the light of each group as it is.
             self._found.clear()
         if self._scene is not None and (
-            now != self._contents or self._asks_for_frame() or not self._scene.follow_frozen()
+            now != self._contents or self._reads_frame() or not self._scene.follow_frozen()
         ):
             self._close_scene()
         self._user, self._contents, self._stands = (scene, view_layer), now, EARLIER
 
     def light(self, requests: Sequence[Any]) -> Steps[tuple[dict[str, Light], list[str]]]:
-        """Measure the light of requests.
+        """Measure the light of sensors.
 
-        All requests must have the same method and number of paths.
+        All `LightRequest` objects must have the same method and number of paths.
 
         Returns
         -------
@@ -409,19 +400,19 @@ class CyclesLight:
         pixels = TWICE * method.COUNT
         few = max(1, math.ceil(samples / pixels))
         many = 0
-        if self.refers(samples) and all(r.steady for r in requests) and not self._asks_for_frame():
+        if self.refers(samples) and all(r.steady for r in requests) and not self._reads_frame():
             many = math.ceil(self.reference / pixels)
         found: dict[str, Light] = {}
         notes: list[str] = []
-        for together in self._shared_out(method, requests):
-            asked = _Asked(method, together, few, many)
-            light = yield from self._light(asked)
+        for together in self._distribute(method, requests):
+            batch = _Batch(method, together, few, many)
+            light = yield from self._light(batch)
             found |= {s.request.name: one for s, one in zip(together.values(), light, strict=True)}
-            notes += self._picture(asked).notes
+            notes += self._picture(batch).notes
         return found, notes
 
-    def _shared_out(self, method: Any, requests: Sequence[Any]) -> list[dict[int, Seen]]:
-        """Distribute requests over pictures; return the requests of each by first pixel."""
+    def _distribute(self, method: Any, requests: Sequence[Any]) -> list[dict[int, Seen]]:
+        """Distribute requests over pictures; return the requests of each picture by first pixel."""
         key = method.__name__, *map(request_key, requests)
         if key not in self._together:
             while len(self._together) >= PICTURES:
@@ -433,15 +424,15 @@ class CyclesLight:
         return self._together[key]
 
     def refers(self, samples: int) -> bool:
-        """Return whether readings with `samples` light paths have a reference."""
+        """Return whether readings with `samples` light paths are corrected by a reference."""
         return self.reference > samples
 
     def close(self) -> None:
-        """Remove the light scene, and forget everything about the user's scene."""
+        """Remove the light scene and all stored results."""
         self._close_scene()
         self._references = {}
         self._simulated, self._state = Simulated(), NEVER
-        self._looks_at_frame = None
+        self._frame_is_read = None
 
     def _close_scene(self) -> None:
         scene, self._scene = self._scene, None
@@ -451,117 +442,106 @@ class CyclesLight:
         if scene is not None:
             scene.close()
 
-    def _light(self, asked: _Asked) -> Steps[list[Light]]:
-        """Return the light of requests that share a picture."""
-        scene = self._stand(PRESENT)
+    def _light(self, batch: _Batch) -> Steps[list[Light]]:
+        scene = self._scene_at(PRESENT)
         weights, sources = scene.weights(), scene.sources
         state = self._contents, scene.groups.state
-        if not asked.many:
-            own = yield from self._own(asked)
-            return _light_of(asked, own.mean(2), weights, sources)
+        if not batch.many:
+            own = yield from self._by_few_paths(batch)
+            return _light_of(batch, own.mean(2), weights, sources)
         first, begin = begins_of(self._user[0], self._user[0].frame_float)
-        stops = asked.few, asked.near, asked.many
-        by_few, by_more, by_many = yield from self._reference(asked, stops, state, first)
-        own = yield from self._own(asked)
+        stops = batch.few, batch.near, batch.many
+        by_few, by_more, by_many = yield from self._reference(batch, stops, state, first)
+        own = yield from self._by_few_paths(batch)
         found, known, by_many = own.copy(), by_few.copy(), by_many.copy()
-        far = np.flatnonzero(_departs(own, by_few, weights).any(axis=1)).tolist()
+        far = np.flatnonzero(_differs_much(own, by_few, weights).any(axis=1)).tolist()
         # Each change of the scene's frame takes time: trace all requests of a frame together.
         if begin != first:
-            nearer = yield from self._nearer(asked, state, weights, begin, own, far)
+            nearer = yield from self._nearer_references(batch, state, weights, begin, own, far)
             for one, (few, many) in nearer.items():
                 known[:, one], by_many[:, one] = few, many
             far = [one for one in far if one not in nearer]
         for one in far:
-            found[:, one] = yield from self._closer(asked, own, one)
+            found[:, one] = yield from self._by_more_paths(batch, own, one)
             known[:, one] = by_more[:, one]
         passes = _corrected(found.mean(2), known.mean(2), by_many.mean(2))
-        return _light_of(asked, passes, weights, sources)
+        return _light_of(batch, passes, weights, sources)
 
-    def _own(self, asked: _Asked) -> Steps[Array]:
-        """Return the light (groups, requests, TWICE, views, 3) by an update's few light paths."""
-        if asked.pixels not in self._found:
-            scene = self._stand(PRESENT)
-            total = yield from scene.traced(self._picture(asked), 0, asked.few)
-            self._found[asked.pixels] = _twice(total) / asked.few
-        return self._found[asked.pixels]
+    def _by_few_paths(self, batch: _Batch) -> Steps[Array]:
+        """Return the light (groups, requests, TWICE, views, 3) by few light paths."""
+        if batch.pixels not in self._found:
+            scene = self._scene_at(PRESENT)
+            total = yield from scene.traced(self._picture(batch), 0, batch.few)
+            self._found[batch.pixels] = _split_pixels(total) / batch.few
+        return self._found[batch.pixels]
 
-    def _closer(self, asked: _Asked, own: Array, one: int) -> Steps[Array]:
-        """Return the light (groups, TWICE, views, 3) of one request by `asked.near` light paths.
+    def _by_more_paths(self, batch: _Batch, own: Array, index: int) -> Steps[Array]:
+        """Return the light (groups, TWICE, views, 3) of the request `index` by `batch.near` paths.
 
-        Parameters
-        ----------
-        asked
-            The requests that share a picture.
-        own
-            The light of all of them by few paths, whose paths are used again.
-        one
-            Index of the request.
+        They include the few paths that gave `own`, the light of all requests.
         """
-        key = asked.pixels, one
+        key = batch.pixels, index
         if key not in self._found:
-            scene = self._stand(PRESENT)
-            tracing = scene.traced(self._picture(asked), asked.few, asked.near, CLOSELY, one)
-            more = _twice((yield from tracing))
-            self._found[key] = (asked.few * own[:, one] + more[:, one]) / asked.near
+            scene = self._scene_at(PRESENT)
+            tracing = scene.traced(self._picture(batch), batch.few, batch.near, CLOSELY, index)
+            more = _split_pixels((yield from tracing))
+            self._found[key] = (batch.few * own[:, index] + more[:, index]) / batch.near
         return self._found[key]
 
-    def _nearer(
+    def _nearer_references(
         self,
-        asked: _Asked,
+        batch: _Batch,
         state: Hashable,
         weights: Array,
         begin: int,
         own: Array,
         far: Sequence[int],
     ) -> Steps[dict[int, tuple[Array, Array]]]:
-        """Return the light of requests at the beginning of this part of the day.
+        """Return, by index of the request, its light at the frame `begin` by few and by many paths.
+
+        Both arrays have the shape (groups, TWICE, views, 3). Requests whose light differs much from
+        that at `begin` too are left out.
 
         Parameters
         ----------
-        asked
-            The requests that share a picture.
+        batch
+            The requests in one picture.
         state
             The state of the lamps.
         weights
-            Brightness (groups, 3) of the groups.
+            Factors (groups, 3) of the light groups (`CyclesScene.weights`).
         begin
             The frame at which this part of the day begins.
         own
             Light (groups, requests, TWICE, views, 3) of the present update.
         far
-            Indices of the requests whose light departs from the first frame.
-
-        Returns
-        -------
-        dict
-            Light (groups, TWICE, views, 3) by few and by many paths, by index of the request.
-            Requests whose light departs from that at `begin` too are left out.
+            Indices of the requests whose light differs much from the first frame.
         """
         found = {}
         for one in far:
-            (few,) = yield from self._reference(asked, (asked.few,), state, begin, one)
-            if not _departs(own[:, [one]], few[:, [one]], weights).any():
-                stops = asked.few, asked.many
-                few, many = yield from self._reference(asked, stops, state, begin, one)
+            (few,) = yield from self._reference(batch, (batch.few,), state, begin, one)
+            if not _differs_much(own[:, [one]], few[:, [one]], weights).any():
+                stops = batch.few, batch.many
+                few, many = yield from self._reference(batch, stops, state, begin, one)
                 found[one] = few[:, one], many[:, one]
         return found
 
     def _reference(
         self,
-        asked: _Asked,
+        batch: _Batch,
         stops: tuple[int, ...],
         state: Hashable,
         frame: int,
         only: int | None = None,
     ) -> Steps[list[Array]]:
-        """Return the reference's light for several numbers of light paths.
+        """Return the light at the frame of a reference, for several numbers of light paths.
 
         Parameters
         ----------
-        asked
-            The requests that share a picture.
+        batch
+            The requests in one picture.
         stops
-            Increasing numbers of light paths of each pixel. Each number begins with the same paths.
+            Increasing numbers of light paths of each pixel. Each number includes the paths before.
         state
             The state of the lamps.
         frame
@@ -574,24 +554,21 @@ class CyclesLight:
         list
             For each number of paths, light (groups, requests, TWICE, views, 3).
         """
-        key = asked.pixels, state, frame, only
+        key = batch.pixels, state, frame, only
         known = self._references.pop(key, {})
         for before, stop in zip((0, *stops), stops, strict=False):
             if stop not in known:
-                tracing = self._stand(frame).traced(
-                    self._picture(asked), before, stop, REFERENCE, only, stops[-1]
+                tracing = self._scene_at(frame).traced(
+                    self._picture(batch), before, stop, REFERENCE, only, stops[-1]
                 )
                 known[stop] = known.get(before, 0.0) + (yield from tracing)
         while len(self._references) >= REFERENCES:
             self._references.pop(next(iter(self._references)))
         self._references[key] = known
-        return [_twice(known[stop]) / stop for stop in stops]
+        return [_split_pixels(known[stop]) / stop for stop in stops]
 
-    def _stand(self, where: str | int) -> CyclesScene:
-        """Return the light scene at the frame `where`.
-
-        It is PRESENT for the user's present frame, or the number of a reference's frame.
-        """
+    def _scene_at(self, where: str | int) -> CyclesScene:
+        """Return the light scene at a reference's frame; PRESENT stands for the user's frame."""
         if self._scene is not None and self._stands != where:
             # Frozen copies were hidden for a reference, and would come back in another order.
             frozen = self._scene.frozen and isinstance(self._stands, int)
@@ -604,36 +581,34 @@ class CyclesLight:
             self._stands = where
         return self._scene
 
-    def _picture(self, asked: _Asked) -> Picture:
-        """Return the picture of requests. It is made unless it is stored."""
+    def _picture(self, batch: _Batch) -> Picture:
         assert self._scene is not None
-        made = self._pictures.pop(asked.pixels, None)
+        made = self._pictures.pop(batch.pixels, None)
         if made is None:
-            made = self._scene.picture(asked.method, asked.together)
-        self._pictures[asked.pixels] = made
+            made = self._scene.picture(batch.method, batch.together)
+        self._pictures[batch.pixels] = made
         while len(self._pictures) > PICTURES:
             self._scene.drop(self._pictures.pop(next(iter(self._pictures))))
         return made
 
-    def _asks_for_frame(self) -> bool:
+    def _reads_frame(self) -> bool:
         """Return whether a driver reads the frame of the user's scene.
 
-        Such a driver would give the value of that frame in a light scene at another frame. The
-        answer is stored while light scenes are kept, since then nothing but the frame changes.
+        Such a driver would give a wrong value in a light scene at another frame. The answer is
+        stored while light scenes are kept, since then nothing but the frame changes.
         """
-        if self._looks_at_frame is None:
-            self._looks_at_frame = any(
-                _asks_for_frame(curve)
+        if self._frame_is_read is None:
+            self._frame_is_read = any(
+                _reads_frame(curve)
                 for group in DRIVEN
                 for datablock in getattr(bpy.data, group)
                 for owner in (datablock, getattr(datablock, "node_tree", None))
                 for curve in getattr(getattr(owner, "animation_data", None), "drivers", ())
             )
-        return self._looks_at_frame
+        return self._frame_is_read
 
 
-def _asks_for_frame(curve: Any) -> bool:
-    """Return whether a driver reads the frame of a scene."""
+def _reads_frame(curve: Any) -> bool:
     return any(
         target.id_type == "SCENE" and target.data_path.startswith("frame_")
         for variable in curve.driver.variables
@@ -641,30 +616,30 @@ def _asks_for_frame(curve: Any) -> bool:
     )
 
 
-def _twice(passes: Array) -> Array:
+def _split_pixels(passes: Array) -> Array:
     """Split the pixels of passes (groups, requests, pixels, 3) into (…, TWICE, views, 3)."""
     return passes.reshape(*passes.shape[:2], TWICE, -1, 3)
 
 
 def _light_of(
-    asked: _Asked, passes: Array, weights: Array, sources: Sequence[LightShare]
+    batch: _Batch, passes: Array, weights: Array, sources: Sequence[LightShare]
 ) -> list[Light]:
     """Return the light of each request.
 
     Parameters
     ----------
-    asked
+    batch
         The requests.
     passes
-        Radiance (groups, requests, views, 3) of each group.
+        Radiance (groups, requests, views, 3) of each light group.
     weights
-        Brightness (groups, 3) of the groups.
+        Factors (groups, 3) of the light groups (`CyclesScene.weights`).
     sources
         The source of each group's light.
     """
-    light = asked.method.FACTOR * to_rec709(np.einsum("grvc,gc->rvc", passes, weights))
-    colours = light if asked.method.COUNT > 1 else light[:, 0]
-    apart = asked.method.FACTOR * to_rec709(np.einsum("grvc,gc->grvc", passes, weights))
+    light = batch.method.FACTOR * to_rec709(np.einsum("grvc,gc->rvc", passes, weights))
+    colours = light if batch.method.COUNT > 1 else light[:, 0]
+    apart = batch.method.FACTOR * to_rec709(np.einsum("grvc,gc->grvc", passes, weights))
     parts = np.nan_to_num(luminance(apart).mean(axis=2), nan=0.0, posinf=0.0, neginf=0.0)
     return [
         Light(one, tuple(replace(s, light=float(p)) for s, p in zip(sources, part, strict=True)))
@@ -672,35 +647,28 @@ def _light_of(
     ]
 
 
-def _departs(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
-    """Return the mask (requests, TWICE) of the pixels whose light departs from the reference.
+def _differs_much(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
+    """Return the mask (requests, TWICE) of the pixels whose light differs much from the reference.
 
-    Their light differs so much that the errors of update and reference have little in common. That
-    happens, for example, if a person is close to the sensor or its lamp. Each of a view's two
-    pixels decides for itself.
+    The errors of update and reference then have little in common. That happens, for example, if a
+    person is close to the sensor or its lamp.
 
     Parameters
     ----------
     own, few
         Light (groups, requests, TWICE, views, 3) of the update, and of the reference.
     weights
-        Brightness (groups, 3) of the groups.
+        Factors (groups, 3) of the light groups (`CyclesScene.weights`).
     """
     change = np.einsum("grtvc,gc->rt", np.abs(own - few), np.abs(weights))
     return np.asarray(change > ALIKE * np.einsum("grtvc,gc->rt", few, np.abs(weights)))
 
 
 def _corrected(light: Array, few: Array, many: Array) -> Array:
-    """Return the update's light plus the reference's difference (many − few), never negative.
+    """Return the light of an update plus the difference (many − few) of the reference, at least 0.
 
-    The difference is scaled down if the update is darker than the reference.
-
-    Parameters
-    ----------
-    light
-        The light of the update.
-    few, many
-        The light of the reference by few and by many paths.
+    The difference is scaled down if the update is darker than the reference. `few` and `many` are
+    the light of the reference by few and by many paths.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(light < few, light / few, 1.0)
@@ -710,5 +678,5 @@ def _corrected(light: Array, few: Array, many: Array) -> Array:
 
 
 def request_key(request: Any) -> tuple[Hashable, ...]:
-    """Return a hashable key that is equal for requests with equal settings."""
+    """Return a hashable key that is equal for light requests with equal settings."""
     return repr(replace(request, matrix=NOWHERE)), request.matrix.tobytes()

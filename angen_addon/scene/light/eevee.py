@@ -31,7 +31,10 @@ EEVEE_FACE = 10.0
 
 
 def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Return for each request the linear radiance (4, 3) of its views along −Z, −X, +Z and +X."""
+    """Return the linear radiance (4, 3) for each light request.
+
+    It is that of the request's views along −Z, −X, +Z and +X.
+    """
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples // WALLS))
     cameras = []
@@ -50,7 +53,7 @@ def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[
 
 
 def faces(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Return for each request the irradiance (3,) in W/m² on the −Z face of its pose.
+    """Return the irradiance (3,) in W/m² on the −Z face of each light request's pose.
 
     Cameras look at white faces, since EEVEE cannot bake.
     """

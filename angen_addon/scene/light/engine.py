@@ -86,7 +86,7 @@ def set_up(scene: Any, engine: str) -> None:
 
 
 def at_once(scene: Any) -> int:
-    """Return the number of light paths of each pixel that one render traces.
+    """Return the number of light paths that one render traces for each pixel.
 
     The sums of several renders are rounded, so this number must be the same in all runs.
     """
@@ -94,9 +94,9 @@ def at_once(scene: Any) -> int:
 
 
 def trace(scene: Any, start: int, count: int) -> None:
-    """Set how many light paths the next render traces for each pixel.
+    """Set how many light paths the next render traces for each pixel, and the number of the first.
 
-    `start` is the number of the first of these paths, which decides their random numbers.
+    The number of a path decides its random numbers.
     """
     cycles = scene.cycles
     cycles.sample_offset = start
@@ -110,7 +110,7 @@ def trace(scene: Any, start: int, count: int) -> None:
 def why_no_eevee() -> str:
     """Return a text that says why EEVEE cannot run here; empty if it can.
 
-    If EEVEE renders without a GPU or a display, Blender ends without an error. So another process
+    Without a GPU or a display, a render by EEVEE ends Blender without an error. So another process
     tries it.
     """
     return "" if not bpy.app.background else _why_no_eevee_in_background()
@@ -135,7 +135,7 @@ def _why_no_eevee_in_background() -> str:
 
 
 def read_layers(path: Path) -> dict[str, NDArray[np.float64]]:
-    """Return the pixels (height, width, 3) of each layer and pass.
+    """Return the pixels (height, width, 3) of each layer and pass of a rendered OpenEXR file.
 
     Keys are such as "ViewLayer.Combined". A file without layers has the key "". Raise `ValueError`
     if the file is not of the kind that this module reads.

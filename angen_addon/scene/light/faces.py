@@ -30,19 +30,22 @@ APART = 4.0
 
 
 def lids(request: Any, walls: Any) -> tuple[int, ...]:
-    """Return that no view of a request needs a lid, since a face sees to any distance."""
+    """Return (), since no view of a request needs a lid: a white face sees to any distance."""
     return ()
 
 
 def collide(scene: Any, walls: Any, one: Seen, other: Seen) -> bool:
-    """Return whether the faces of two requests are so near that a ray could hit the wrong one."""
+    """Return whether the white faces of two requests are so near that rays could confuse them."""
     a, b = one.request.matrix, other.request.matrix
     near = APART * max(face_size(scene, a), face_size(scene, b))
     return bool(np.abs(a[:3, 3] - b[:3, 3]).max() < near) and not np.array_equal(a, b)
 
 
 def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
-    """Return, for the single pixel, the rays through its corners: starts and directions (4, 3)."""
+    """Return the rays from a pixel to the white face of a request: origins and directions (4, 3).
+
+    The list has a single item, since a request has a single pixel.
+    """
     size, back = face_size(scene, request.matrix), request.matrix[:3, 2]
     corners = face(request.matrix, size)
     starts = PART * corners + (1.0 - PART) * corners.mean(axis=0) - AHEAD * size * back
@@ -50,21 +53,24 @@ def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
-    """Add the white faces to a picture. Its pixels look at them."""
+    """Add to a picture the white faces at which its pixels look, for the requests `together`."""
     poses = [seen.request.matrix for seen in together]
     corners = [face(pose, face_size(scene, pose)) for pose in poses]
     picture.add_squares(corners, {}, white(picture.own))
 
 
 def face_size(scene: Any, matrix: Array) -> float:
-    """Return the side of a face in Blender units, which is also its distance from the sensor."""
+    """Return the side length of the white face at a sensor, in Blender units.
+
+    It is also the distance of the face from the sensor.
+    """
     metres = scene.unit_settings.scale_length if scene.unit_settings.system != "NONE" else 1.0
     farthest = float(np.abs(matrix[:3, 3]).max())
     return max(FACE / metres, STEPS * float(np.spacing(np.float32(farthest))))
 
 
 def face(matrix: Array, size: float) -> Array:
-    """Return the corners (4, 3) of a square at a sensor's pose.
+    """Return the corners (4, 3) of a square with side `size` at a sensor's pose.
 
     The square faces −Z, and lies in that direction from the origin of the pose.
     """
@@ -76,7 +82,7 @@ def face(matrix: Array, size: float) -> Array:
 
 
 def white(own: Any) -> Any:
-    """Return a new material that reflects all light diffusely."""
+    """Return a new material that reflects all light diffusely. `own` registers a new datablock."""
     nodes = Nodes(own)
     diffuse = nodes.add("ShaderNodeBsdfDiffuse", color=(1.0, 1.0, 1.0, 1.0), roughness=0.0)
     nodes.add("ShaderNodeOutputMaterial", surface=diffuse.outputs[0])

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps and world of a light scene, each in a separate Cycles light group.
 
-A picture has the light of each group apart, at a fixed power. Light is linear in power. So for any
-state of the lamps the light is a weighted sum, and a lamp that is switched or dimmed needs no new
-picture. Light without a group (from glowing meshes, and lamps in instances) is the whole minus all
-groups.
+A picture has a separate pass for the light of each group, at a fixed power. Light is linear in
+power. So for any state of the lamps the light is a weighted sum. A lamp that is switched or dimmed
+needs no new picture. Light without a group (from glowing meshes, and lamps in instances) is the
+whole picture minus all groups.
 
 Cycles sends more shadow rays to lamps with more power. So all lamps have equal powers here, and sun
 and sky have less than their real power. Otherwise sun and sky would take most rays, also in rooms
@@ -48,13 +48,13 @@ class _Group:
     power
         The power of the lamps in the light scene.
     values
-        The facts of the data when `made` was copied, as text.
+        The settings of the data when `made` was copied, as text.
     made
         The copy of the data in the light scene.
     lamps
-        The objects in the light scene.
+        The lamp objects in the light scene.
     users
-        The names of the user's objects that they represent.
+        The names of the user's objects that `lamps` represent.
     """
 
     name: str
@@ -69,8 +69,8 @@ class _Group:
 class LightGroups:
     """The light groups of a light scene.
 
-    All lamps but suns get the same power: the median of the powers of `lamps`, which are data
-    (`bpy.types.Light`).
+    All lamps except suns get the same power. It is the median of the powers of `lamps`, which are
+    `bpy.types.Light` data.
     """
 
     def __init__(self, light_scene: Any, lamps: Iterable[Any]) -> None:
@@ -82,10 +82,10 @@ class LightGroups:
         self._power = float(np.median(known)) if known else LAMP
 
     def add(self, lamp: Any, user: str) -> Any | None:
-        """Give a lamp of the light scene its power and group, and return it.
+        """Set the power and light group of a lamp; return the lamp, or None if it never shines.
 
-        Return None if it never shines. `user` is the name of the user's object that the lamp
-        represents.
+        `lamp` is an object of the light scene, and `user` the name of the user's object for which
+        it stands.
         """
         data = lamp.data
         group = self._groups.get(data.session_uid)
@@ -104,7 +104,7 @@ class LightGroups:
         return lamp
 
     def add_world(self, world: Any, original: Any) -> None:
-        """Put `world`, a copy of the user's world `original`, into a group.
+        """Put a world into a light group. `world` is a copy of the user's world `original`.
 
         If the world's output comes from a background node, the copy is made darker by a factor.
         This factor, and the strength of the user's node, then give the weight of the group.
@@ -135,7 +135,7 @@ class LightGroups:
         tree.links.new(scale.outputs[0], socket)
 
     def follow(self) -> None:
-        """Copy the data of lamps again if more than their power has changed."""
+        """Copy the data of lamps again if settings other than their power have changed."""
         for group in self._groups.values():
             if repr(present_facts(group.data, POWER)) != group.values:
                 before = group.made
@@ -152,7 +152,7 @@ class LightGroups:
 
     @property
     def sources(self) -> list[LightShare]:
-        """The source of each group's light. Its brightness is 0 until it is measured."""
+        """The lamp or world of each light group, as a `LightShare` without a measurement."""
         lamps = [LightShare(tuple(g.users), "", 0.0) for g in self._groups.values()]
         return lamps + ([LightShare((), WORLD_SOURCE, 0.0)] if self._strength else [])
 
@@ -163,9 +163,9 @@ class LightGroups:
         return lamps, self._world_share
 
     def weights(self) -> Array:
-        """Return the present brightness (groups, 3) of each group.
+        """Return the present factors (groups, 3) of the light groups.
 
-        It is the power in the user's scene relative to that in the light scene.
+        A factor is the power in the user's scene divided by the power in the light scene.
         """
         found = [g.data.energy * tint_of(g.data) / g.power for g in self._groups.values()]
         if self._strength:
@@ -189,7 +189,7 @@ class LightGroups:
 def _highest_power(data: Any) -> float | None:
     """Return the highest power that a lamp's data have at any frame; None if it is unknown.
 
-    It is 0 only if the lamp never shines.
+    The result is 0 only if the lamp never shines.
     """
     tinted = any(is_animated(data, path) for path in POWER if path != "energy")
     energy = None if tinted else _highest(data, "energy", data.energy)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Read the nodes of materials, and make the materials of light scenes.
 
-A *pane* is thin glass, such as that of a window. It must let lamps and the sun shine through. But
-Cycles sends no shadow ray through refraction, so that a pane of glass hides all lamps behind it.
+A *pane* is thin glass, as in a window. Lamps and the sun must shine through it. But Cycles sends no
+shadow ray through refraction, so that a pane of glass hides all lamps behind it.
 
-A plane-parallel pane does not bend light: what passes goes straight on. So each face of a thin,
-flat, smooth pane reflects by Fresnel's equations, and lets the rest pass straight, tinted by the
+A plane-parallel pane does not bend the light that passes. So in a light scene, each face of a thin,
+flat, smooth pane reflects by Fresnel's equations. It lets the rest pass straight, tinted by the
 glass. A closed pane, including all reflections between its faces, then lets (1 − R)/(1 + R) pass.
 At an index of refraction of 1.5 that is 92 % from the front. A single sheet of faces stands for
-both faces of a pane. Only the light scene has such materials; those of the user are not changed.
+both faces of a pane. The user's materials are not changed.
 
 Reference: Born and Wolf, Principles of Optics, section 1.5 (Fresnel's formulae).
 """
@@ -48,7 +48,7 @@ def has_nodes(owner: Any) -> bool:
 
 
 class Nodes:
-    """A new material, to which nodes are added."""
+    """A new material, to which nodes are added. `own` registers a new datablock."""
 
     def __init__(self, own: Any) -> None:
         self.material = own(bpy.data.materials.new(".angen_light"))
@@ -60,8 +60,8 @@ class Nodes:
     def add(self, kind: str, operation: str = "", **inputs: Any) -> Any:
         """Add a node, set its inputs, and return it.
 
-        An input is given by its name in lower case, or by `_` and its index. Its value is a
-        constant, or the output socket of another node, which is then linked.
+        An input is named in lower case, or by `_` and its index. Its value is a constant, or the
+        output socket of another node, which is then linked.
         """
         node = self._tree.nodes.new(kind)
         if operation:
@@ -75,7 +75,7 @@ class Nodes:
         return node
 
     def vector(self, name: str) -> Any:
-        """Add a node that reads the attribute `name`, and return its vector output."""
+        """Add an Attribute node for the attribute `name`, and return its vector output."""
         node = self.add("ShaderNodeAttribute")
         node.attribute_name = name
         return node.outputs["Vector"]
@@ -89,7 +89,7 @@ class Surfaces:
         self._known: dict[int, Array] = {0: np.full(3, 0.8)}
 
     def reflectance(self, uid: int) -> Array:
-        """Return the reflectance (3,) of a material; for uid 0 (no material) Cycles's grey."""
+        """Return the reflectance (3,) of a material; without one (uid 0), Cycles's default grey."""
         if uid not in self._known:
             self._materials = self._materials or {m.session_uid: m for m in bpy.data.materials}
             material = self._materials.get(uid)
@@ -98,7 +98,6 @@ class Surfaces:
 
 
 def _reflectance(material: Any) -> Array:
-    """Return the reflectance (3,) of a material's surface nodes."""
     shown = np.array(material.diffuse_color[:3], np.float64)
     tree = material.node_tree
     outputs = [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"] if tree else []
@@ -110,14 +109,8 @@ def _reflectance(material: Any) -> Array:
 def _reflected(socket: Any, shown: Array, depth: int) -> Array:
     """Return the fraction (3,) that the shader linked to a socket reflects; half if unknown.
 
-    Parameters
-    ----------
-    socket
-        An input socket.
-    shown
-        The material's viewport colour (3,), which is used if a colour input is linked.
-    depth
-        The most nodes to follow.
+    `shown` (3,) is the material's viewport colour, used if a colour input is linked. `depth` is the
+    most nodes to follow.
     """
     if not socket.links or depth == 0:
         return np.zeros(3)
@@ -135,7 +128,7 @@ def _reflected(socket: Any, shown: Array, depth: int) -> Array:
 
 
 def _factor(socket: Any, depth: int) -> float:
-    """Return the factor of a mix node, as a shadow ray that comes from the front gets it."""
+    """Return the factor of a mix node for a shadow ray that comes from the front."""
     if not socket.is_linked or depth == 0:
         return float(socket.default_value)
     link = socket.links[0]
@@ -187,7 +180,6 @@ def is_clear(material: Any) -> bool:
 
 
 def _nodes(tree: Any, seen: set[int]) -> Any:
-    """Yield all nodes of a tree and its groups."""
     if tree is None or tree.as_pointer() in seen:
         return
     seen.add(tree.as_pointer())
@@ -198,7 +190,7 @@ def _nodes(tree: Any, seen: set[int]) -> Any:
 
 
 class Glass(NamedTuple):
-    """Smooth glass.
+    """The properties of smooth glass.
 
     Attributes
     ----------
@@ -213,9 +205,9 @@ class Glass(NamedTuple):
 
 
 class Panes:
-    """Makes stand-ins for panes in a light scene.
+    """Makes stand-ins: objects that replace the user's panes of glass in a light scene.
 
-    `own` is called with each datablock that is made, to register it.
+    `own` is a function that registers each new datablock.
     """
 
     def __init__(self, scene: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
@@ -225,7 +217,7 @@ class Panes:
         self._made: dict[tuple[Glass, bool], Any] = {}
 
     def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
-        """Return the object if it has no panes, or a copy of it whose panes let light pass.
+        """Return an object without panes as it is, or else a copy whose panes let light pass.
 
         If `is_copy`, `obj` was made for this scene and has no modifiers. It is then changed itself.
         """
@@ -239,7 +231,7 @@ class Panes:
         return copy
 
     def is_pane(self, obj: Any) -> bool:
-        """Return whether an object has panes."""
+        """Return whether an object has panes of thin glass."""
         return bool(self._panes(obj, False))
 
     def _panes(self, obj: Any, is_copy: bool) -> dict[int, tuple[Glass, bool]]:
@@ -300,21 +292,19 @@ def glass_of(material: Any) -> Glass | None:
 
 
 def panes_of(evaluated: Any, metres: float) -> dict[int, tuple[Glass, bool]]:
-    """Return the panes of an evaluated object.
-
-    Slots whose glass is thick or curved are left out.
+    """Return the panes of an evaluated object, without glass that is thick or curved.
 
     Parameters
     ----------
     evaluated
         The evaluated object.
     metres
-        The length of a Blender unit.
+        The length of a Blender unit, in m.
 
     Returns
     -------
     dict
-        By index of the material slot: the glass, and whether its panes are single sheets.
+        By index of the material slot: the glass, and whether each pane is a single sheet of faces.
     """
     found: dict[int, tuple[Glass, bool]] = {}
     if evaluated.type != "MESH":
@@ -374,10 +364,7 @@ def _refracts(node: Any) -> bool:
 def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]]:
     """Return the connected parts of the faces with a material slot.
 
-    Returns
-    -------
-    list
-        For each part, the corners (n, 3, 3) of its triangles in m, and area vectors (n, 3) in m².
+    Each part has the corners (n, 3, 3) of its triangles in m, and their area vectors (n, 3) in m².
     """
     mesh = evaluated.data
     mesh.calc_loop_triangles()
@@ -402,7 +389,7 @@ def _parts(evaluated: Any, slot: int, metres: float) -> list[tuple[Array, Array]
 
 
 def _connected(triangles: Any, count: int) -> Any:
-    """Return a label (n,) for each triangle (n, 3): equal labels for connected triangles."""
+    """Return a label (n,) for each triangle (n, 3), equal for triangles that are connected."""
     labels = np.arange(count)
     while True:
         lowest = labels[triangles].min(axis=1)
@@ -414,9 +401,9 @@ def _connected(triangles: Any, count: int) -> Any:
 
 
 def _is_sheet(corners: Array, areas: Array) -> bool | None:
-    """Return True for a single flat sheet of glass, False for a thin, flat, closed pane.
+    """Return True for a single flat sheet of glass, False for a thin, flat, closed pane, else None.
 
-    Return None for other shapes. The parameters are a part as `_parts` returns it.
+    The parameters are a part as `_parts` returns it.
     """
     sizes = np.linalg.norm(areas, axis=1)
     whole = sizes.sum()

@@ -53,7 +53,7 @@ class LightRequest:
     exposure
         The exposure of the sensor.
     steady
-        Whether nothing in the file changes these settings from frame to frame.
+        Whether nothing in the file animates these settings.
     """
 
     name: str
@@ -74,7 +74,7 @@ def busy() -> bool:
 
 
 def measure(*asked: Any, **options: Any) -> Mapping[str, LightSample]:
-    """Return the result of `measuring`, without a pause."""
+    """Run `measuring` to its end, and return its result."""
     return finished(measuring(*asked, **options))
 
 
@@ -102,8 +102,7 @@ def measuring(
     kept
         Keeps light scenes and references for the next call; None to remove them at the end.
     state
-        The state of the scene; None if unknown. What has not changed since the last call is used
-        again.
+        The state of the scene, from which `kept` tells what has changed; None if unknown.
 
     Raises
     ------

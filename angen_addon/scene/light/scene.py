@@ -39,16 +39,16 @@ SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
 
 class Simulated:
-    """The set of objects that Blender's physics moves, ties or shapes, and of all that follow them.
+    """The objects that physics moves, holds or deforms, and all objects that depend on these.
 
-    An object follows its parent, and the targets of its constraints and modifiers.
+    Dependence is by parent, and by the targets of constraints and modifiers.
     """
 
     def __init__(self) -> None:
         self._known: dict[int, bool] = {}
 
     def look_again(self) -> None:
-        """Forget which objects are in the set, after an edit of the file."""
+        """Forget which objects are in the set. Call this after an edit of the file."""
         self._known.clear()
 
     def __contains__(self, obj: Any) -> bool:
@@ -60,12 +60,12 @@ class Simulated:
                 obj.rigid_body is not None
                 or obj.rigid_body_constraint is not None
                 or any(map(is_simulated, obj.modifiers))
-                or any(target in self for target in _followed(obj))
+                or any(target in self for target in _dependencies(obj))
             )
         return self._known[uid]
 
 
-def _followed(obj: Any) -> Iterator[Any]:
+def _dependencies(obj: Any) -> Iterator[Any]:
     """Yield the objects on which an object depends by its parent, constraints and modifiers."""
     for owner in (*obj.constraints, *obj.modifiers):
         target = getattr(owner, "target", None) or getattr(owner, "object", None)
@@ -76,9 +76,9 @@ def _followed(obj: Any) -> Iterator[Any]:
 
 
 class Frozen:
-    """New objects that replace `obj` and its instances in renders.
+    """Copies that replace an object and its instances in renders, with the present pose and look.
 
-    They have the present pose and look. `made` has the new objects.
+    The attribute `made` has the copies.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Frozen:
     depsgraph
         The evaluated depsgraph.
     own
-        Is called with each datablock that is made, to register it.
+        A function that registers a new datablock and returns it.
     """
 
     def __init__(self, obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> None:
@@ -95,28 +95,28 @@ class Frozen:
         evaluated = obj.evaluated_get(depsgraph)
         self.made = [_placed(_stand_in(obj, evaluated, depsgraph, own), evaluated.matrix_world)]
         self._has_instances = obj.type in SHAPES and obj.is_instancer
-        self._seen = _seen(evaluated)
+        self._seen = _look_and_shape(evaluated)
         if self._has_instances:
             if not obj.show_instancer_for_render:
                 self.made.clear()
             self.made += _instances(obj, depsgraph, own)
 
     def follow(self, depsgraph: Any) -> bool:
-        """Give the new objects the present poses; return False if they must be made again.
+        """Move the copies to the present poses; return False if they must be made again.
 
-        That is so if the shape or look has changed, or if there are instances. If only the mesh of
-        an object were exchanged, Cycles would sometimes keep the earlier one.
+        They must be made again if the shape or look has changed, or if there are instances. If only
+        the mesh of an object were exchanged, Cycles would sometimes keep the earlier one.
         """
         evaluated = self._obj.evaluated_get(depsgraph)
-        if self._has_instances or _seen(evaluated) != self._seen:
+        if self._has_instances or _look_and_shape(evaluated) != self._seen:
             return False
         if self.made[0].matrix_world != evaluated.matrix_world:
             self.made[0].matrix_world = evaluated.matrix_world
         return True
 
 
-def _seen(evaluated: Any) -> tuple[str, Any]:
-    """Return two values for comparison: the look of an object, and its whole shape.
+def _look_and_shape(evaluated: Any) -> tuple[str, Any]:
+    """Return values for comparison: all settings that change an object's look, and its whole shape.
 
     For curves, text and metaballs, the shape never equals another.
     """
@@ -128,9 +128,9 @@ def _seen(evaluated: Any) -> tuple[str, Any]:
 
 def _stand_in(obj: Any, evaluated: Any, depsgraph: Any, own: Callable[[Any], Any]) -> Any:
     if obj.type in SHAPES:
-        return _like(evaluated, _shape(evaluated, depsgraph, own), own)
+        return _copy_with(evaluated, _shape(evaluated, depsgraph, own), own)
     if obj.rigid_body_constraint is not None:
-        made = _like(evaluated, obj.data, own)
+        made = _copy_with(evaluated, obj.data, own)
         made.instance_type, made.instance_collection = obj.instance_type, obj.instance_collection
         return made
     copy = own(obj.copy())
@@ -147,7 +147,7 @@ def _placed(made: Any, matrix: Any) -> Any:
 
 
 def _instances(obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> list[Any]:
-    """Return the objects that replace all instances that an object makes."""
+    """Return copies of all instances that an object makes."""
     made = []
     shapes: dict[int, Any] = {}
     for instance in depsgraph.object_instances:
@@ -163,7 +163,7 @@ def _instances(obj: Any, depsgraph: Any, own: Callable[[Any], Any]) -> list[Any]
             data = shown.data.original
         else:
             continue
-        made.append(_placed(_like(shown, data, own), instance.matrix_world.copy()))
+        made.append(_placed(_copy_with(shown, data, own), instance.matrix_world.copy()))
     return made
 
 
@@ -175,7 +175,7 @@ def _shape(evaluated: Any, depsgraph: Any, own: Callable[[Any], Any]) -> Any:
     )
 
 
-def _like(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
+def _copy_with(evaluated: Any, data: Any, own: Callable[[Any], Any]) -> Any:
     """Return a new object with `data` and all settings of an object that light depends on."""
     made = own(bpy.data.objects.new(".angen_light", data))
     for name in SEEN_OF_OBJECT:
@@ -247,9 +247,10 @@ TWINS_RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
 class LightScene:
-    """A context manager that makes a temporary scene to render. Use it inside `quietly`.
+    """Context manager: on entry, make a temporary scene to render light in; on exit, remove it.
 
-    All datablocks that were registered by `own` are removed at the end, also after an error.
+    Use it inside `quietly`. All datablocks registered by `own` are removed on exit, also after an
+    error.
 
     Attributes
     ----------
@@ -258,7 +259,7 @@ class LightScene:
     notes
         Texts for the user about what the scene cannot show as it is.
     frozen
-        The stand-ins of objects that it cannot show unchanged.
+        The copies (`Frozen`) of objects that the scene cannot show unchanged.
     """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated | None = None) -> None:
@@ -285,7 +286,7 @@ class LightScene:
         return datablock
 
     def disown(self, *datablocks: Any) -> None:
-        """Remove datablocks that `own` has registered."""
+        """Remove some of the datablocks that `own` has registered."""
         for datablock in datablocks:
             self._made.remove(datablock)
         bpy.data.batch_remove(datablocks)
@@ -319,20 +320,20 @@ class LightScene:
         bpy.data.batch_remove([d for d in made if _alive(d)])
 
     def _begin(self) -> None:
-        """Set up the new scene before objects are added."""
         self.scene.camera = self._user_scene.camera
         # Off in new scenes, unlike in new files.
         self.scene.eevee.use_shadows = True
 
     def follow_frozen(self) -> bool:
-        """Give frozen objects their originals' poses; return False if one must be made again."""
+        """Move the copies in `frozen` to their present poses; return False if one is outdated."""
         return all(found.follow(self._user_layer.depsgraph) for found in self.frozen)
 
     def follow(self, reference: int | None = None) -> None:
         """Set the frame, and copy the settings of the user's scene that drivers and nodes read.
 
-        `reference` is the frame of a reference; None for the present frame. Frozen objects and
-        animated custom properties are known only at the present frame, and left out in a reference.
+        `reference` is the frame at which a reference is rendered; None for the present frame.
+        Frozen objects and animated custom properties are known only at the present frame. A
+        reference leaves them out.
         """
         user, scene = self._user_scene, self.scene
         self._take_over_time(user, reference)
@@ -390,7 +391,6 @@ class LightScene:
         self.scene.collection.children.link(shown)
 
     def _stand_ins(self, obj: Any) -> Iterator[Any]:
-        """Yield the objects that represent a user's object in the light scene."""
         if is_portal(obj) and self._user_scene.world is None:
             # Blender 5.2 crashes with a portal and no world.
             return
@@ -407,12 +407,7 @@ class LightScene:
     def _lamp(self, obj: Any, lamp: Any) -> Any | None:
         """Return the object that represents a lamp in the light scene; None to leave it out.
 
-        Parameters
-        ----------
-        obj
-            The user's object.
-        lamp
-            The same object, or a stand-in that was made for this scene.
+        `obj` is the user's lamp. `lamp` is the same object, or a copy that was made for this scene.
         """
         return lamp
 
@@ -439,7 +434,10 @@ def _take_over(of: Any, to: Any, *names: str) -> None:
 
 
 def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
-    """Return a value for comparison: the world and the objects that a light scene would have."""
+    """Return a hashable value that is equal for equal contents of a light scene.
+
+    The contents are the world, and the objects that a light scene would have.
+    """
     housings = Housings()
     # One a material, within this call; without this cache each slot of each object takes 20 µs.
     glass = cache(glass_of)
@@ -452,7 +450,7 @@ def contents(scene: Any, view_layer: Any, simulated: Simulated) -> Hashable:
 
 
 def _glass(obj: Any, glass: Callable[[Any], Hashable]) -> Iterator[Hashable]:
-    """Yield the glass of an object's materials. `glass` returns that of a material, or None."""
+    """Yield the glass of an object's materials. The function `glass` reads it from a material."""
     for slot in obj.material_slots:
         made_of = slot.material and glass(slot.material)
         if made_of:
@@ -460,7 +458,7 @@ def _glass(obj: Any, glass: Callable[[Any], Hashable]) -> Iterator[Hashable]:
 
 
 def is_left_out(obj: Any, housings: Housings) -> bool:
-    """Return whether light scenes leave an object out."""
+    """Return whether an object is left out of light scenes."""
     if obj.angen_ignored or obj in housings:
         return True
     return bool(obj.hide_render and obj.type != "LIGHT" and obj.display_type in LINES)
@@ -480,7 +478,7 @@ def is_portal(obj: Any) -> bool:
 
 
 class Housings:
-    """The set of light sensors and of their descendants, which would shade the sensors.
+    """The set of light sensors and their descendants, which would shade the sensors.
 
     They are left out for all light sensors, so that none changes the light of another. Lamps are
     never in the set.
@@ -504,7 +502,7 @@ class Housings:
 
 @contextmanager
 def quietly() -> Iterator[None]:
-    """Silence standard output and all handlers while a light scene renders."""
+    """Context manager: on entry, silence standard output and handlers; on exit, restore both."""
     with _handlers_quiet(), standard_output_silenced():
         yield
 
@@ -523,7 +521,7 @@ def _handlers_quiet() -> Iterator[None]:
 
 
 def remove_left() -> None:
-    """Remove light scenes that were left in a file or an undo step that was saved during a run."""
+    """Remove light scenes that remain in a file or undo step which was saved during a run."""
     if any(LIGHT_MARK in scene for scene in bpy.data.scenes):
         left = [d for group in MADE for d in getattr(bpy.data, group) if LIGHT_MARK in d]
         bpy.data.batch_remove(left)
@@ -537,15 +535,15 @@ def _alive(datablock: Any) -> bool:
 
 
 class Instances:
-    """Makes stand-ins for panes, and for instances of collections with panes or housings.
+    """Makes stand-ins, which replace panes and collection instances in a light scene.
 
-    A stand-in's panes let light pass. Its housings, which would shade their light sensors, are left
-    out.
+    Panes of a stand-in let light pass. Housings, which would shade their light sensors, are left
+    out of collection instances.
 
     Parameters
     ----------
     own
-        Is called with each datablock that is made, to register it.
+        A function that registers a new datablock and returns it.
     housings
         The objects to leave out.
     panes
@@ -560,9 +558,9 @@ class Instances:
         self._made: dict[Any, Any] = {}
 
     def stand_in(self, obj: Any, is_copy: bool = False) -> Any:
-        """Return the object, or a copy without housings and with panes that let light pass.
+        """Return an object, or a copy of it without housings and with panes that let light pass.
 
-        An object without either is returned as it is. If `is_copy`, the object was made for this
+        An object that has neither is returned as it is. If `is_copy`, the object was made for this
         scene, and is changed itself.
         """
         if not is_holder(obj):
@@ -570,7 +568,7 @@ class Instances:
         if not self._is_changed(obj.instance_collection):
             return obj
         copy = obj if is_copy else self._own(obj.copy())
-        copy.instance_collection = self._without(obj.instance_collection)
+        copy.instance_collection = self._without_housings(obj.instance_collection)
         return copy
 
     def _is_changed(self, collection: Any) -> bool:
@@ -585,7 +583,7 @@ class Instances:
             )
         return self._differs[collection]
 
-    def _without(self, collection: Any) -> Any:
+    def _without_housings(self, collection: Any) -> Any:
         if collection not in self._made:
             made = self._made[collection] = self._own(bpy.data.collections.new(".angen_light"))
             made.instance_offset = collection.instance_offset
@@ -598,10 +596,9 @@ class Instances:
 def twins(objects: Iterable[Any], own: Callable[[Any], Any]) -> Any:
     """Return an object that shows some of `objects` a second time, where hardly a ray sees them.
 
-    It saves Cycles from building its tree of triangles again at each picture. In a background
-    render, Cycles puts all meshes that are shown once into one tree, which it builds again if
-    anything moves. A mesh that is shown twice has a separate tree, which Cycles keeps. `own` is
-    called with each datablock that is made, to register it.
+    This saves time at each picture. In a background render, Cycles puts all meshes that are shown
+    once into one BVH tree. It builds this tree again if anything moves. A mesh that is shown twice
+    has a separate tree, which Cycles keeps. `own` is a function that registers each new datablock.
     """
     again = own(bpy.data.collections.new(".angen_light"))
     for obj in objects:
@@ -623,10 +620,10 @@ def _may_be_twice(obj: Any) -> bool:
         return False
     materials = [slot.material for slot in obj.material_slots if slot.material]
     # Cycles sends rays to glowing objects and volumes wherever they are.
-    return not any(glows(material) or _fills(material) for material in materials)
+    return not any(glows(material) or _has_volume(material) for material in materials)
 
 
-def _fills(material: Any) -> bool:
+def _has_volume(material: Any) -> bool:
     tree = material.node_tree
     return tree is not None and any(
         node.type == "OUTPUT_MATERIAL" and node.inputs["Volume"].is_linked for node in tree.nodes
@@ -634,7 +631,7 @@ def _fills(material: Any) -> bool:
 
 
 def tell_begins(scene: Any, frames: Sequence[int]) -> None:
-    """Store the frames of the scene's references, which all later callers of `begins_of` use.
+    """Store the frames at which references of the light are traced, for `begins_of`.
 
     The first is the first frame of the run. In a day, the first frame of each part follows.
     """
@@ -647,7 +644,7 @@ def take_begins(scene: Any) -> None:
 
 
 def begins_of(scene: Any, frame: float) -> tuple[int, int]:
-    """Return the frames of the two references that can serve a frame.
+    """Return the two frames whose references of the light can be used at `frame`.
 
     They are the first frame of all, and the first frame of the part of the day that `frame` is in.
     """

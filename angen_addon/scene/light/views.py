@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures whose pixels look from sensors, by Cycles; and the four views of a light sensor.
+"""Pictures by Cycles whose pixels look from sensors, and the four views of a light sensor.
 
 A *lid* is a square at the far clip plane of a view. It makes the view see the world there, in place
 of the objects behind it.
@@ -48,14 +48,20 @@ Part = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Seen:
-    """A request, and its views (numbers 0 to 3) that need a lid at their far clip plane."""
+    """A light request, with the numbers (0 to 3) of its views that need a lid.
+
+    A *lid* is a square at the far clip plane of a view, which makes the view see the world there.
+    """
 
     request: Any
     lids: tuple[int, ...]
 
 
 def pixel_of(name: str, count: int) -> int:
-    """Return the index of the first of `count` neighbouring pixels for the name of a request."""
+    """Return the first pixel of a request, which has `count` neighbouring pixels.
+
+    It follows from a hash of the request's name.
+    """
     digest = hashlib.blake2b(name.encode(), digest_size=8).digest()
     return int.from_bytes(digest, "little") % PLACES * count
 
@@ -72,7 +78,7 @@ def share_out(
     views
         The number of views of a request.
     collide
-        Whether two requests must not be in the same picture.
+        Function that returns whether two requests must not be in the same picture.
 
     Returns
     -------
@@ -95,10 +101,10 @@ def share_out(
 
 
 class Picture:
-    """A square of pixels in a light scene, with the views of some requests.
+    """A square of pixels in a light scene, with the views of some light sensors.
 
-    Each request has `count` neighbouring pixels: one for each of its views, and then one more for
-    each. The datablocks made for the picture are visible only while it is shown.
+    Each light request has `count` neighbouring pixels: one for each of its views, then a second one
+    for each. The datablocks made for the picture are visible only while it is shown.
 
     Parameters
     ----------
@@ -166,16 +172,17 @@ class Picture:
             self._shown = shown
 
     def parts(self, at_most: int) -> list[Part]:
-        """Return the whole picture if it has at most `at_most` used pixels.
+        """Return the parts of the picture to render one after the other.
 
-        Otherwise return one part for each request.
+        It is the whole picture if that has at most `at_most` used pixels, and else a part for each
+        request.
         """
         if self.first.size * self.count <= at_most:
             return [(0, 0, self.side, self.side)]
         return [self.part_of(request) for request in range(self.first.size)]
 
     def part_of(self, request: int) -> Part:
-        """Return the part of the picture with the pixels of one request, given by its index."""
+        """Return the part of the picture with the pixels of the request of index `request`."""
         row, column = divmod(int(self.first[request]), self.side)
         return row, column, row + 1, column + self.count
 
@@ -209,7 +216,7 @@ class Picture:
 def camera(own: Any) -> Any:
     """Return a camera that sees the sheet of squares and nothing else.
 
-    It is upright, so that the first row of pixels is at the top.
+    It is upright, so that the first row of pixels is at the top. `own` registers a new datablock.
     """
     data = own(bpy.data.cameras.new(".angen_light"))
     data.type = "ORTHO"
@@ -249,9 +256,9 @@ THROUGH, STEP = 16, 1e-4
 
 
 def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
-    """Return the numbers (0 to 3) of the views that may reach their far clip plane.
+    """Return the numbers (0 to 3) of the views that need a lid.
 
-    These views need a lid there.
+    These are the views that may reach their far clip plane.
     """
     if request.field_of_view > NARROW:
         return tuple(range(WALLS))
@@ -263,14 +270,14 @@ def lids(request: Any, walls: StillWalls) -> tuple[int, ...]:
 def collide(scene: Any, walls: StillWalls, one: Seen, other: Seen) -> bool:
     """Return whether a view of one request may hit the lid of a view of the other.
 
-    The lid lets such a view pass, but Cycles draws other random numbers for a path through another
-    surface. A still wall before the lid prevents that.
+    The lid lets such a view pass, but Cycles then draws other random numbers for the light path. A
+    still wall before the lid prevents that.
     """
-    return _meets_lid(one, other, walls) or _meets_lid(other, one, walls)
+    return _may_hit_lid(one, other, walls) or _may_hit_lid(other, one, walls)
 
 
 def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
-    """Return, for each pixel, the rays through its corners: starts and directions (4, 3)."""
+    """Return the rays through each pixel's corners: origins (4, 3) and directions (4, 3)."""
     start, found = max(request.clip_start, NEAREST_CLIP), []
     for view in _views(request):
         ways = _rays(request, view)
@@ -279,7 +286,10 @@ def rays(scene: Any, request: Any) -> list[tuple[Array, Array]]:
 
 
 def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
-    """Add a lid to each view that needs one."""
+    """Add lids to a picture, for the views that need one.
+
+    A lid is a square at the far clip plane of a view, which makes the view see the world there.
+    """
     corners, reaches = [], []
     for seen in together:
         request = seen.request
@@ -329,7 +339,7 @@ def _slope(request: Any) -> float:
 def _rays(request: Any, view: Array, enlarged: float = 1.0) -> Array:
     """Return vectors (4, 3) from the sensor to the corners of a view, at one unit ahead.
 
-    `view` are the axes of the view, and `enlarged` is a factor for its size.
+    `view` (3, 3) has the axes of the view, and `enlarged` is a factor for its size.
     """
     half = _slope(request) * enlarged
     return np.array([view @ (half * a, half * b, 1.0) for a, b in 2 * CORNERS - 1])
@@ -338,15 +348,14 @@ def _rays(request: Any, view: Array, enlarged: float = 1.0) -> Array:
 def _is_closed(request: Any, view: Array, length: float, walls: StillWalls) -> bool:
     """Return whether still walls close a view within a length.
 
-    Rays along the axis and the corners of the view are tested, which is enough for a narrow one.
+    Rays along the axis and the corners of the view are tested, which is enough for a narrow view.
     """
     ways = np.vstack([view[:, 2], _rays(request, view)])
     starts = request.matrix[:3, 3] + max(request.clip_start, NEAREST_CLIP) * ways
     return walls.are_between(starts, ways, length)
 
 
-def _meets_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
-    """Return whether a view of `beam` may hit a lid of `other`."""
+def _may_hit_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
     if not other.lids:
         return False
     one, two = beam.request, other.request
@@ -367,8 +376,8 @@ def _meets_lid(beam: Seen, other: Seen, walls: StillWalls) -> bool:
 def _lid(own: Any) -> Any:
     """Return the material of a lid.
 
-    It sends the rays of its own view beyond the scene, where they see the world, and lets others
-    pass. It tells rays apart by their length.
+    The rays of the lid's own view go on beyond the scene, where they see the world. All other rays
+    pass. The material recognises the rays of its view by their length.
     """
     nodes = Nodes(own)
     reach = nodes.vector("angen_reach")
@@ -386,9 +395,9 @@ def _lid(own: Any) -> Any:
 
 
 class StillWalls:
-    """Finds out whether an opaque wall that never moves stands between two points.
+    """Tests whether opaque walls that never move stop rays.
 
-    A wall counts only if cameras see it. It is taken as the scene is evaluated now.
+    Only walls that cameras see count. They are tested as the scene is evaluated now.
     """
 
     def __init__(self, scene: Any, view_layer: Any, simulated: Simulated) -> None:
@@ -399,7 +408,7 @@ class StillWalls:
         self._closes: dict[int, bool] = {}
 
     def are_between(self, origins: Array, ways: Array, length: float) -> bool:
-        """Return whether each of n rays certainly hits a wall.
+        """Return whether every one of n rays certainly hits a wall.
 
         Parameters
         ----------
@@ -408,7 +417,7 @@ class StillWalls:
         ways
             Directions (n, 3), of any length.
         length
-            Largest distance, in lengths of the directions.
+            Largest distance, in multiples of the length of each direction.
         """
         reaches = length * np.linalg.norm(ways, axis=1)
         return length > 0.0 and all(map(self._is_between, origins, ways, reaches))
@@ -430,10 +439,10 @@ class StillWalls:
     def _is_wall(self, obj: Any) -> bool:
         uid = obj.original.session_uid
         if uid not in self._closes:
-            self._closes[uid] = self._closes_ways(obj.original)
+            self._closes[uid] = self._is_still_and_opaque(obj.original)
         return self._closes[uid]
 
-    def _closes_ways(self, obj: Any) -> bool:
+    def _is_still_and_opaque(self, obj: Any) -> bool:
         if not obj.visible_camera or is_left_out(obj, self._housings) or obj in self._simulated:
             return False
         data = obj.data

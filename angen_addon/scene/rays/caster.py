@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cast rays against the solids: exactly, and only if something may have changed.
+"""Cast rays at solids, and use earlier hits again where nothing has changed.
 
-A *bundle* is a set of rays that a sensor casts together. The hits of a bundle on still solids are
-stored and used again. Of the moving solids, the caster tests those that have changed since the
-bundle was last cast. It tests all frames of a batch (`frames.Frames`) together, and a ray only if
-it crosses the bounds of the solid. Rays are transformed into the space of the solid, so that single
-precision is accurate at any distance from the world origin.
+Solids are the visible objects and instances that rays can hit. A *bundle* is a set of rays that a
+sensor casts together. The hits of a bundle on still solids are stored and used again. Of the moving
+solids, the caster tests those that have changed since the bundle was last cast. It tests all frames
+of a batch (`frames.Frames`) together, and a ray only if it crosses the bounds of the solid. Rays
+are transformed into the space of the solid, so that single precision is accurate at any distance
+from the world origin.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ Rays = tuple[Array, Array, Array]
 
 @dataclass
 class RayBundle:
-    """A bundle of n rays.
+    """A set of n rays that a sensor casts together.
 
     Attributes
     ----------
@@ -51,7 +52,7 @@ class RayBundle:
 
     @property
     def starts(self) -> Array:
-        """The origins (3, n): a row for each axis, which is the faster layout for numpy."""
+        """The origins as an array (3, n), which is the faster layout for numpy."""
         return np.ascontiguousarray(self.origins.T)
 
     # Cached while the sensor does not move. Without the caches, each batch of frames takes longer
@@ -64,12 +65,12 @@ class RayBundle:
 
     @cached_property
     def apex(self) -> Array | None:
-        """The point (3,) through which the lines of all rays go; None if there is no such point."""
+        """The point (3,) where the lines of all rays meet; None if there is no such point."""
         return apex_of(self.origins, self.directions)
 
     @cached_property
     def pictures(self) -> list[RayPicture]:
-        """The pictures in which the rays are compared with meshes that change shape."""
+        """Projections of the rays, for the tests against meshes that change shape."""
         return pictures_of(self.origins, self.directions, self.apex)
 
     def same(self, other: RayBundle) -> bool:
@@ -78,7 +79,7 @@ class RayBundle:
         return all(map(np.array_equal, own, (other.origins, other.directions, other.length)))
 
     def box(self, ranges: Array) -> tuple[Array, Array]:
-        """Return the bounds (3,), (3,) of the rays up to `ranges` (n,)."""
+        """Return the bounds (3,), (3,) of the rays, each cut off at its range in `ranges` (n,)."""
         ends = self.origins + self.directions * ranges[:, None]
         both = np.concatenate([self.origins, ends])
         return both.min(axis=0), both.max(axis=0)
@@ -103,20 +104,20 @@ class RayHits:
     faces: Index
 
     def copy(self) -> RayHits:
-        """Return a copy with arrays of its own."""
+        """Return a copy."""
         return RayHits(self.ranges.copy(), self.met.copy(), self.faces.copy())
 
     def shorten(self, number: int, which: Index, far: Array, faces: Index) -> None:
-        """Replace the hits of some rays by hits on another solid, if these are nearer.
+        """Replace hits by nearer hits on another solid.
 
         Parameters
         ----------
         number
             Number of the other solid.
         which
-            Indices (k,) of the rays.
+            Indices (k,) of the rays that hit the other solid.
         far
-            Ranges (k,) to the other solid, in Blender units.
+            Their ranges (k,) to the other solid, in Blender units.
         faces
             Indices (k,) of the hit faces.
         """
@@ -135,9 +136,9 @@ class CastBundle:
     rays
         The rays.
     own
-        Numbers of the solids that belong to the sensor, which its rays pass through.
+        Numbers of the sensor's own solids, which its rays pass through.
     still
-        The hits on still solids.
+        The hits on solids that have never moved.
     box
         The bounds of the rays, each up to its hit in `still`.
     gone_seen
@@ -176,20 +177,20 @@ AWAY = 0
 
 @dataclass
 class _SensorSolids:
-    """The solids that belong to a sensor, which its rays pass through, and all others.
+    """The solids, sorted for one sensor: its own, still ones and moving ones.
 
     Attributes
     ----------
     state
         The state of the list of solids for which the other attributes are valid.
     numbers
-        Numbers of the sensor's own solids.
+        Numbers of the sensor's own solids, which its rays pass through.
     still
-        Rows of the still solids of others.
+        Rows of the other solids that have never moved.
     moving
-        Rows of the moving solids of others.
+        Rows of the other solids that have moved.
     columns
-        The column of each of `moving` in the `Frames`.
+        The index in `Frames` of each of `moving`.
     """
 
     state: tuple[int, int]
@@ -200,9 +201,9 @@ class _SensorSolids:
 
 
 class RayCaster:
-    """Casts rays through the solids of a scene, in Blender units.
+    """Casts rays at the solids of a scene: its visible objects and instances.
 
-    The rays of a sensor pass through the solids that belong to it.
+    Lengths are in Blender units. The rays of a sensor pass through the sensor's own solids.
     """
 
     def __init__(self, solids: Solids | None = None) -> None:
@@ -215,24 +216,24 @@ class RayCaster:
         self._depsgraph: Any = None
 
     def update(self, depsgraph: Any) -> None:
-        """Read the changes of the scene. Call once after each evaluation, before casting rays."""
+        """Read the changes of the scene. Call this after each evaluation, before casting rays."""
         self.solids.sync(depsgraph)
         self.show(depsgraph, Frames.present(self.solids))
 
     def show(self, depsgraph: Any, frames: Frames) -> None:
-        """Set the frames at which later calls cast rays."""
+        """Set the batch of frames at which later calls cast rays."""
         self._depsgraph = depsgraph
         self.frames = frames
 
     def cast(
         self, sensor: Uid, bundle: int, origins: Array, directions: Array, length: Array
     ) -> Array:
-        """Return the ranges of rays at the last frame.
+        """Return the ranges of rays at the last frame of the batch.
 
         Parameters
         ----------
         sensor
-            Session uid or path of the sensor; rays pass through the solids that belong to it.
+            Session uid or path of the sensor; rays pass through the sensor's own solids.
         bundle
             Number of the bundle: hits are stored for each sensor and bundle.
         origins
@@ -254,7 +255,7 @@ class RayCaster:
     ) -> tuple[Array, NDArray[np.int64]]:
         """Return the ranges (n,), and the numbers (n,) of the hit solids (NOTHING for a miss).
 
-        The parameters are those of `cast`.
+        Frame and parameters are those of `cast`.
         """
         last = np.array([len(self.frames) - 1])
         rays = origins, directions, length
@@ -262,7 +263,7 @@ class RayCaster:
         return seen.ranges, seen.met
 
     def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
-        """Return the ranges of rays at some frames.
+        """Return the ranges of rays at several frames.
 
         Parameters
         ----------
@@ -271,7 +272,7 @@ class RayCaster:
         rays
             Origins (n, 3), unit directions (n, 3) and maximum ranges (n,), in Blender units.
         frames
-            Indices (k,) of the frames, in order of time.
+            Indices (k,) of the frames in the batch, in order of time.
 
         Returns
         -------
@@ -284,7 +285,7 @@ class RayCaster:
         return Answers([seen.ranges for seen in found.table], found.rows)
 
     def see_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
-        """Return the hits of rays at some frames.
+        """Return the hits of rays at several frames.
 
         The parameters are those of `cast_at`. The answers hold a `RayHits` for each frame. Do not
         write to these.
@@ -311,7 +312,7 @@ class RayCaster:
         return self.seen
 
     def last_ranges(self, sensor: Uid, bundle: int) -> Array:
-        """Return the ranges (n,) of a bundle at the last frame for which it was cast."""
+        """Return the ranges (n,) of a bundle of rays at the last frame for which it was cast."""
         seen = self._bundles[sensor, bundle].seen
         assert seen is not None
         return seen.ranges
@@ -323,18 +324,9 @@ class RayCaster:
         hits: dict[tuple[int, int], tuple[Index, Array, Index]],
         frame: int,
     ) -> bool:
-        """Replace the hits of a bundle on solids that changed; return whether any hit may differ.
+        """Replace a bundle's hits on the changed solids `rows`; return whether any hit may differ.
 
-        Parameters
-        ----------
-        bundle
-            The bundle.
-        rows
-            Rows of the moving solids that changed at this frame.
-        hits
-            Indices, ranges and faces of the rays, by frame and row of the hit solid.
-        frame
-            The frame.
+        `hits` has the indices, ranges and faces of rays, by frame and row of the hit solid.
         """
         dropped = [row for row in rows if bundle.hits.pop(row, None) is not None]
         found = {row: hit for row in rows if (hit := hits.get((frame, row))) is not None}
@@ -355,7 +347,7 @@ class RayCaster:
         directions: Array,
         length: Array,
     ) -> tuple[Array, NDArray[np.int64]]:
-        """Return the ranges to the nearest of some solids, and the numbers of the hit solids.
+        """Cast rays at some solids; return the ranges and the numbers of the hit solids.
 
         The hits are not stored.
 
@@ -364,7 +356,7 @@ class RayCaster:
         depsgraph
             The evaluated depsgraph of the last `Solids.sync`.
         rows
-            Rows of the solids that count.
+            Rows of the solids at which rays are cast.
         origins
             Origins (n, 3), in Blender units.
         directions
@@ -381,7 +373,7 @@ class RayCaster:
         seen = self._no_hits(length)
         if len(length):
             rays = RayBundle(origins, directions, length)
-            self._meet(rows, rays, rays.box(length), seen, by_trees=True)
+            self._hit_solids(rows, rays, rays.box(length), seen, by_trees=True)
         return seen.ranges, seen.met
 
     def _no_hits(self, length: Array) -> RayHits:
@@ -424,7 +416,7 @@ class RayCaster:
         if len(again):
             part = RayBundle(rays.origins[again], rays.directions[again], rays.length[again])
             seen = self._no_hits(part.length)
-            self._meet(own.still, part, part.box(part.length), seen)
+            self._hit_solids(own.still, part, part.box(part.length), seen)
             # Callers may still hold the earlier hits: change a copy.
             known.still = still = known.still.copy()
             still.ranges[again], still.met[again] = seen.ranges, seen.met
@@ -435,21 +427,19 @@ class RayCaster:
     def _hits(
         self, bundle: CastBundle, frames: Index, columns: Index
     ) -> dict[tuple[int, int], tuple[Index, Array, Index]]:
-        """Return the hits of a bundle on p solids, each at one frame.
+        """Return the hits of a bundle for p pairs of a frame and a solid.
+
+        The result has indices, ranges and faces of the rays that hit, by frame and row of the
+        solid.
 
         Parameters
         ----------
         bundle
             The bundle.
         frames
-            The frame (p,) of each pair of a frame and a solid.
+            The frame (p,) of each pair.
         columns
-            The column (p,) of its solid in `Frames`.
-
-        Returns
-        -------
-        dict
-            Indices, ranges and faces of the rays that hit, by frame and row of the solid.
+            The index (p,) of each pair's solid in `Frames`.
         """
         at, found = self.frames, {}
         rays, limits = bundle.rays, bundle.still.ranges
@@ -465,11 +455,11 @@ class RayCaster:
                 surfaces = [at.surface(self.solids, row, when) for when in whens]
                 shape = self.solids.solids[row].geometry, surfaces, matrix
                 inverse = inverted(matrix)
-                for i, hit in self._meet_shape(*shape, inverse, rays, limits, crossed[which]):
+                for i, hit in self._hits_on_solid(*shape, inverse, rays, limits, crossed[which]):
                     found[whens[i], row] = hit
         return found
 
-    def _meet_shape(
+    def _hits_on_solid(
         self,
         geometry: Geometry,
         surfaces: list[Any],
@@ -480,16 +470,16 @@ class RayCaster:
         crossed: NDArray[np.bool_],
         by_trees: bool = False,
     ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
-        """Yield the hits of a bundle on one solid, frame by frame.
+        """Yield the hits of a bundle on one solid, for each frame with hits.
 
         Parameters
         ----------
         geometry
             The geometry of the solid.
         surfaces
-            Its surface at each of k frames.
+            The surface of the solid at each of k frames.
         matrix, inverse
-            Its matrices (k, 4, 4) to the world, and their inverses.
+            The matrices (k, 4, 4) of the solid to the world, and their inverses.
         rays
             The bundle of n rays.
         limits
@@ -497,15 +487,15 @@ class RayCaster:
         crossed
             Mask (k, n) of the rays that cross the bounds of the solid.
         by_trees
-            Use a tree also for a mesh that changes shape.
+            Whether to build a BVH tree even for a mesh that changes shape.
 
         Yields
         ------
         tuple
-            Index of a frame with hits, and indices, ranges and faces of the rays that hit.
+            Index of the frame; and indices, ranges and faces of the rays that hit.
         """
         if geometry.deforms and not by_trees and not surfaces[0].large:
-            yield from _meet_changing(surfaces, matrix, inverse, rays, limits, crossed)
+            yield from _hits_on_changing_solid(surfaces, matrix, inverse, rays, limits, crossed)
             return
         for i, surface in enumerate(surfaces):
             which = np.flatnonzero(crossed[i])
@@ -515,16 +505,13 @@ class RayCaster:
                 yield i, (which[nearer], far[nearer], faces[nearer])
 
     def _overlapping(self, rows: Index, rays: RayBundle, box: tuple[Array, Array]) -> list[Index]:
-        """Return the rows of the solids whose bounds overlap `box`, in portions.
-
-        A portion has so few rows that each solid can be compared with each ray in one array.
-        """
+        """Return the rows of the solids whose bounds overlap `box`, split to limit memory."""
         near = (self.solids.lo[rows] <= box[1]) & (self.solids.hi[rows] >= box[0])
         rows = rows[near.all(axis=1)]
         at_once = max(1, PAIRS_AT_ONCE // len(rays.length))
         return [rows[start : start + at_once] for start in range(0, len(rows), at_once)]
 
-    def _meet(
+    def _hit_solids(
         self,
         rows: Index,
         rays: RayBundle,
@@ -532,10 +519,10 @@ class RayCaster:
         seen: RayHits,
         by_trees: bool = False,
     ) -> None:
-        """Shorten the hits `seen` to the nearest of the solids `rows`, as the list has them.
+        """Replace `seen` by nearer hits on the solids `rows`, at the present frame.
 
-        With `by_trees`, meshes that change shape get trees too. A tree pays off if many bundles are
-        cast at the same frame.
+        With `by_trees`, meshes that change shape get BVH trees too. A tree pays off if many bundles
+        are cast at the same frame.
         """
         for part in self._overlapping(rows, rays, box):
             enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)
@@ -548,7 +535,7 @@ class RayCaster:
                     row = int(part[i])
                     solid, matrix = self.solids.solids[row], self.solids.matrix[row][None]
                     shape = solid.geometry, [solid.geometry.state], matrix
-                    for _, hit in self._meet_shape(
+                    for _, hit in self._hits_on_solid(
                         *shape,
                         self.solids.inverse[row][None],
                         rays,
@@ -569,7 +556,7 @@ class RayCaster:
     ) -> tuple[Array, Index]:
         """Return the ranges (k,) of the rays `which` to a surface, and the hit faces (k,).
 
-        Ranges are inf for misses and beyond the limits (k,).
+        The range of a miss, or of a hit beyond the limits (k,), is inf.
         """
         origins, ways = rays.origins[which], rotated(rays.directions[which], inverse)
         if geometry.deforms and surface.large:
@@ -583,7 +570,7 @@ class RayCaster:
         return far / scale, faces
 
 
-def _meet_changing(
+def _hits_on_changing_solid(
     surfaces: list[Any],
     matrix: Array,
     inverse: Array,
@@ -591,7 +578,7 @@ def _meet_changing(
     limits: Array,
     crossed: NDArray[np.bool_],
 ) -> Iterator[tuple[int, tuple[Index, Array, Index]]]:
-    """Yield the hits on a solid that changes shape, as `RayCaster._meet_shape` does."""
+    """Yield the hits on a solid that changes shape, as `RayCaster._hits_on_solid` does."""
     for part in _runs_of_same_triangles(surfaces):
         points = np.stack([surface.points for surface in surfaces[part]])
         corners, face = surfaces[part.start].triangles
@@ -616,7 +603,7 @@ def _meet_changing(
 def _runs_of_same_triangles(surfaces: list[Any]) -> Iterator[slice]:
     """Yield slices of consecutive surfaces that have the same triangles.
 
-    A slice is small enough for its points to fit into the processor's caches.
+    The points of a slice fit into the processor's caches.
     """
     most = max(1, POINTS_AT_ONCE // max(1, surfaces[0].points.shape[1]))
     start = 0
@@ -631,7 +618,7 @@ def _runs_of_same_triangles(surfaces: list[Any]) -> Iterator[slice]:
 
 
 def _slabs(lo: Array, hi: Array, rays: RayBundle) -> tuple[Array, Array]:
-    """Return the ranges (m, n) at which n rays enter and leave m boxes.
+    """Return the ranges (m, n) at which n rays enter and leave m boxes, by the slab method.
 
     A ray misses a box if it leaves before it enters.
     """

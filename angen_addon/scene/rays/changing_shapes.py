@@ -42,7 +42,7 @@ THROUGH = 1e-9
 
 
 def apex_of(origins: Array, directions: Array) -> Array | None:
-    """Return the point (3,) through which the lines of all rays go.
+    """Return the point (3,) where the lines of all rays meet.
 
     Return None if there is no such point, or if parallel rays start at different points.
     """
@@ -69,7 +69,7 @@ class FrameHits:
     ray
         Indices (p,) of the rays.
     far
-        Ranges (p,), in lengths of the ray's direction.
+        Ranges (p,), in multiples of the length of the ray's direction.
     triangle
         Indices (p,) of the hit triangles.
     """
@@ -80,7 +80,7 @@ class FrameHits:
     triangle: Index
 
     def at(self, which: Any) -> FrameHits:
-        """Return the hits that an index or mask selects."""
+        """Return the hits that the index array or mask `which` selects."""
         return FrameHits(self.frame[which], self.ray[which], self.far[which], self.triangle[which])
 
 
@@ -94,7 +94,7 @@ def nearest_hits(
     directions: Array,
     may_hit: NDArray[np.bool_],
 ) -> FrameHits:
-    """Return the nearest hits of rays on a changing mesh, at each of k frames.
+    """Return the nearest hits of rays on a mesh that changes shape, at each of k frames.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def nearest_hits(
     matrix, inverse
         Matrices (k, 4, 4) of the solid to the world, and their inverses.
     pictures
-        Pictures that hold all rays.
+        Projections that together hold all rays, as `pictures_of` returns them.
     origins, directions
         Origins (n, 3) and directions (n, 3) of the rays, in the world.
     may_hit
@@ -144,7 +144,7 @@ def nearest_hits(
 def rotated(vectors: Array, matrix: Array) -> Array:
     """Return vectors (n, 3) rotated by one matrix, or each by its own (n, 4, 4).
 
-    The result for a vector has the same bits whatever other vectors are given.
+    The result for a vector has the same bits whatever other vectors are passed.
     """
     x, y, z = (vectors[:, i : i + 1] for i in range(3))
     result: Array = x * matrix[..., :3, 0] + y * matrix[..., :3, 1] + z * matrix[..., :3, 2]
@@ -152,9 +152,9 @@ def rotated(vectors: Array, matrix: Array) -> Array:
 
 
 def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[RayPicture]:
-    """Return pictures that together hold all rays.
+    """Return projections (`RayPicture`) that together hold all rays.
 
-    Rays that go towards the apex, as those to a lamp do, also get a picture of the opposite
+    Rays that point towards the apex, as those to a lamp do, also get a picture of the opposite
     direction.
 
     Parameters
@@ -177,32 +177,29 @@ def pictures_of(origins: Array, ways: Array, apex: Array | None) -> list[RayPict
     return found
 
 
-def _groups_by_direction(ways: Array) -> list[Index]:
-    """Split unit vectors (n, 3) into groups; return the indices of each.
-
-    The vectors of a group fit into one picture.
-    """
-    every = np.arange(len(ways))
-    middle = ways.mean(axis=0)
-    if float((ways @ middle).min()) > WIDE * float(np.linalg.norm(middle)) > 0.0:
+def _groups_by_direction(directions: Array) -> list[Index]:
+    """Return the indices of groups of unit vectors (n, 3) that each fit into one picture."""
+    every = np.arange(len(directions))
+    middle = directions.mean(axis=0)
+    if float((directions @ middle).min()) > WIDE * float(np.linalg.norm(middle)) > 0.0:
         return [every]
     # One picture for each side of a cube about the eye.
-    axis = np.abs(ways).argmax(axis=1)
-    side = 2 * axis + (ways[every, axis] > 0.0)
+    axis = np.abs(directions).argmax(axis=1)
+    side = 2 * axis + (directions[every, axis] > 0.0)
     return [np.flatnonzero(side == one) for one in np.unique(side).tolist()]
 
 
 class RayPicture:
-    """A picture of n rays of a bundle, with a grid of the cells that contain rays.
+    """A perspective projection of n rays of a bundle, with a grid to find rays by position.
 
     Parameters
     ----------
     rays
         Indices (n,) of the rays in the bundle.
     ways
-        Unit directions (n, 3) in which the eye looks along the rays.
+        Unit directions (n, 3) in which the rays are seen from `eye`.
     eye
-        The point (3,) from which the picture is seen.
+        The centre (3,) of the projection.
     """
 
     def __init__(self, rays: Index, ways: Array, eye: Array) -> None:
@@ -215,7 +212,7 @@ class RayPicture:
     def pairs(self, points: Any, corners: Index, matrix: Array) -> tuple[Index, Index, Index]:
         """Return frames (p,), rays (p,) and triangles (p,) that overlap in the picture.
 
-        Each hit is among these triples, but not each triple is a hit. The parameters are those of
+        Every hit is among these triples, but not every triple is a hit. The parameters are those of
         `nearest_hits`.
         """
         turn = self._axes @ matrix[:, :3, :3]
@@ -225,7 +222,7 @@ class RayPicture:
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = seen[:, 0] / depth, seen[:, 1] / depth
         rows = self._grid.cells(y, 1)
-        below, above = _least_and_greatest(rows[:, own] for own in corners)
+        below, above = _min_and_max(rows[:, own] for own in corners)
         close = TOO_NEAR * np.abs(depth).max(axis=1)
         beside = []
         for frame in np.flatnonzero(depth.min(axis=1) <= close).tolist():
@@ -239,9 +236,7 @@ class RayPicture:
         # A fan of rays lies in one row of the picture, and most triangles in others.
         near = self._grid.rows_hold(below, above)
         frame, triangle = np.divmod(near, corners.shape[1])
-        left, right = _least_and_greatest(
-            self._grid.cells(x[frame, own[triangle]], 0) for own in corners
-        )
+        left, right = _min_and_max(self._grid.cells(x[frame, own[triangle]], 0) for own in corners)
         if beside:
             anywhere = np.isin(near, np.concatenate(beside))
             left[anywhere], right[anywhere] = 0, CELLS - 1
@@ -253,29 +248,27 @@ class RayPicture:
         inside = np.ones(len(ray), bool)
         with np.errstate(invalid="ignore"):
             for places, at in ((x, self._places[0][ray]), (y, self._places[1][ray])):
-                least, most = _least_and_greatest(
-                    places[frame, own] for own in corners[:, triangle]
-                )
+                least, most = _min_and_max(places[frame, own] for own in corners[:, triangle])
                 slack = BORDER * (1.0 + np.abs(at))
                 inside &= ~((least > at + slack) | (most < at - slack))
         return frame[inside], self._rays[ray[inside]], triangle[inside]
 
 
-def _least_and_greatest(ends: Iterable[Any]) -> tuple[Any, Any]:
-    """Return the elementwise least and greatest of three arrays; numpy takes longer on a stack."""
+def _min_and_max(ends: Iterable[Any]) -> tuple[Any, Any]:
+    """Return the elementwise minimum and maximum of three arrays, faster than numpy on a stack."""
     one, two, three = ends
     return np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
 
 
-def _picture_axes(ways: Array) -> Array:
-    """Return the axes of a picture of rays along `ways`: unit vectors right, up and ahead (3, 3).
+def _picture_axes(directions: Array) -> Array:
+    """Return the axes (3, 3) of a picture of rays: unit vectors right, up and ahead.
 
     Right is the direction in which the rays spread most, so that a fan of rays lies in one row of
     cells.
     """
-    ahead = (ways / np.linalg.norm(ways, axis=1)[:, None]).sum(axis=0)
+    ahead = (directions / np.linalg.norm(directions, axis=1)[:, None]).sum(axis=0)
     ahead /= np.linalg.norm(ahead)
-    aside = ways - (ways @ ahead)[:, None] * ahead
+    aside = directions - (directions @ ahead)[:, None] * ahead
     spread, axes = np.linalg.eigh(aside.T @ aside)
     right = axes[:, 2] if spread[2] > THROUGH else np.eye(3)[int(np.argmin(np.abs(ahead)))]
     up = np.cross(ahead, right)
@@ -284,12 +277,12 @@ def _picture_axes(ways: Array) -> Array:
 
 
 class RayCells:
-    """A grid over the places of n rays in a picture.
+    """A grid of cells over the positions of n rays in a picture.
 
     Parameters
     ----------
     rays
-        Coordinates (2, n) of the places in the picture.
+        Coordinates (2, n) of the positions in the picture.
     """
 
     def __init__(self, rays: Array) -> None:
@@ -311,7 +304,7 @@ class RayCells:
         order = np.argsort(cell, kind="stable")
         self._ray = np.concatenate([ray, *also])[order]
         self._start = np.searchsorted(cell[order], EVERY_CELL)
-        self._next_row = _next_held(np.isin(np.arange(CELLS), cell % CELLS))
+        self._next_row = _next_filled(np.isin(np.arange(CELLS), cell % CELLS))
         held = np.zeros((CELLS, CELLS), bool)
         held.ravel()[cell] = True
         self._held = np.ones((SQUARES + 1, CELLS, CELLS), bool)
@@ -323,13 +316,13 @@ class RayCells:
             held[:, :-1] |= wider[:, 1:]
 
     def cells(self, places: Array, axis: int) -> NDArray[np.uint8]:
-        """Return the grid's columns (axis 0) or rows (axis 1) at picture coordinates (k,)."""
+        """Return the grid's column (axis 0) or row (axis 1) at each picture coordinate (k,)."""
         at = (places - self._lo[axis]) * self._scale[axis]
         with np.errstate(invalid="ignore"):
             return np.fmax(np.fmin(at, CELLS - 1), 0.0).astype(np.uint8)
 
     def rows_hold(self, below: Index, above: Index) -> Index:
-        """Return the indices of the ranges (from row `below` to row `above`) that contain a ray."""
+        """Return the indices of the row ranges, from `below` to `above`, that contain a ray."""
         return np.flatnonzero(self._next_row.take(below) <= above)
 
     def may_hold(self, left: Index, right: Index, below: Index, above: Index) -> Index:
@@ -346,30 +339,27 @@ class RayCells:
         return np.flatnonzero(self._held.ravel().take((size * CELLS + left) * CELLS + below))
 
     def pairs(self, left: Index, right: Index, below: Index, above: Index) -> tuple[Index, Index]:
-        """Return pairs (p,) of a rectangle and a ray in it, as indices of both.
+        """Return pairs of a rectangle of cells and a ray in it, as indices (p,) of both.
 
         The parameters are those of `may_hold`.
         """
-        which, column = _members(left.astype(np.intp), right.astype(np.intp) + 1)
+        which, column = _expanded_ranges(left.astype(np.intp), right.astype(np.intp) + 1)
         first = self._start[column * CELLS + below[which]]
         end = self._start[column * CELLS + above[which] + 1]
-        of, at = _members(first, end)
+        of, at = _expanded_ranges(first, end)
         return which[of], self._ray[at]
 
 
-def _next_held(held: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Return for each row of the grid the first row from it on that contains a ray, or CELLS."""
+def _next_filled(held: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return, for each row of the grid, the first row at or after it with a ray; CELLS if none."""
     found = np.where(held, np.arange(CELLS), CELLS)
     return np.minimum.accumulate(found[::-1])[::-1].astype(np.uint8)
 
 
-def _members(first: Index, end: Index) -> tuple[Index, Index]:
-    """Return all integers (p,) of m ranges, after the index (p,) of the range that each is in.
+def _expanded_ranges(first: Index, end: Index) -> tuple[Index, Index]:
+    """Return all integers in m integer ranges: the index (p,) of the range, and the integer (p,).
 
-    Parameters
-    ----------
-    first, end
-        The first integer of each range, and the integer after the last.
+    `first` (m,) are the first integers of the ranges, and `end` (m,) those after the last.
     """
     counts = end - first
     which = np.repeat(np.arange(len(first)), counts)
@@ -377,17 +367,20 @@ def _members(first: Index, end: Index) -> tuple[Index, Index]:
     return which, np.arange(len(which)) + start[which]
 
 
-def _hit_distances(points: Any, frame: Index, corners: Index, origins: Array, ways: Array) -> Array:
-    """Return the ranges (p,) of p rays, each to its own triangle, in lengths of the direction.
+def _hit_distances(
+    points: Any, frame: Index, corners: Index, origins: Array, directions: Array
+) -> Array:
+    """Return the ranges (p,) of p rays, each to its own triangle; inf for a miss.
 
-    A miss is inf. The test is Möller and Trumbore's, relative to the triangle's first corner.
+    They are in multiples of the direction's length. The test is Möller and Trumbore's, relative to
+    the triangle's first corner.
     """
     corner, one, two = (points[frame, :, at].astype(np.float64) for at in corners)
     one, two, start = one - corner, two - corner, origins - corner
-    across, rotated = _cross(ways, two), _cross(start, one)
+    across, rotated = _cross(directions, two), _cross(start, one)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         inverse = 1.0 / _dot(one, across)
-        u, v = _dot(start, across) * inverse, _dot(ways, rotated) * inverse
+        u, v = _dot(start, across) * inverse, _dot(directions, rotated) * inverse
         far = _dot(two, rotated) * inverse
         met = (u >= -RIM) & (v >= -RIM) & (u + v <= 1.0 + RIM) & (far >= 0.0)
     result: Array = np.where(met, far, np.inf)
@@ -401,10 +394,7 @@ def _dot(one: Array, two: Array) -> Array:
 
 
 def _cross(one: Array, two: Array) -> Array:
-    """Return the cross products of vectors (n, 3).
-
-    For few vectors, numpy's function takes several times as long.
-    """
+    """Return the cross products of vectors (n, 3), faster than numpy's function for few of them."""
     a, b, c = one[:, 0], one[:, 1], one[:, 2]
     x, y, z = two[:, 0], two[:, 1], two[:, 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Batches of frames: the moving solids as they were at each frame.
+"""Batches of frames, with the poses and shapes of the moving solids at each frame.
 
 Python code between two frames evicts Blender's data from the processor's caches: the next frame
 then takes two to three times as long. So each frame only copies the data that change, and arrays
@@ -24,12 +24,14 @@ MOST_BYTES = 1 << 26
 
 
 class Frames:
-    """The m moving solids of a list at k frames. All other solids are as in the list.
+    """Poses and shapes of the m moving solids (visible objects and instances) at k frames.
+
+    All other solids keep their state in `Solids`.
 
     Attributes
     ----------
     rows
-        Rows (m,) of the solids in the list.
+        Rows (m,) of the solids in `Solids`.
     matrix
         Matrices (k, m, 4, 4) to the world.
     lo, hi
@@ -37,7 +39,7 @@ class Frames:
     version
         A number (k, m) that changes whenever the solid moves or changes shape.
     column
-        The column of each solid in these arrays, by row in the list.
+        The index of each solid along the axis of length m, by its row in `Solids`.
     """
 
     def __init__(self, rows: Index, matrix: Array, lo: Array, hi: Array, version: Index) -> None:
@@ -49,14 +51,14 @@ class Frames:
 
     @classmethod
     def present(cls, solids: Solids) -> Frames:
-        """Return a single frame: the solids as they were at the last synchronisation."""
+        """Return a single frame, with the solids as at the last synchronisation."""
         rows = np.flatnonzero(solids.moving)
         matrix, lo, hi = solids.matrix[None, rows], solids.lo[None, rows], solids.hi[None, rows]
         return cls(rows, matrix, lo, hi, solids.version[None, rows])
 
     @classmethod
     def unchanged(cls, solids: Solids, count: int) -> Frames:
-        """Return `count` frames at which all solids are as the list has them now."""
+        """Return `count` equal frames, with the solids as at the last synchronisation."""
         one = cls.present(solids)
         matrix, lo, hi = (np.repeat(part, count, axis=0) for part in (one.matrix, one.lo, one.hi))
         return cls(one.rows, matrix, lo, hi, np.repeat(one.version, count, axis=0))
@@ -65,21 +67,21 @@ class Frames:
         return len(self.version)
 
     def show(self, solids: Solids, frame: int) -> None:
-        """Write one of the frames to the list of solids."""
+        """Set the moving solids in `solids` to their poses and shapes at a frame."""
         at = self.matrix[frame], self.lo[frame], self.hi[frame], self.version[frame]
         solids.show(self.rows, *at)
         for row, surfaces in self.surfaces.items():
             solids.solids[row].geometry.take_over(surfaces[frame])
 
     def surface(self, solids: Solids, row: int, frame: int) -> Surface:
-        """Return the surface at a frame of the solid in a row of the list."""
+        """Return the surface that a solid, given by its row in `solids`, has at a frame."""
         kept = self.surfaces.get(row)
         surface: Surface = kept[frame] if kept else solids.solids[row].geometry.state
         return surface
 
 
 class FrameCopies:
-    """Copies the moving solids frame by frame, and makes `Frames` of the copies."""
+    """Collects copies of the moving solids frame by frame, and returns them as `Frames`."""
 
     def __init__(self, solids: Solids, depsgraph: Any) -> None:
         self._solids = solids
@@ -102,7 +104,7 @@ class FrameCopies:
 
     @property
     def full(self) -> bool:
-        """Whether the batch has as many frames or bytes as it may have."""
+        """Whether the batch has reached its limit of frames or of memory."""
         return len(self) >= MOST_FRAMES or self._bytes >= MOST_BYTES
 
     def _read_matrices(self, depsgraph: Any) -> NDArray[np.float32]:
@@ -111,9 +113,9 @@ class FrameCopies:
         return world
 
     def add(self, depsgraph: Any) -> bool:
-        """Copy a frame and return True; return False if the solids must be listed again first.
+        """Copy the solids at the present frame; return False if they must be listed again first.
 
-        That is so after objects appeared or vanished, or a mesh got other faces than before.
+        They must be listed again after objects appeared or vanished, or a mesh got other faces.
         """
         solids, shapes = self._solids, {}
         if not (solids.is_settled and solids.has_objects_of(depsgraph, self._listed)):
@@ -139,7 +141,7 @@ class FrameCopies:
         return True
 
     def finish(self) -> Frames:
-        """Return the frames since the last call; write the last of them to the list of solids."""
+        """Return the copied frames, start a new batch, and set the solids to the last frame."""
         solids, count = self._solids, len(self)
         worlds = np.stack([self._world, *self._worlds]).reshape(count + 1, -1, 16)
         changed = (worlds[1:] != worlds[:-1]).any(axis=2)
@@ -171,9 +173,9 @@ class FrameCopies:
         self._worlds, self._shapes, self._before, self._bytes = [], [], {}, 0
 
     def _changed_surfaces(self) -> tuple[dict[int, list[Surface]], dict[int, NDArray[np.bool_]]]:
-        """Return the surfaces at each frame of the solids that changed shape, and masks of changes.
+        """Return the surfaces of solids that changed shape, and masks of the frames with a change.
 
-        Both have the rows of the solids as keys. A mask has one entry a frame.
+        Both are by row of the solid in `Solids`, and have one entry for each frame.
         """
         kept: dict[int, list[Surface]] = {}
         bends: dict[int, NDArray[np.bool_]] = {}
@@ -190,7 +192,6 @@ class FrameCopies:
         return kept, bends
 
     def _update_bounds(self, frames: Frames, rows: list[int]) -> None:
-        """Compute the world bounds of the solids `rows`."""
         for row in rows:
             column = frames.column[row]
             shapes: list[Any] = [self._solids.solids[row].geometry]

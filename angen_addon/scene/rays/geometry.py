@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The evaluated surface of an object, or of an instance that nodes make, with its tree for rays."""
+"""Surfaces of evaluated objects and instances, with BVH trees for casting rays at them."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ NOWHERE: tuple[Array, Array] = (np.full(3, np.inf), np.full(3, -np.inf))
 
 @dataclass(eq=False)
 class Surface:
-    """A copy of a mesh at one frame.
+    """A copy of an evaluated mesh at one frame.
 
     Attributes
     ----------
     points
-        Coordinates (3, n): a row for each axis, which is the faster layout for numpy.
+        Coordinates (3, n) of the vertices. A row for each axis is the faster layout for numpy.
     corners
-        The index (k,) of the point at each corner of the faces (Blender's loops).
+        The vertex index (k,) of each face corner (Blender's loops).
     faces
         The number of faces.
     lo, hi
@@ -60,32 +60,33 @@ class Surface:
 
     @property
     def large(self) -> bool:
-        """Whether the surface has LARGE triangles or more.
+        """Whether the mesh has LARGE triangles or more.
 
-        Such a surface gets a `RayTree`: `changing_shapes` and Blender's trees would take too long.
+        Rays are then cast with a `RayTree`. The module `changing_shapes` and Blender's trees would
+        take too long.
         """
         return len(self.corners) - 2 * self.faces >= LARGE
 
     @property
     def bytes(self) -> int:
-        """Bytes of the points, and of all that may be computed of them later."""
+        """Estimated memory in bytes, including arrays that are computed later."""
         return self.points.nbytes * (4 if self.large else 1)
 
     def meet(self, starts: Array, ways: Array) -> tuple[Array, NDArray[np.intp]]:
-        """Return the distances of rays to a large surface, and the faces that they hit.
+        """Cast rays at a large surface; return their distances and the hit faces.
 
         Parameters
         ----------
         starts
-            Origins (n, 3), in the space of the surface.
+            Origins (n, 3) of the rays, in the object's space.
         ways
-            Directions (n, 3), of any length.
+            Directions (n, 3) of the rays, of any length.
 
         Returns
         -------
         tuple
-            Distances (n,) in lengths of the directions, inf for a miss; and indices (n,) of the
-            faces.
+            Distances (n,) in multiples of each direction's length, inf for a miss; and indices (n,)
+            of the hit faces.
         """
         corners, face = (self.corners.reshape(-1, 3), None) if self.plain else self.triangles
         if self._tree is None:
@@ -97,9 +98,9 @@ class Surface:
 
     @property
     def triangles(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """The points (3, m) of the triangles, and the index (m,) of the face that each belongs to.
+        """The vertex indices (3, m) of the triangles, and the face index (m,) of each triangle.
 
-        A surface with quads or larger faces must come from `read_surface` with `with_triangles`.
+        For a mesh with quads or n-gons, `read_surface` must have been called with `with_triangles`.
         """
         if self._triangles is None:
             by_corner = np.ascontiguousarray(self.corners.reshape(-1, 3).T).astype(np.intp)
@@ -107,7 +108,7 @@ class Surface:
         return self._triangles
 
     def has_faces_of(self, other: Surface) -> bool:
-        """Return whether another surface has the same faces; if so, use its arrays of faces."""
+        """Return whether another surface has the same faces; if so, share its arrays of faces."""
         known = self.corners is other.corners
         if self.faces != other.faces or not (known or np.array_equal(self.corners, other.corners)):
             return False
@@ -123,14 +124,14 @@ class Surface:
 
 @dataclass
 class Built:
-    """The tree of a surface, shared by all objects of one mesh.
+    """The BVH tree of a surface, shared by all objects of one mesh.
 
     Attributes
     ----------
     tree
         The tree; None before the first ray.
     pivot
-        The point (3,) of the object's space that is the origin of the tree.
+        The origin (3,) of the tree, in the object's space.
     by_triangle
         Whether the tree's faces are triangles; otherwise they are the faces of the mesh.
     """
@@ -150,9 +151,10 @@ class Geometry:
     lo, hi
         Bounds (3,) in the object's space; inf and -inf for an empty surface.
     deforms
-        Whether Blender has reported a change of the shape at a frame change.
+        Whether Blender has reported a changed shape at a frame change.
     lasting
-        Whether the surface belongs to an object in the file; geometry nodes make the others.
+        Whether the surface belongs to an object in the file. Geometry nodes make all other
+        surfaces.
     """
 
     lasting = True
@@ -179,21 +181,21 @@ class Geometry:
 
     @property
     def keeps_faces(self) -> bool:
-        """Whether only an edit can change the faces."""
+        """Whether animation leaves the faces as they are, so that only an edit can change them."""
         original = self.original
         plain = original.type == "MESH" and original.mode == "OBJECT"
         return plain and all(m.type in DEFORMING_MODIFIERS for m in original.modifiers)
 
     @property
     def pivot(self) -> Array:
-        """The origin (3,) of the tree, in the object's space."""
+        """The origin (3,) of the BVH tree, in the object's space."""
         return self._built.pivot
 
     @property
     def state(self) -> Any:
-        """The present surface.
+        """The present `Surface`.
 
-        It is the same object as before unless the surface has changed, so compare it with `is`.
+        It stays the same Python object until the surface changes, so compare states with `is`.
         """
         return self._surface
 
@@ -205,7 +207,10 @@ class Geometry:
         return np.ascontiguousarray(self._surface.points.T)
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
-        """Return the vertex indices (m, 3) of triangles; the same array while no face changes."""
+        """Return the vertex indices (m, 3) of the triangles.
+
+        The array stays the same Python object until a face changes.
+        """
         assert self._surface is not None
         corners = self._surface.corners
         if self._corners is None or not np.array_equal(corners, self._corners):
@@ -217,11 +222,11 @@ class Geometry:
         return self._triangles
 
     def read(self, evaluated: Any) -> bool:
-        """Read the surface of the evaluated object; return whether it changed."""
+        """Read the surface from the evaluated object; return whether it changed."""
         return self.take_over(read_surface(evaluated, self.deforms))
 
     def take_over(self, surface: Surface) -> bool:
-        """Set the surface; return whether it differs from the surface until now."""
+        """Replace the surface by a new one; return whether the two differ."""
         if surface is self._surface:
             return False
         if self._surface is not None and surface.same(self._surface):
@@ -234,9 +239,9 @@ class Geometry:
         return True
 
     def share(self, other: Geometry) -> bool:
-        """Take surface and tree of another object of the same mesh.
+        """Use the surface and the tree of another object of the same mesh.
 
-        Return whether the surface differs from the surface until now.
+        Return whether the surface differs from the earlier one.
         """
         before, self._surface = self._surface, other._surface
         self._built, self.lo, self.hi = other._built, other.lo, other.hi
@@ -245,7 +250,7 @@ class Geometry:
         return before is not other._surface and not before.same(other._surface)
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
-        """Return the tree over all faces, which the first call builds."""
+        """Return the BVH tree over all faces; the first call builds it."""
         if self._built.tree is None:
             self._built.tree = self._tree_of(self.original, depsgraph)
         return self._built.tree
@@ -253,14 +258,14 @@ class Geometry:
     def meet(
         self, depsgraph: Any, starts: Array, ways: Array, limits: Array
     ) -> tuple[Array, NDArray[np.intp]]:
-        """Return the distances of rays to the nearest face of the tree, and these faces.
+        """Cast rays at the tree; return their distances and the hit faces.
 
         Parameters
         ----------
         depsgraph
             The evaluated depsgraph.
         starts
-            Origins (n, 3), in the object's space relative to `pivot`.
+            Origins (n, 3) in the object's space, relative to `pivot`.
         ways
             Directions (n, 3), of any length.
         limits
@@ -269,7 +274,7 @@ class Geometry:
         Returns
         -------
         tuple
-            Distances (n,), inf for a miss; and indices (n,) of the faces, -1 for a miss.
+            Distances (n,), inf for a miss; and indices (n,) of the hit faces, -1 for a miss.
         """
         tree = self.tree(depsgraph)
         if isinstance(tree, RayTree):
@@ -283,21 +288,18 @@ class Geometry:
         return far, met
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
-        """Return the index (n,) of each face's material slot, in the order of the tree's faces."""
+        """Return the material slot index (n,) of each face of the tree."""
         if not self.deforms:
             self.tree(depsgraph)
         by_triangle = self._built.by_triangle and not self.deforms
         return slots_of(self.original.evaluated_get(depsgraph), by_triangle)
 
     def materials(self, depsgraph: Any) -> list[int]:
-        """Return the session uid of each slot's material; 0 for a slot without one."""
+        """Return the session uid of each slot's material; 0 for an empty slot."""
         return uids_of(evaluated_materials(self.original.evaluated_get(depsgraph)))
 
     def _tree_of(self, source: Any, depsgraph: Any) -> BVHTree | RayTree:
-        """Build the tree of an object.
-
-        Epsilon 0 keeps Blender from shrinking the faces: no ray slips through an edge.
-        """
+        """Build the tree, with epsilon 0 so that Blender does not shrink the faces."""
         if self._surface is not None and self._surface.large:
             self._built.by_triangle = True
             self._built.pivot = np.zeros(3)
@@ -315,7 +317,7 @@ class Geometry:
             return self._tree_of_triangles(source, depsgraph)
 
     def _tree_of_triangles(self, source: Any, depsgraph: Any) -> BVHTree:
-        """Build the tree about the pivot from Python lists, which is slower than `FromObject`."""
+        """Build the tree relative to the pivot, which is slower than `FromObject`."""
         self._built.by_triangle = True
         points, triangles = triangles_of(source.evaluated_get(depsgraph))
         return BVHTree.FromPolygons(
@@ -329,11 +331,11 @@ def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
     Parameters
     ----------
     tree
-        A tree of triangles or faces.
+        The BVH tree.
     point
         Origin (3,) of the ray.
     ahead
-        Unit direction (3,).
+        Unit direction (3,) of the ray.
     step
         Faces less than this far apart count as one.
     """
@@ -346,10 +348,10 @@ def faces_along(tree: Any, point: Array, ahead: Array, step: float) -> int:
 
 
 def mesh_shared_by(original: Any) -> int:
-    """Return the session uid of the mesh that an object shows without any change of its own.
+    """Return the session uid of the mesh that an object shows unmodified, or 0.
 
-    Return 0 for an object with modifiers or shape keys, or in a mode other than Object Mode. All
-    objects with the same uid have the same surface.
+    The result is 0 for an object with modifiers or shape keys, and outside Object Mode. Objects
+    with the same uid have the same surface.
     """
     own = original.modifiers or original.mode != "OBJECT"
     if original.type != "MESH" or own or original.data.shape_keys or original.data.is_editmode:
@@ -358,7 +360,7 @@ def mesh_shared_by(original: Any) -> int:
 
 
 def evaluated_materials(evaluated: Any) -> Iterator[Any]:
-    """Yield the material of each slot of an evaluated object; None for a slot without one."""
+    """Yield the material of each slot of an evaluated object; None for an empty slot."""
     slots = evaluated.material_slots
     # Modifiers can add materials for which the object has no slots.
     of_data = evaluated.data.materials if evaluated.type == "MESH" else ()
@@ -373,7 +375,7 @@ def uids_of(materials: Iterable[Any]) -> list[int]:
 
 
 def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
-    """Return the index of the material slot of each face, or (`by_triangle`) of each triangle."""
+    """Return the material slot index of each face, or of each triangle with `by_triangle`."""
     with surface_mesh(evaluated) as mesh:
         slots = np.zeros(len(mesh.polygons) if mesh else 0, np.int32)
         if not len(slots):
@@ -389,7 +391,10 @@ def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
 
 @contextmanager
 def surface_mesh(evaluated: Any) -> Iterator[Any]:
-    """Give the mesh of an object's surface, or None. The mesh is valid within the `with` block."""
+    """Context manager: on entry, give the mesh of an object's surface or None; on exit, free it.
+
+    The mesh is valid only within the `with` block.
+    """
     # In Edit Mode the evaluated mesh is empty, and `to_mesh` gives the shown mesh.
     if evaluated.type == "MESH" and not evaluated.data.is_editmode:
         yield evaluated.data
@@ -402,7 +407,7 @@ def surface_mesh(evaluated: Any) -> Iterator[Any]:
 
 
 def _bounds(axes: NDArray[np.float32]) -> tuple[Array, Array]:
-    """Return the bounds of those of n points (3, n) that are finite."""
+    """Return the bounds (3,), (3,) of the finite points among n points (3, n)."""
     lo, hi = axes.min(axis=1), axes.max(axis=1)
     if not (np.isfinite(lo).all() and np.isfinite(hi).all()):
         # A vertex that is not finite removes its own faces, not the others.
@@ -423,10 +428,9 @@ def read_surface(
     evaluated
         The evaluated object.
     with_triangles
-        Whether to copy the triangles of quads and larger faces too.
+        Whether to copy the triangles of quads and n-gons too.
     like
-        A surface of the object with the same faces, whose corners are used again; None to copy
-        them.
+        A surface of the object with the same faces, whose array `corners` is shared; None to copy.
     """
     with surface_mesh(evaluated) as mesh:
         if mesh is None or not len(mesh.polygons):
@@ -457,7 +461,7 @@ def _cut_into_triangles(mesh: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
-    """Return the vertices (n, 3) and triangles (m, 3) of an object's surface, in its space."""
+    """Return the vertices (n, 3) and triangles (m, 3) of a surface, in the object's space."""
     if evaluated.type not in SURFACE_TYPES:
         return np.empty((0, 3)), np.empty((0, 3), np.int32)
     with surface_mesh(evaluated) as mesh:
@@ -472,10 +476,10 @@ def triangles_of(evaluated: Any) -> tuple[Array, NDArray[np.int32]]:
 
 
 class MadeByNodes(Geometry):
-    """The surface of an instance whose mesh geometry nodes made: no object in the file has it.
+    """The surface of an instance whose mesh was made by geometry nodes.
 
-    Blender frees the mesh once it lists the next instance. So all data are copied while `seen`, the
-    evaluated object of the instance, is valid.
+    No object in the file has this mesh, and Blender frees it once the next instance is listed. So
+    all data are copied while `seen`, the evaluated object of the instance, is valid.
     """
 
     __slots__ = ("_faces", "_materials", "_slots")
@@ -500,9 +504,9 @@ class MadeByNodes(Geometry):
         )
 
     def finish(self, seen: Any, depsgraph: Any) -> None:
-        """Copy the triangles and build the tree, which takes long.
+        """Copy the triangles and build the tree.
 
-        It is not called if the surface is the same as at the previous listing.
+        Call this only if the surface has changed, since it takes long.
         """
         self._triangles = triangles_of(seen)[1]
         if np.isfinite(self.lo).all():
@@ -511,27 +515,29 @@ class MadeByNodes(Geometry):
                 self._slots = slots_of(seen, by_triangle=True)
 
     def triangles(self, depsgraph: Any) -> NDArray[np.int32]:
-        """Return the copied vertex indices (m, 3) of triangles."""
+        """Return the vertex indices (m, 3) of the triangles, as copied."""
         return self._triangles
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
-        """Return the copied tree."""
+        """Return the tree that `finish` built."""
         assert self._built.tree is not None, "rays hit only what has a bounding box"
         return self._built.tree
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:
-        """Return the copied index (n,) of each face's material slot."""
+        """Return the material slot index (n,) of each face, as copied."""
         return self._slots
 
     def materials(self, depsgraph: Any) -> list[int]:
-        """Return the copied session uid of each slot's material."""
+        """Return the session uid of each slot's material, as copied."""
         return self._materials
 
 
 def made_shape(
     depsgraph: Any, seen: Any, made: dict[int, MadeByNodes], last: Geometry | None
 ) -> MadeByNodes:
-    """Return the surface of an instance that nodes made, shared by all instances of its mesh.
+    """Return the surface of an instance whose mesh was made by geometry nodes.
+
+    All instances of one mesh share the surface.
 
     Parameters
     ----------
@@ -540,9 +546,9 @@ def made_shape(
     seen
         The evaluated object of the instance.
     made
-        The surfaces of this listing, by pointer of the mesh; the new surface is added.
+        Surfaces from this pass over the instances, by pointer of the mesh; a new one is added.
     last
-        The instance's surface at the previous listing; it is returned if nothing has changed.
+        The instance's surface at the previous pass; it is returned if nothing has changed.
     """
     pointer = seen.data.as_pointer()
     if pointer not in made:

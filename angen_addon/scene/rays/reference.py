@@ -23,7 +23,7 @@ STEP_ROUNDINGS = 8
 class SceneRayCaster:
     """A slow ray caster with the interface of `RayCaster`.
 
-    It casts in world space, with single precision.
+    It casts one ray at a time in world space, in single precision.
     """
 
     def __init__(self, scene: Any) -> None:
@@ -35,7 +35,7 @@ class SceneRayCaster:
         self._rows: dict[int, list[int]] = {}
 
     def update(self, depsgraph: Any) -> None:
-        """Read the evaluated scene. Call once after each evaluation, before casting rays."""
+        """Read the evaluated scene. Call this after each evaluation, before casting rays."""
         self.solids.sync(depsgraph)
         self.show(depsgraph, Frames.present(self.solids))
         if self._listing != self.solids.listing:
@@ -56,7 +56,7 @@ class SceneRayCaster:
         return np.array([self._cast_one(sensor, o, d, limit) for o, d, limit in rays])
 
     def cast_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
-        """Return the ranges of rays at the present frame, as the answer for each of `frames`."""
+        """Return the ranges of rays at the present frame, repeated for each of `frames`."""
         ranges = self.cast(sensor, bundle, *rays)
         return Answers(ranges[None], np.zeros(len(frames), np.intp))
 

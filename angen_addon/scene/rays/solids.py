@@ -22,14 +22,14 @@ from .geometry import SURFACE_TYPES, Geometry, MadeByNodes, made_shape, mesh_sha
 
 
 def pointers_of(depsgraph: Any) -> list[int]:
-    """Return the pointers of a depsgraph's objects, which identify evaluated objects."""
+    """Return the pointers of a depsgraph's objects, which change if objects appear or vanish."""
     return [evaluated.as_pointer() for evaluated in depsgraph.objects]
 
 
 def name_of(original: Any, owner: Any, made_by_nodes: bool) -> str:
-    """Return the name by which users know a solid.
+    """Return the name of a solid as users see it.
 
-    It is the name of its owner, or "OBJECT in OWNER" for an instance of an object in the file.
+    It is the name of the object `owner`, or "OBJECT in OWNER" if that object instances another one.
     """
     if original == owner or made_by_nodes:
         return str(owner.name)
@@ -37,7 +37,7 @@ def name_of(original: Any, owner: Any, made_by_nodes: bool) -> str:
 
 
 def is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
-    """Return whether an instance is only the mesh of a curve or text.
+    """Return whether an instance is merely the mesh of a curve or text object.
 
     Blender lists curves and text twice: as themselves, and as an instance of their mesh.
     """
@@ -47,7 +47,10 @@ def is_own_surface(instance: Any, original: Any, owner: Any) -> bool:
 
 
 def is_transient(depsgraph: Any, seen: Any, original: Any) -> bool:
-    """Return whether geometry nodes made the mesh of an instance: no object in the file has it."""
+    """Return whether geometry nodes made an instance's mesh, so that no object in the file has it.
+
+    `seen` is the evaluated object of the instance, and `original` its object in the file.
+    """
     data = original.evaluated_get(depsgraph).data
     return data is None or seen.data.as_pointer() != data.as_pointer()
 
@@ -76,11 +79,8 @@ def invertible(matrix: Array) -> NDArray[np.bool_]:
 
 
 def inverted(matrix: Array) -> Array:
-    """Return the inverses of affine matrices (…, 4, 4), by their cofactors.
-
-    All matrices must be invertible. numpy's `inv` calls LAPACK, whose threads wait for each other:
-    inside Blender that took 4 ms for a single matrix.
-    """
+    """Return the inverses of affine, invertible matrices (…, 4, 4), by their cofactors."""
+    # numpy's `inv` calls LAPACK, whose threads wait for each other: 4 ms a matrix inside Blender.
     cofactors = _cofactors(matrix)
     inverse = np.zeros_like(matrix)
     turn = inverse[..., :3, :3]
@@ -135,12 +135,12 @@ OBJECT = bpy.types.Object
 
 
 class Solid:
-    """A visible object or instance.
+    """A visible object or instance that rays can hit.
 
     Attributes
     ----------
     key
-        Session uids that identify the solid from one listing to the next.
+        Session uids that identify the solid at each synchronisation.
     number
         The solid's number, which no other solid gets later.
     original
@@ -200,9 +200,9 @@ class Solids:
     syncs
         The number of synchronisations.
     listing
-        How often the whole list was made again.
+        The number of times that the whole list was made.
     edits
-        How often more than the frame may have changed.
+        The number of calls of `forget`, each after a possible edit.
     gone
         Numbers of still solids that vanished or began to move. Stored hits on them are void.
     instanced
@@ -253,14 +253,14 @@ class Solids:
         self.bends: set[int] = set()
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool = True) -> None:
-        """Store the changes that the depsgraph reports. Call in Blender's handlers.
+        """Store the changes that a depsgraph reports. Call this in Blender's handlers.
 
         Parameters
         ----------
         depsgraph
             The evaluated depsgraph.
         edited
-            Whether more than the frame may have changed, such as the visibility of an object.
+            Whether anything but the frame may have changed, such as an object's visibility.
         by_frame
             Whether a frame change caused the report, which then names all changed objects.
         """
@@ -283,22 +283,21 @@ class Solids:
                     self.bends.add(uid)
 
     def _may_instance(self, original: Any) -> bool:
-        """Return whether modifiers of an object can make instances."""
         may = any(m.type in INSTANCING_MODIFIERS for m in original.modifiers)
         if not may:
             self._plain.add(original.session_uid)
         return may
 
     def has_noted(self, uids: set[int]) -> bool:
-        """Return whether a change of the scene or of one of the objects `uids` is stored.
+        """Return whether `note` has stored a change of the scene or of one of the objects `uids`.
 
-        The stored changes are those since the last `sync` or `clear_noted`. A script that changes
-        an object before it moves the playhead causes such a change.
+        Only changes since the last `sync` or `clear_noted` are stored. One may come from a script
+        that ran before a frame change.
         """
         return self._scene_noted or not uids.isdisjoint(self._touched)
 
     def forget(self) -> None:
-        """Have everything read again at the next synchronisation: anything may have changed."""
+        """Make the next `sync` read everything again. Call this after any edit."""
         self.edits += 1
         self._plain.clear()
         self.must_list = True
@@ -315,7 +314,7 @@ class Solids:
         return self._inverse
 
     def sync(self, depsgraph: Any) -> None:
-        """Update the solids to the present state of the depsgraph."""
+        """Update the list of solids to the present state of the depsgraph."""
         self.syncs += 1
         if self.is_current(depsgraph):
             self._update_moved(depsgraph, len(self._listed))
@@ -329,7 +328,7 @@ class Solids:
         self._unsure = False
 
     def is_current(self, depsgraph: Any) -> bool:
-        """Return whether the list still has all objects of the depsgraph, and no others."""
+        """Return whether the list has exactly the objects of the depsgraph."""
         return self.is_settled and self.has_objects_of(depsgraph, self._listed)
 
     def has_objects_of(self, depsgraph: Any, listed: list[int]) -> bool:
@@ -343,7 +342,7 @@ class Solids:
 
     @property
     def is_settled(self) -> bool:
-        """Whether no reported change requires a new list."""
+        """Whether no stored change requires a new list of solids."""
         return not self.must_list and self._of_instances.isdisjoint(self._touched)
 
     def owned_by(self, uid: Uid) -> NDArray[np.bool_]:
@@ -351,17 +350,17 @@ class Solids:
         return np.fromiter((uid in s.owners for s in self.solids), bool, len(self.solids))
 
     def clear_noted(self) -> None:
-        """Delete the stored changes, after a frame has been copied with them."""
+        """Delete the stored changes, once a copied frame includes them."""
         self._scene_noted = False
         self.reshaped.clear()
         self._touched.clear()
 
     def shape_of(self, uid: int) -> Geometry | None:
-        """Return the surface of the object with a session uid; None if no solid has it."""
+        """Return the surface of the object of session uid `uid`; None if no solid has it."""
         return self._shapes.get(uid)
 
     def rows_of_shape(self, uid: int) -> list[int]:
-        """Return the rows of the solids that have the surface of the object with a session uid."""
+        """Return the rows of the solids with the surface of the object of session uid `uid`."""
         return [solid.row for solid in self._by_shape.get(uid, ())]
 
     def show(
@@ -387,7 +386,7 @@ class Solids:
         return next((s.name for s in self.solids if s.number == number), "")
 
     def _update_moved(self, depsgraph: Any, count: int) -> None:
-        """Read the matrices and shapes that may have changed. No object may have come or gone."""
+        """Update the solids that moved or changed shape, while no object came or went."""
         world = np.empty(count * 16, np.float32)
         depsgraph.objects.foreach_get("matrix_world", world)
         differs = (world != self._world).reshape(count, 16).any(axis=1)
@@ -425,12 +424,11 @@ class Solids:
             self.gone.append(solid.number)
 
     def set_moving(self, rows: NDArray[np.intp]) -> None:
-        """Mark the solids `rows` as moving."""
         for row in rows.tolist():
             self._set_moving(self.solids[row])
 
     def _mark_inverse(self, rows: NDArray[np.intp]) -> None:
-        """Store which of the matrices `rows` have an inverse, and that it is yet to be computed."""
+        """Store which matrices `rows` are invertible, and that their inverses are outdated."""
         self._invertible[rows] = invertible(self.matrix[rows])
         self._not_inverted.update(rows.tolist())
 
@@ -537,7 +535,7 @@ class Solids:
     def _shape(
         self, depsgraph: Any, original: Any, shapes: dict[int, Geometry]
     ) -> tuple[Geometry, bool]:
-        """Return the surface of an object, which its instances share, and whether it changed."""
+        """Return the surface of an object and its instances, and whether it changed."""
         uid = original.session_uid
         if uid in shapes:
             return shapes[uid], uid in self._reshaped

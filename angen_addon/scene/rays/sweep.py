@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sweep beams and rigid solids from their poses at the previous step to those at this step.
+"""Sweep beams and rigid solids from their poses at the previous step to their poses at this step.
 
-A mesh that changes shape is taken as it is at this step. Solids that have just appeared, and those
-that geometry nodes make, are left out. A solid that jumps is treated as if it flew to its new pose.
+A mesh that changes shape is tested with its shape at this step. Left out are solids that have just
+appeared, and solids that geometry nodes make. A solid that jumps is treated as if it flew to its
+new pose.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ STANDS = -1
 
 @dataclass(frozen=True)
 class SolidsAtStep:
-    """The n solids at one step.
+    """The surfaces and poses of n solids at one step.
 
     Attributes
     ----------
@@ -72,7 +73,7 @@ class SolidMotion:
     Attributes
     ----------
     before
-        The row (n,) of each solid at the earlier step; STANDS if it did not move, or is new.
+        The row (n,) of each solid at the earlier step; STANDS if the solid did not move, or is new.
     lo, hi
         Bounds (n, 3) of the space that each solid swept.
     moved
@@ -209,12 +210,12 @@ class Sweeper:
             matrix = _relative_to(centre, now.matrix[row])
             first = matrix if earlier == STANDS else _relative_to(centre, before.matrix[earlier])
             triangles = self._triangles_of(depsgraph, solid.geometry, now.shapes[row])
-            ways = _ways(Movement(first, matrix), move, points, tolerance)
+            ways = _ends_in_body(Movement(first, matrix), move, points, tolerance)
             found.append(crossings(ways, beam.length, triangles, solid.number))
         return joined(found)
 
     def _moves_since(self, before: SolidsAtStep, now: SolidsAtStep) -> SolidMotion:
-        """Return the motion of the solids between two steps; computed once for all sensors."""
+        """Return the motion of the solids between two steps, computed once for all sensors."""
         known = self._moves
         if known is None or known[0] is not before or known[1] is not now:
             known = before, now, self._compare(before, now)
@@ -255,7 +256,6 @@ class Sweeper:
         return SolidMotion(standing, lo, hi, moved)
 
     def _triangles_of(self, depsgraph: Any, geometry: Geometry, surface: Surface) -> TriangleTree:
-        """Return the triangles of a surface in its object's space."""
         known = self._triangles.get(geometry)
         if known is None or known[0] is not surface:
             if geometry.deforms:
@@ -266,18 +266,18 @@ class Sweeper:
         return known[1]
 
 
-def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> Array:
-    """Return the ends of k rays as they move in the space of a moving body, shape (n + 1, k, 2, 3).
+def _ends_in_body(body: Movement, sensor: Movement, points: Array, tolerance: float) -> Array:
+    """Return the end points of k rays in the space of a moving body, shape (n + 1, k, 2, 3).
 
-    The time between the steps is split into n intervals, in which the ends move straight within
-    `tolerance`. The result has the ends at the limits of these intervals.
+    The time between the steps is split into n intervals, at whose limits the end points are given.
+    Between the limits, the end points move straight within `tolerance`.
 
     Parameters
     ----------
     body, sensor
         The movements of the body and of the sensor.
     points
-        The ends (k, 2, 3) in the sensor's space at the later step.
+        The end points (k, 2, 3) in the sensor's space at the later step.
     tolerance
         The largest error, in Blender units.
     """
@@ -288,7 +288,7 @@ def _ways(body: Movement, sensor: Movement, points: Array, tolerance: float) -> 
 
 
 def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
-    """Return the earlier rows (n,) of the solids with `numbers` (n,); STANDS for a new solid."""
+    """Return the rows (n,) in `before` of the solids `numbers` (n,); STANDS for a new solid."""
     if np.array_equal(numbers, before.numbers):
         return np.arange(len(numbers))
     known = {number: row for row, number in enumerate(before.numbers.tolist())}
@@ -296,9 +296,9 @@ def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
 
 
 def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
-    """Return how far (m,) points of the moved solids may leave the straight line between steps.
+    """Return the largest distance (m,) of points of the moved solids from straight paths.
 
-    It is 0 for a solid that does not turn.
+    It is 0 for a solid that does not rotate.
     """
     change = now.matrix[moved] - before.matrix[earlier]
     turns = (change[:, :3, :3] != 0.0).any(axis=(1, 2))
@@ -316,12 +316,7 @@ def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows)
 def _swept_bounds(move: Movement, ends: Array) -> tuple[Array, Array]:
     """Return the bounds (3,), (3,) of the space that points sweep.
 
-    Parameters
-    ----------
-    move
-        The movement of the points.
-    ends
-        Their places (k, 3) at the end of the movement.
+    `move` is the movement of the points, and `ends` (k, 3) are their positions at its end.
     """
     start = seen_from(Movement(np.eye(4), np.eye(4)), move, np.zeros(1), ends)[0]
     lo, hi = _bounds(np.stack([start, ends]))

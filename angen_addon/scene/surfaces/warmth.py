@@ -36,13 +36,13 @@ class _Patches:
     Attributes
     ----------
     solid
-        The solid.
+        The solid: a visible object or instance.
     temperature, emissivity
         The values of each material slot; temperatures in K.
     slots
-        The slot of each face; None until it is read.
+        The material slot of each face; None until it is read.
     corners
-        The faces of the mesh for which `slots` is valid, by their corners.
+        The face corners of the mesh for which `slots` is valid.
     """
 
     solid: Solid
@@ -53,7 +53,7 @@ class _Patches:
 
 
 class Warmth(MetSurfaces):
-    """Reads the temperatures of hit solids, as `Emission`."""
+    """Reads the temperature and emissivity of the surfaces that rays hit, as `Emission`."""
 
     need = WARMTH
 
@@ -121,16 +121,8 @@ class Warmth(MetSurfaces):
     ) -> bool:
         """Store the temperature of a solid; return whether it is animated.
 
-        Parameters
-        ----------
-        depsgraph
-            The evaluated depsgraph.
-        solid
-            The solid.
-        by_uid
-            The objects and materials of the file, by session uid.
-        parents
-            The direct parents of each collection.
+        `by_uid` has the objects and materials of the file by session uid, and `parents` the direct
+        parents of each collection.
         """
         original = by_uid[solid.key[0]]
         whole = own_warmth(original.evaluated_get(depsgraph))
@@ -154,14 +146,14 @@ class Warmth(MetSurfaces):
 
 
 def kelvin(celsius: float) -> float:
-    """Return a temperature in K, and undo the rounding of single precision."""
+    """Return a temperature in K, without the rounding errors of single precision."""
     return float(f"{celsius:.7g}") + ZERO_CELSIUS
 
 
 def own_warmth(owner: Any) -> tuple[float, float] | None:
     """Return the temperature (K) and emissivity set on an object, collection or material itself.
 
-    Return None if it has no temperature.
+    Return None if no temperature is set.
     """
     settings = owner.angen_warmth
     if not settings.use_temperature:
@@ -172,7 +164,8 @@ def own_warmth(owner: Any) -> tuple[float, float] | None:
 def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, float] | None:
     """Return the temperature (K) and emissivity of the nearest collection that has a temperature.
 
-    Return None if none has. Of equally near collections, the first by name counts.
+    Return None if no collection has one. Of equally near collections, the first by name counts.
+    `parents` is as `collection_parents` returns it.
     """
     level = sorted(obj.users_collection, key=lambda c: c.name_full)
     seen = set(level)
@@ -187,7 +180,7 @@ def inherited_warmth(obj: Any, parents: dict[Any, list[Any]]) -> tuple[float, fl
 
 
 def collection_parents() -> dict[Any, list[Any]]:
-    """Return the collections that directly contain each collection."""
+    """Return, for each collection, the collections that directly contain it."""
     found: dict[Any, list[Any]] = {}
     tops = [scene.collection for scene in bpy.data.scenes]
     for collection in [*tops, *bpy.data.collections]:
@@ -197,7 +190,6 @@ def collection_parents() -> dict[Any, list[Any]]:
 
 
 def _by_uid() -> dict[int, Any]:
-    """Return the objects and materials of the file by session uid."""
     return {owner.session_uid: owner for owner in (*bpy.data.objects, *bpy.data.materials)}
 
 

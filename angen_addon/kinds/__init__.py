@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The appearance of each kind of sensor in Blender.
 
-This folder has a module or package for each kind, named after the kind, with its `APPEARANCE`. A
-kind without one has the defaults of `Appearance`.
+Each module or package of this folder is named after a kind, and defines its `APPEARANCE`. A kind
+without a module has the defaults of `Appearance`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def appearance_of(kind: Kind) -> Appearance:
-    """Return the appearance of a kind."""
+    """Return the appearance of a kind of sensor."""
     return _appearance(kind.attribute)
 
 

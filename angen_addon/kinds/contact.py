@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The appearance of door contacts: housing, rings, panel rows and explanations.
+"""The appearance of door contacts: housing, rings in the viewport, panel rows and explanations.
 
-The rings show the distances at which an approaching magnet closes the contact and a departing one
-opens it.
+One ring shows the distance at which an approaching magnet closes the contact. The other shows the
+distance at which a departing magnet opens it.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from ..view.overlay.figures import Figure, circle, pairs
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Draw a whole ring where the magnet closes the contact, and a dashed one where it opens it.
+    """Draw the closing distance as a solid ring, and the opening distance as a dashed one.
 
-    Each ring is drawn twice, in planes at right angles. The parameters are those of
-    `Appearance.figure`.
+    At these distances, the magnet closes and opens the contact. Each ring is drawn twice, in planes
+    at right angles. `seen` is the `DrawnSensor`, and `metres` the length of a Blender unit in m.
     """
     drawn = Figure()
     x, y, z = seen.pose.axes.T
@@ -59,7 +59,7 @@ NO_MAGNET = "It has no magnet, so it is always open. Choose the object that is i
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Warn of a missing magnet, below the parameters in the panel.
+    """Draw a warning below the parameters in the panel if the contact has no magnet.
 
     `seen` has the texts of the sensor's reading.
     """
@@ -69,14 +69,14 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
 
 @dataclass(frozen=True)
 class ContactCause:
-    """Why a door contact is open or closed. Lengths are in m.
+    """The magnet of a door contact, its distance and the switching distances. Lengths are in m.
 
     Attributes
     ----------
     magnet
-        The name of the magnet.
+        The name of the magnet object.
     distance
-        The distance of the magnet.
+        The distance from the contact to the magnet.
     closes
         The contact closes once the magnet is nearer than this.
     opens
@@ -132,7 +132,7 @@ def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:
 
 
 def _fine(length: float, lengths: Lengths) -> str:
-    """Return a length to a tenth of a millimetre, because contacts switch within millimetres."""
+    """Return a length as a text, rounded to a tenth of a millimetre."""
     return measured(length, "m", 4, lengths)
 
 

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The appearance of distance sensors: housings, zones in the viewport, and explanations.
-
-Placed on a wall, a distance sensor looks horizontally.
-"""
+"""The appearance of distance sensors: housings, zones in the viewport, and explanations."""
 
 from __future__ import annotations
 
@@ -30,14 +27,14 @@ NAMES_SHOWN = 3
 
 @dataclass(frozen=True)
 class DistanceCause:
-    """Why a distance sensor reads what it reads.
+    """The nearest zone of a distance sensor, which decides its reading.
 
     Attributes
     ----------
     zone
         The number of the nearest zone, counted row by row from the upper left; None without a hit.
     met
-        The objects that the rays of this zone hit, each with the number of rays, the most first.
+        The objects that the rays of this zone hit, with their numbers of rays, in descending order.
     distance
         The distance of this zone in m.
     targets
@@ -51,7 +48,7 @@ class DistanceCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that most rays of the nearest zone hit, or empty."""
+        """The name of the object that most rays of the nearest zone hit; empty without a hit."""
         return self.met[0][0] if self.met else ""
 
 
@@ -130,9 +127,10 @@ ACROSS = 25
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return a level fan of rays for the floor plan, as wide as all zones together.
+    """Return a horizontal fan of rays for the floor plan, as wide as all zones together.
 
-    `sight` is the trace of the sensor's rays, and `metres` the metres in a Blender unit.
+    `sight` is the trace with the sensor's parameters and pose. `metres` is the length of a Blender
+    unit in m.
     """
     wide = replace(sight.parameters, zones_across=1, zones_up=1, rays=ACROSS)
     origins, directions, reach = zone_rays(wide, sight.pose)
@@ -141,10 +139,11 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw a frame at the end of each zone, and the outer edges of all zones together.
+    """Draw a rectangle at the far end of each zone, and the four outer edges of the field of view.
 
-    The frame of a zone is filled if all rays of the zone hit something. The parameters are those of
-    `Appearance.rays_figure`.
+    A rectangle is filled if all rays of its zone hit something. `seen` is the `DrawnSensor`, and
+    `number` the number of the ray bundle. `met` has the rays with their ranges. `metres` is the
+    length of a Blender unit in m.
     """
     drawn = Figure()
     across, up = seen.parameters.zones_across, seen.parameters.zones_up
@@ -163,9 +162,9 @@ def zones_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def zone_corners(parameters: Any, pose: Pose) -> Array:
-    """Return unit vectors along the edges of each zone, shape (zones, 4, 3).
+    """Return unit vectors along the four edges of each zone in world space, shape (zones, 4, 3).
 
-    The four edges of a zone are in circular order, from the upper left one.
+    The edges of a zone are in circular order, from the upper left one.
     """
     across, up = parameters.zones_across, parameters.zones_up
     x = np.tan(parameters.horizontal_fov / 2) * np.linspace(-1.0, 1.0, across + 1)
@@ -182,7 +181,7 @@ def zone_corners(parameters: Any, pose: Pose) -> Array:
 
 
 def _chip(across: float, up: float, deep: float) -> Housing:
-    """Return a chip of this size (m) on a board of 25 × 18 mm, the usual size of such modules."""
+    """Return a chip of size `across`, `up` and `deep` (m) on a board of 25 × 18 mm."""
     x, y = across / 2, up / 2
     housing = Housing().box((-x, -y, 0.0), (x, y, deep))
     return looking(housing.box((-0.0125, -0.009, deep), (0.0125, 0.009, deep + 0.0016)))
@@ -191,7 +190,7 @@ def _chip(across: float, up: float, deep: float) -> Housing:
 def _hc_sr04() -> Housing:
     """Return a board of 45 × 20 × 15 mm with two transducers of 16 mm, 26 mm apart.
 
-    These are the sizes of the modules on the market (hackster.io).
+    The sizes are from hackster.io.
     """
     housing = Housing()
     for x in (-0.013, 0.013):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The appearance of light sensors: housing, figures, panel rows and explanations.
 
-The figures are the views, or for an illuminance sensor a lobe. An explanation gives the light of
-each lamp, and names the lamp whose light changed.
+A sensor with four views shows these views in the viewport. An illuminance sensor shows a lobe. An
+explanation lists the light of each lamp, and names the lamp whose light changed.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ class LightCause:
     Attributes
     ----------
     now, before
-        The light of each lamp at this update and at the previous one. Both are empty if the engine
-        cannot tell lamps apart. `before` is also empty at the first update.
+        The light of each lamp at this update and at the previous one. Both are empty if the render
+        engine cannot separate lamps. `before` is also empty at the first update.
     field
-        The field of the reading.
+        The field of the reading, such as the illuminance.
     """
 
     now: tuple[LightShare, ...]
@@ -57,23 +57,20 @@ class LightCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the lamp whose light changed most, or empty."""
+        """The name of the lamp whose light changed most; empty if no light changed notably."""
         changed = _most_changed(self)
         return changed[1].names[0] if changed is not None and changed[1].names else ""
 
     @property
     def given(self) -> float:
-        """The sum of the light that sources add.
-
-        Negative lamps, which take light away, do not count.
-        """
+        """The total light of all lamps except negative lamps, which take light away."""
         return max(sum(max(share.light, 0.0) for share in self.now), 1e-9)
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Return the explanation `found` with a further fact, before its own.
+    """Add a fact to an explanation: how much more light would switch the output on.
 
-    It says how much more light the sensor needs to be lit.
+    `found` is the explanation of update `index`. Return it with the fact before its other facts.
     """
     if found.cause is None:
         return found
@@ -84,7 +81,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def explain_light(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a light sensor by how much light each lamp gives.
+    """Explain update `index` of a light sensor by the light of each lamp.
 
     Raise `AngenError` if the light cannot be measured.
     """
@@ -109,7 +106,7 @@ def explain_light(replay: Replay, index: int) -> Explanation:
 def _light(replay: Replay, index: int) -> LightSample | None:
     """Return the light at an update, lamp by lamp; None if the sensor is switched off there.
 
-    EEVEE cannot tell lamps apart, so its light has no parts.
+    For EEVEE, which cannot separate lamps, return an empty `LightSample`.
     """
     taken = replay.take_update(index)
     if taken is None or taken.parameters.engine == "EEVEE":
@@ -120,7 +117,7 @@ def _light(replay: Replay, index: int) -> LightSample | None:
 
 
 def _share_facts(cause: LightCause) -> Facts:
-    """Return a fact for each source that adds or takes away light, and one for their sum."""
+    """Return a fact for each notable light source, and one for the sum of all light."""
     if not cause.now:
         return []
     text, whole = cause.field.text, cause.given
@@ -188,7 +185,8 @@ LOBE = 0.25
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays for the floor plan; for a sensor with four views, the axes of the views.
 
-    `sight` is the trace of the sensor's rays, and `metres` the metres in a Blender unit.
+    `sight` is the trace with the sensor's rays, parameters and pose. `metres` is the length of a
+    Blender unit in m.
     """
     if sight.parameters.method != "FOUR_WALL":
         return sight.rays(metres)
@@ -198,11 +196,10 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Draw the lobe of a sensor with a face; a sensor with four views has none.
+    """Draw the lobe of an illuminance sensor; draw nothing for a sensor with four views.
 
-    The lobe shows how much the light from each direction counts: by the cosine of its angle to the
-    face's normal. The four views are drawn by `view_figure`. The parameters are those of
-    `Appearance.figure`.
+    The lobe shows the weight of the light from each direction: the cosine of its angle to the
+    face's normal. `seen` is the `DrawnSensor`, and `metres` the length of a Blender unit in m.
     """
     if seen.parameters.method == "FOUR_WALL":
         return Figure()
@@ -210,9 +207,10 @@ def figure(seen: Any, metres: float) -> Figure:
 
 
 def view_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
-    """Draw the axis of a view, and the rectangle of its picture at the end of the view.
+    """Draw the axis of a view, and the rectangle of its picture at the far end.
 
-    The parameters are those of `Appearance.rays_figure`.
+    `seen` is the `DrawnSensor`, and `number` the number of the view. `met` has its rays: first the
+    axis, then the four corners. `metres` is the length of a Blender unit in m.
     """
     drawn = Figure()
     (start,), (end,), _ = ends_of(met, metres)
@@ -252,7 +250,7 @@ HOUSINGS = {"": _photoresistor}
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Show the note of the last live reading, such as that a view is narrower than set.
+    """Draw the note of the reading in the panel, such as that a view is narrower than set.
 
     `seen` has the texts of the sensor's reading.
     """

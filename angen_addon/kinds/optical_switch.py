@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The appearance of optical switches: forks, the beam in the viewport, and explanations.
+"""The appearance of optical switches: housings, the beam in the viewport, and explanations.
 
-A fork stands on a surface, and its beam runs parallel to the surface.
+The housing is a fork that stands on a surface. Its beam runs parallel to the surface.
 """
 
 from __future__ import annotations
@@ -27,20 +27,21 @@ RANGE_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Beam:
-    """The beam at one update.
+    """What the beam of an optical switch hits at one update.
 
     Attributes
     ----------
     range
-        The nearest range of its rays, in m.
+        The shortest range of the beam's rays, in m.
     name
-        The object that the ray with this range hits; empty for nothing.
+        The object that the ray with this range hits; empty without a hit.
     light
-        The fraction of the light that passes.
+        The fraction of the light that passes, from 0 to 1.
     rays
         The number of rays.
     ago
-        If an object broke the beam only between two updates: how many seconds before this update.
+        Time in s from a crossing to this update, if an object crossed the beam between two updates;
+        else None.
     """
 
     range: float
@@ -52,12 +53,12 @@ class Beam:
 
 @dataclass(frozen=True)
 class BeamCause:
-    """Why an optical switch is open or closed.
+    """The beams at two updates, which explain why an optical switch is open or closed.
 
     Attributes
     ----------
     before, now
-        The beam at the previous update, if it is known, and at this one.
+        The beam at the previous update (None if it is unknown), and at this one.
     open
         Whether the switch is open at this update.
     threshold
@@ -71,16 +72,20 @@ class BeamCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that breaks the beam, or broke it at the previous update."""
+        """The name of the object that breaks the beam, or of the last one that did.
+
+        If the switch is open, this is the object that broke the beam at the previous update. The
+        name is empty without such an object.
+        """
         if not self.open:
             return self.now.name
         return self.before.name if self.before and self.before.range < self.threshold else ""
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Return the explanation `found` with a further fact, before its own.
+    """Add a fact to an explanation: what must change until the switch opens.
 
-    It says what would open the switch.
+    `found` is the explanation of update `index`. Return it with the fact before its other facts.
     """
     return found.after(_missing(found.cause, replay.lengths)) if found.cause else found
 
@@ -103,7 +108,7 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
 
 
 def explain_switch(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of an optical switch by what is in its beam.
+    """Explain update `index` of an optical switch by the objects in its beam.
 
     Raise `AngenError` if the sensor cannot be read.
     """
@@ -149,7 +154,7 @@ def explain_switch(replay: Replay, index: int) -> Explanation:
 
 
 def _replay_swept(replay: Replay, index: int) -> tuple[OpticalSwitchParameters, Beam] | None:
-    """Replay update `index`; for a swept switch, replay all steps after the previous update too.
+    """Replay update `index`; for a swept switch, first replay all steps since the previous update.
 
     Return the parameters and the beam at the update; None if the sensor is switched off there.
     """
@@ -198,7 +203,6 @@ def _beam_text(beam: Beam, parameters: OpticalSwitchParameters, lengths: Lengths
 
 
 def _crossing_object(beam: Beam) -> str:
-    """Return the quoted name of the object that crossed the beam, or "something"."""
     return quoted(beam.name) if beam.name else "something"
 
 
@@ -233,8 +237,9 @@ LARGEST_MARK, LEAST_MARK = 0.04, 0.004
 def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """Draw the beam up to its hit, with a cross at the hit and a dashed line behind it.
 
-    A bar marks the threshold: the range from which the switch is open. The parameters are those of
-    `Appearance.rays_figure`.
+    A bar marks the threshold, the range from which the switch is open. `seen` is the `DrawnSensor`,
+    and `number` the number of the ray bundle. `met` has the rays with their ranges. `metres` is the
+    length of a Blender unit in m.
     """
     drawn = beams(seen, number, met, metres)
     _, (ends,), (hit,) = ends_of(met, metres)
@@ -257,7 +262,7 @@ def beam_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def fork(gap: float, across: float, along: float, height: float) -> Housing:
-    """Return a fork: two arms with a gap between them, on a base.
+    """Return the housing of a slotted switch: two arms with a gap between them, on a base.
 
     Parameters
     ----------
@@ -266,7 +271,7 @@ def fork(gap: float, across: float, along: float, height: float) -> Housing:
     across, along
         Outer sizes across the arms and along them, in m.
     height
-        Height above the surface, in m. The beam is below the open end by a quarter of it.
+        Height above the surface, in m. The beam is a quarter of it below the tips of the arms.
     """
     arm, x = (across - gap) / 2, along / 2
     tip, base = -height / 4, height * 3 / 4

@@ -34,9 +34,9 @@ ARROW_PER_N, LEAST_ARROW, LONGEST_ARROW = 0.001, 0.06, 1.2
 
 
 def figure(seen: Any, metres: float) -> Figure:
-    """Draw the outline of the pad. `force_of_reading` draws the force.
+    """Draw the outline of the pad, without its force.
 
-    The parameters are those of `Appearance.figure`.
+    `seen` is the `DrawnSensor`, and `metres` the length of a Blender unit in m.
     """
     drawn = Figure()
     if seen.outline is not None:
@@ -47,14 +47,14 @@ def figure(seen: Any, metres: float) -> Figure:
 
 
 def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, float]) -> Figure:
-    """Draw an arrow that presses on a pad, with a dot where it touches.
+    """Draw an arrow that presses on a pad, with a dot at the centre of pressure.
 
     Parameters
     ----------
     pose
         Pose of the pad, in m.
     metres
-        Metres in a Blender unit.
+        Length of a Blender unit in m.
     force
         Force in N, which sets the length of the arrow.
     centre
@@ -77,7 +77,10 @@ def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, f
 
 
 def force_of_reading(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figure | None:
-    """Draw the arrow of a reading; return None if its centre of pressure is unknown."""
+    """Draw the arrow for a reading's force; return None if its centre of pressure is unknown.
+
+    `pose` is the pose of the pad in m, and `metres` the length of a Blender unit in m.
+    """
     centre = fields["cop_x_m"], fields["cop_y_m"]
     if not all(math.isfinite(c) for c in centre):
         return None
@@ -91,8 +94,8 @@ def force_of_reading(pose: Pose, fields: Mapping[str, Any], metres: float) -> Fi
 def _force_resistor(diameter: float, length: float, side: float = 0.0) -> Housing:
     """Return a force-sensing resistor, 0.45 mm thin, with a tail along −Y.
 
-    It is a disk of the `diameter`, or a square if `side` is not 0. The tail senses nothing, so it
-    has lines and no surface. Its width is an assumption.
+    The resistor is a disk of the `diameter`, or a square if `side` is not 0. Lengths are in m. The
+    tail senses nothing, so it has lines and no surface. The width of the tail is an assumption.
     """
     thin, half = 0.00045, (diameter or side) / 2
     housing = pad(side, thin) if side else Housing().lathe([(half, 0.0), (half, thin)])
@@ -118,9 +121,9 @@ HOUSINGS = {
 
 
 def centre_text(x: float, y: float, lengths: Lengths) -> str:
-    """Return the text for a centre of pressure (m, from the pad's origin along its axes).
+    """Return a centre of pressure as a text; `x` and `y` are in m along the pad's axes.
 
-    If the scene's unit is metres, the text is in centimetres, because pads are small.
+    If the scene's unit is metres, the text is in centimetres.
     """
     if math.isnan(x) or math.isnan(y):
         return NOTHING
@@ -138,12 +141,12 @@ newtons = FORCE.text
 
 @dataclass(frozen=True)
 class PadCause:
-    """Why a pad reads what it reads.
+    """The forces on a pad, which explain its reading.
 
     Attributes
     ----------
     partners
-        The objects that press on the pad and their forces in N, the greatest first.
+        The objects that press on the pad and their forces in N, in descending order.
     force
         The force of the reading, in N.
     own_weight
@@ -153,9 +156,9 @@ class PadCause:
     centre
         The centre of pressure along the pad's axes, in m.
     problem
-        Why the forces are uncertain; empty if they are not.
+        A text on why the forces are uncertain; empty if they are certain.
     before
-        The names of the objects that pressed at the previous update.
+        The names of the objects that pressed on the pad at the previous update.
     """
 
     partners: tuple[tuple[str, float], ...]
@@ -168,15 +171,18 @@ class PadCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that presses most, or did so at the previous update."""
+        """The name of the object that presses most; else of one that pressed at the update before.
+
+        The name is empty if nothing presses or pressed.
+        """
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Return the explanation `found` with further facts, before its own.
+    """Add a fact to an explanation: how much force is missing until the pad counts as pressed.
 
-    They say which force is missing and, if nothing presses on the pad, which object is nearest
-    above it.
+    If nothing presses on the pad, a second fact names the nearest object above it. `found` is the
+    explanation of update `index`. Return it with the new facts before its other facts.
     """
     cause = found.cause
     if cause is None:
@@ -188,7 +194,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def _nearest_above(replay: Replay, index: int) -> str:
-    """Return the name and the distance of the nearest object above a pad, or an empty text."""
+    """Return name and distance of the nearest object above a pad; empty if there is none."""
     found = replay.solid_bounds(index, include_sensor=True)
     name = replay.sensor.object.name
     if name not in found:
@@ -314,7 +320,7 @@ SECTIONS = (
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Show the reading, and warnings with buttons that help.
+    """Draw the reading in the panel, and warnings with buttons that help.
 
     `seen` has the texts of the sensor's reading.
     """
@@ -364,7 +370,7 @@ def _not_valid(seen: ReadingText) -> str:
 
 
 def _draw_reading(layout: Any, fields: Mapping[str, Any], lengths: Lengths) -> None:
-    """Show all fields but the force, which is shown above in the sensor's state."""
+    """Draw a row for each field except the force, which the sensor's state already shows."""
     column = layout.column(align=True)
     of = KIND.fields
     # Below its threshold a pad counts as free, although a cushion may lie on it.

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the results of runs: logs, reports, and formats of other tools."""
+"""Writing of results: logs, reports, and formats of other tools."""

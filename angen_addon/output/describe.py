@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Describes sensors as plain data, which `angen list --json` prints."""
+"""The description of sensors as plain data, which `angen list --json` prints."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The options `--faults` and `--truth` of the commands that write logs.
 
-`--faults` adds faults to a log, and `--truth` names the file that lists these changes.
+`--faults` adds faults (lost, late or doubled messages) to a log. `--truth` names the file that
+lists these faults.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ class Faults:
     Parameters
     ----------
     faults
-        The faults file; None to leave logs as they are.
+        The faults file; None to leave logs unchanged.
     truth
         The file to write with the list of changes; by default beside the log.
     log
-        The file of the log with faults; None if it goes to standard output.
+        The file of the log with faults; None if the log goes to standard output.
 
     Raises
     ------
@@ -72,7 +73,7 @@ class Faults:
             self.plan.check_names(sensors)
 
     def of(self, log: Log) -> tuple[Log, dict[Path, str]]:
-        """Return the log with faults added, and the text of the list of changes by its path.
+        """Return the log with the faults, and a dictionary from the path of `truth` to its text.
 
         Without a faults file, return the same log and an empty dictionary.
         """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The output files of a command.
 
-Their paths are checked before a long run. At the end of the run either all files are written, or
+Their paths are checked before a long run. At the end of the run, either all files are written, or
 none if one of them fails. `Exports` are the files in formats of other tools.
 """
 
@@ -71,8 +71,8 @@ def check_not_read(paths: Iterable[Path]) -> None:
 def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
     """Raise AngenError if `path` is one of the files in use.
 
-    `flag` is the option that names the path. `known` has a text on each file in use by its `_key`:
-    the option of an output, or a description of an input.
+    `flag` is the option that names the path. `known` has a text on each file in use, by the `_key`
+    of the file: the option of an output, or a description of an input.
     """
     key = _key(path)
     if key is None or key not in known:
@@ -86,7 +86,7 @@ def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
 
 
 def _inputs() -> dict[Any, str]:
-    """Return a text on each file that the open file reads, and on itself, by the file's `_key`."""
+    """Return texts on the open file and on each file that it reads, by the `_key` of the file."""
     paths = dict.fromkeys(bpy.utils.blend_paths(absolute=True), "read by the open file")
     libraries = [bpy.path.abspath(library.filepath) for library in bpy.data.libraries]
     paths |= dict.fromkeys(libraries, "a linked library of the open file")
@@ -108,7 +108,7 @@ def _key(path: Path) -> Any:
 
 
 def _is_whole(saved: BinaryIO) -> bool:
-    """Whether a blend file is complete.
+    """Return whether the blend file `saved` is complete.
 
     An uncompressed file ends with the block ENDB, a compressed one with its seek table.
     """
@@ -130,10 +130,9 @@ def write(texts: Mapping[Path, Content], folder: Path | None = None) -> None:
 
 
 class Outputs(WholeFiles):
-    """The outputs of a command, as a context manager.
+    """Context manager: the outputs of a command, which `commit` writes.
 
-    At the end of the context, temporary files and new folders are removed unless `commit` was
-    called.
+    On exit, temporary files and new folders are removed unless `commit` was called.
 
     Attributes
     ----------
@@ -161,7 +160,7 @@ class Outputs(WholeFiles):
     def save_blend(self, path: Path) -> None:
         """Save a copy of the open file under a temporary name, which `commit` renames to `path`.
 
-        Raise AngenError.
+        Raise AngenError if the file cannot be saved.
         """
         try:
             # Beside the target, so that relative paths in the file come out right.
@@ -185,7 +184,7 @@ class Outputs(WholeFiles):
     def commit(self) -> None:
         """Write all files and folders, and print the text; if one fails, write none.
 
-        Raise AngenError, or OSError if standard output fails.
+        Raise AngenError if a file cannot be written, or OSError if standard output fails.
         """
         check_not_read(self.texts)
         for folder in self.folders:
@@ -206,7 +205,7 @@ class Outputs(WholeFiles):
 
 
 class Exports:
-    """The logs in formats of other tools that a command writes.
+    """The logs that a command writes in formats of other tools.
 
     `names` are the formats, and `outs` the path for each. Raise AngenError if one of the paths
     cannot be written.
@@ -241,7 +240,8 @@ class Exports:
     def add_to(self, outputs: Outputs, log: Log) -> Iterator[str]:
         """Add the log to the outputs in each format.
 
-        Yield sentences for the user on what a format cannot hold. Raise AngenError.
+        Yield sentences for the user on data that a format cannot hold. Raise AngenError if a format
+        cannot hold the log at all.
         """
         for target, out in self._targets:
             written = target.write(log)

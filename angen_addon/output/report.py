@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gathers the facts of a run, and writes them as an HTML page or an SVG picture."""
+"""The report on a run, as an HTML page or an SVG picture."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def gather(
 ) -> Report:
     """Return the content of the report on a run.
 
-    The report also lists those of the `sensors` that the run did not simulate, and marks them.
+    The report also lists the sensors in `sensors` that the run did not simulate, and marks them.
     `start` is the date and time of t = 0.
     """
     return Report(
@@ -128,7 +128,7 @@ def _changed(sensor: Sensor) -> list[tuple[str, str]]:
     """Return the name and the value of each parameter that differs from the default of the kind.
 
     Leave out parameters that have no effect with the present settings. An animated parameter is
-    always listed. It has the text "animated" as its value, since it has no single value in a run.
+    always listed, with the value "animated".
     """
     parameters = read_parameters(sensor, sensor.settings)
     usual = defaults(sensor.kind.parameters)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the log of a run, from which formats of other tools are written.
+"""The log of a run, from which formats of other tools are written.
 
-Beside the events it has the rooms of the sensors, the seed, and versions.
+In addition to the events, it has the rooms of the sensors, the seed, and versions.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ def log_of_run(
 
 
 def sensor_facts(sensor: Sensor) -> SensorFacts:
-    """Return what a log says of a sensor: its name, kind, room and parameters."""
+    """Return the name, kind, room and parameters of a sensor, for a log."""
     return SensorFacts(sensor.name, sensor.kind.identifier, sensor.room, parameters_of(sensor))
 
 
 def about(scene: Any) -> dict[str, str]:
-    """Return what a log says of its run, as texts by name.
+    """Return the data on a run that its log contains, as texts by name.
 
     These are the name and the digest of the home's file, the seed, and the versions of the
     extension and of Blender.

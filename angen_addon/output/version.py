@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads the extension's version from its manifest."""
+"""The extension's version, read from its manifest."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Helps Python processes that have Blender as a module.
+"""Helpers for Python processes that use Blender as a module.
 
-The modules load the extension, silence Blender, and clean up before the process ends.
+The modules load the extension, suppress Blender's messages, and clean up before the process ends.
 """

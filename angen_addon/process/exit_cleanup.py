@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cleans up before the end of a Python process that has Blender as a module, such as a script.
+"""Cleanup at the end of a Python process that uses Blender as a module, such as a script.
 
 In such a process, Blender frees its data only after Python has ended. Handlers and classes of
 extensions, and drivers in Python, would then make Blender crash or hang. So they must be removed
@@ -24,7 +24,7 @@ _unregister: Callable[[], None] | None = None
 
 
 def unregister_at_exit(unregister: Callable[[], None]) -> None:
-    """Arrange that `unregister` is called and the open file is closed before Python ends.
+    """Register an exit handler that calls `unregister` and closes the open file.
 
     Do nothing if Blender runs as a program, which does both itself.
     """
@@ -44,10 +44,8 @@ def _clean_up() -> None:
 
 
 def _empty_groups() -> None:
-    """Remove the properties from the extension's PropertyGroup classes.
-
-    The classes must be unregistered by now.
-    """
+    """Remove the properties from the extension's PropertyGroup classes."""
+    # The classes must be unregistered by now.
     extension = __package__.rsplit(".", 2)[0] + "."
     for group in bpy.types.PropertyGroup.__subclasses__():
         if group.__module__.startswith(extension):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loads the extension and opens a file in a process without Blender's window.
+"""Functions that load the extension and open a file in a process without Blender's window.
 
-It keeps Blender's messages out of standard output.
+They keep Blender's messages out of standard output.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def load_extension() -> ModuleType:
 def unreadable(file: Path) -> str:
     """Return a text on why `file` cannot be a blend file; empty if it can be one.
 
-    Only its first bytes are checked, because this function does not need Blender.
+    Only the first bytes of the file are checked. This function does not need Blender.
     """
     try:
         with open(file, "rb") as opened:
@@ -77,8 +77,8 @@ def open_file(file: Path, trusted: bool) -> str:
 def fill_closed_streams() -> None:
     """Open the null device for each closed standard stream: input, output or error.
 
-    A shell closes standard output by `>&-`, for example. The next file that the process opens would
-    then get its file descriptor. Texts for standard output would be written to that file.
+    A shell closes standard output by `>&-`, for example. Without this function, the next file that
+    the process opens would get the free file descriptor, and with it the texts for standard output.
     """
     for handle in range(3):
         try:
@@ -93,7 +93,7 @@ def fill_closed_streams() -> None:
 
 @contextlib.contextmanager
 def standard_output_silenced() -> Iterator[None]:
-    """Send standard output to the null device while Blender works."""
+    """Context manager: send standard output to the null device until exit."""
     fill_closed_streams()
     output = sys.stdout
     if output is not None:
@@ -118,8 +118,8 @@ def standard_output_silenced() -> Iterator[None]:
 def release_memory() -> None:
     """Return freed memory to the operating system, if the C library has a function for it (glibc).
 
-    Else a process keeps some 100 MB after simulating a day, and a little more after each further
-    day.
+    Without this call, a process keeps some 100 MB after simulating a day, and a little more after
+    each further day.
     """
     if sys.platform == "linux":
         with suppress(AttributeError, OSError):

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recordings of runs: kept in blend files, compared with the scene, baked to keyframes."""
+"""Recordings of runs: stored in blend files, compared with the scene, baked to keyframes."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a recording as keyframes onto the sensors' `active` and `value`, and removes them.
+"""Writing a recording as keyframes of the sensors' `active` and `value`, and removing them.
 
 The keyframes have constant interpolation, since a reading is valid until the next one is published.
 Any other interpolation would show values that no sensor measured.
@@ -34,7 +34,7 @@ class BakeResult:
     count
         The number of sensors whose keyframes were written or removed.
     notes
-        Sentences for the user, on sensors for which that failed and on actions that were copied.
+        Sentences for the user, on sensors that failed and on actions that were copied.
     """
 
     count: int = 0
@@ -42,7 +42,7 @@ class BakeResult:
 
 
 def bake(sensors: list[Sensor], recording: Recording, scene: Any) -> BakeResult:
-    """Replace the keyframes of the sensors' outputs by one for each change in the recording.
+    """Replace the keyframes of the sensors' outputs by a keyframe for each change in the recording.
 
     The keyframes are added to the action of the sensor's object, whose other F-curves do not
     change. An object without an action gets a new one named after the sensor. An action that other
@@ -68,9 +68,9 @@ def bake(sensors: list[Sensor], recording: Recording, scene: Any) -> BakeResult:
 
 
 def is_baked(sensor: Sensor) -> bool:
-    """Whether the sensor's outputs have keyframes.
+    """Return whether the sensor's outputs have keyframes.
 
-    This is false for a sensor in a collection instance, whose keyframes belong to the original
+    For a sensor in a collection instance, this is false: the keyframes belong to the original
     sensor.
     """
     return not sensor.holders and bool(output_curves(sensor.object))
@@ -99,10 +99,7 @@ def unbake(sensors: list[Sensor]) -> BakeResult:
 
 
 def _obstacle(obj: Any) -> str:
-    """Return why an object's outputs cannot get keyframes, and what the user can do.
-
-    The text is empty if they can.
-    """
+    """Return why an object's outputs cannot get keyframes, and a way out; empty if they can."""
     if obj.library is not None:
         return f"it is linked from {obj.library.filepath}: make it local, or bake there"
     animation = obj.animation_data
@@ -121,10 +118,7 @@ def _obstacle(obj: Any) -> str:
 
 
 def _ensure_action(sensor: Sensor) -> str:
-    """Make sure that the sensor's object has an action that no other object uses.
-
-    Create or copy an action if needed. Return a note for the user if one was copied, else "".
-    """
+    """Give the sensor's object an action of its own; if one was copied, return a note, else ""."""
     obj = sensor.object
     animation = obj.animation_data or obj.animation_data_create()
     if animation is None:
@@ -145,7 +139,7 @@ def _ensure_action(sensor: Sensor) -> str:
 
 
 def _is_shared(action: Any, obj: Any) -> bool:
-    """Whether keyframes in the action would also animate datablocks other than `obj`.
+    """Return whether keyframes in the action would also animate datablocks other than `obj`.
 
     From Blender 4.4 on, an action has slots. Keyframes then animate only datablocks with the same
     slot.
@@ -182,9 +176,9 @@ def _insert_keys(obj: Any, track: Track, stretch: float) -> str:
 
 
 def _changes(values: Any) -> Any:
-    """Return the indices of the first finite value, and of each that differs from the one before.
+    """Return the indices of all finite values that differ from the finite value before, (n,).
 
-    Values that are not finite are skipped.
+    The first finite value counts as a change.
     """
     known = np.flatnonzero(np.isfinite(values))
     differs = np.diff(values[known]) != 0.0
@@ -192,10 +186,7 @@ def _changes(values: Any) -> Any:
 
 
 def _fill(curve: Any, frames: Any, values: Any) -> None:
-    """Replace all keyframes of an F-curve by ones at `frames` (n,) with `values` (n,).
-
-    They have constant interpolation.
-    """
+    """Replace all keyframes of an F-curve by keyframes at `frames` (n,) with `values` (n,)."""
     curve.mute = False
     points = curve.keyframe_points
     points.clear()

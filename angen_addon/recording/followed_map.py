@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds out whether a coverage map is stale, in the same way as for a recording."""
+"""The check whether a coverage map is stale, which works as for a recording."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ NONE_MEASURED = -1
 
 
 class FollowedMap(StoredRecording):
-    """The fingerprint of the scene that a coverage map shows.
+    """The fingerprint of the scene for which a coverage map was computed.
 
-    It leaves out what the map does not depend on: most settings of the scene, and small sensors
-    that are not motion detectors. The scene stores the fingerprint as a text, so that undo and
-    saving keep it.
+    It leaves out data on which the map does not depend: most settings of the scene, and small
+    sensors that are not motion detectors. The scene stores the fingerprint as a text, so that undo
+    and saving keep it.
     """
 
     KEY = f"{COVERAGE_MARK}_followed"
@@ -38,7 +38,7 @@ class FollowedMap(StoredRecording):
 
     @classmethod
     def note(cls, scene: Any, depsgraph: Any) -> FollowedMap:
-        """Take the fingerprint of the present scene, store it in the scene, and return it.
+        """Compute the fingerprint of the present scene, store it in the scene, and return it.
 
         Call this method when a map was made.
         """
@@ -50,9 +50,9 @@ class FollowedMap(StoredRecording):
 
     @classmethod
     def read(cls, text: str) -> FollowedMap:
-        """Return the fingerprint that `note` has stored as this text.
+        """Return the fingerprint in a text that `note` has stored.
 
-        If the text is damaged, return one that is stale, as if an earlier version had made it.
+        If the text is damaged, return a fingerprint that counts as stale.
         """
         try:
             (facts, *blender), view_layer, digests = json.loads(text)

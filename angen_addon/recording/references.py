@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keeps the light references (scene/light/cycles.py) from one run to the next."""
+"""The light references of the last run (scene/light/cycles.py), for reuse in the next run."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ WARMTH = "Warmth "
 class LightReferences:
     """The light references of the last run.
 
-    They are valid until something changes on which light depends. Parameters of sensors that
-    measure no light can change meanwhile. Computing references anew takes as long as simulating
-    about 50 s of the sample home.
+    They are valid until data changes on which light depends. Changes of sensors that measure no
+    light do not matter. Computing references anew takes as long as simulating about 50 s of the
+    sample home.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,8 @@ class LightReferences:
     def of(self, scene: Any, depsgraph: Any) -> dict[Any, Any]:
         """Return the references for a run of the present scene, to which the run adds its own.
 
-        They are empty if the last run was of another scene, or if its light has changed since.
+        The dictionary is empty if the last run was of another scene, or if its light has changed
+        since.
         """
         if not self._found:
             return {}
@@ -39,17 +40,14 @@ class LightReferences:
     def keep(
         self, scene: Any, depsgraph: Any, fingerprint: Fingerprint, found: dict[Any, Any]
     ) -> None:
-        """Keep the references `found` in a run, whose scene has this fingerprint."""
+        """Store the references `found` that a run computed for a scene with this fingerprint."""
         if found and fingerprint.light:
             self._digest = _digest_for_light(scene, depsgraph, fingerprint)
             self._found = found
 
 
 def _digest_for_light(scene: Any, depsgraph: Any, fingerprint: Fingerprint) -> str:
-    """Return a digest of all that light depends on.
-
-    `fingerprint` is that of the present scene.
-    """
+    """Return a digest of all data on which light depends."""
     digests = {k: d for k, d in fingerprint.digests.items() if not k.startswith(WARMTH)}
     for sensor in all_sensors(scene.view_layers[depsgraph.view_layer.name]):
         if not sensor.kind.requires(LIGHT):

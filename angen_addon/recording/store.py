@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stores recordings in blend files, each as a text datablock that exists only in the file on disk.
+"""Storage of recordings in blend files, as text datablocks that exist only in the file on disk.
 
-The text is added just before Blender saves a file, and removed after Blender has saved or loaded
-it. So neither undo steps nor the evaluated copy of the scene hold recordings. Blender without the
-extension does not list the text, since its name begins with a dot.
+A recording's text is added just before Blender saves a file, and removed after Blender has saved or
+loaded it. So neither undo steps nor the evaluated copy of the scene hold recordings. Blender
+without the extension does not list the text, since its name begins with a dot.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def report(text: str) -> None:
 
 
 def find_sensors(kept: StoredRecording, scene: Any) -> None:
-    """Set the session uid of each track of a recording to that of its sensor.
+    """Set the session uid in each track of the recording `kept` to that of the track's sensor.
 
     The sensor is found by name, or by a former name if only its name has changed since the run.
     Blender gives objects new session uids each time a file is opened.
@@ -102,10 +102,7 @@ def find_sensors(kept: StoredRecording, scene: Any) -> None:
 
 
 def _texts() -> list[Any]:
-    """Return the texts of this file that hold recordings.
-
-    Leave out texts in linked libraries, and texts that merely have the same name.
-    """
+    """Return the texts of this file that hold recordings, without those of linked libraries."""
     return [
         text
         for text in bpy.data.texts
@@ -130,10 +127,7 @@ def _encoded(kept: StoredRecording) -> str:
 
 
 def _decoded(text: str, most_values: int) -> StoredRecording:
-    """Return the recording in a text.
-
-    Raise AngenError if the text is damaged, or if the recording has more than `most_values` values.
-    """
+    """Return the recording in a text; raise AngenError if it is damaged or has too many values."""
     title, _, data = text.partition("\n")
     if title != TITLE:
         raise AngenError("it is damaged")
@@ -153,7 +147,7 @@ def _decoded(text: str, most_values: int) -> StoredRecording:
 
 
 def _is_header(header: dict[str, Any]) -> bool:
-    """Whether a header has the same entries as one that `_encoded` writes, with the same types."""
+    """Return whether a header has the entries and the types that `_encoded` writes."""
     numbers = [header.get("facts", 1)]
     versions: list[Any] = [header.get("blender"), header.get("made_in", []), numbers]
     texts: list[Any] = [header.get("digests"), header.get("portable", {})]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished recording, and the comparison of its scene with the present scene.
 
-The comparison is by fingerprints. A fingerprint has a digest of each part of the scene that sensors
-read, by a key that names the part.
+The comparison is by fingerprints. A fingerprint is a dictionary from the name of each part of the
+scene that sensors read to a digest of this part.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class StoredRecording:
     fingerprint
         The fingerprint of the scene at the run.
     unsure
-        Whether it is unknown if the recording is stale, after undo or loading. `verify` finds out.
+        Whether the recording must be compared with the scene by `verify`, after undo or loading.
     stored
         The recording as a text for the file; empty until it is encoded.
     blender
@@ -59,7 +59,7 @@ class StoredRecording:
     facts
         The FACTS_VERSION with which the fingerprint was computed.
     mark
-        A random number by which the scene, which stores it too, refers to this recording.
+        A random number that identifies this recording; its scene stores it too.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class StoredRecording:
 
     @property
     def stale(self) -> str:
-        """Why the recording is stale, in a few words; empty while it is fresh."""
+        """A short text on why the recording is stale; empty while it is fresh."""
         if self.facts != FACTS_VERSION:
             return "it was made by an earlier version of Ängen Sensors"
         if self.blender != THIS_BLENDER:
@@ -110,7 +110,7 @@ class StoredRecording:
         return f"changed since: {listed(names, 3)}"
 
     def verify(self, scene: Any, depsgraph: Any) -> None:
-        """Compare the whole present scene with that of the run, part by part.
+        """Compare the whole present scene with the scene at the run, part by part.
 
         Call this method after undo, after loading, and before an export.
         """
@@ -124,10 +124,10 @@ class StoredRecording:
         self.unsure = False
 
     def _accept_from_other_version(self, scene: Any, depsgraph: Any) -> None:
-        """Take the fingerprint anew if another version of Blender made the recording.
+        """Compute the fingerprint anew if another version of Blender made the recording.
 
-        This is done only if the recording was fresh when the file was saved. In addition, the
-        digests that all versions of Blender compute alike must show no change of the scene.
+        The recording must have been fresh when the file was saved. In addition, the digests that
+        all versions of Blender compute alike must show no change of the scene.
         """
         made = self.fingerprint
         if made.portable and not self.stale_then and made.portable == portable(scene, depsgraph):
@@ -138,8 +138,8 @@ class StoredRecording:
     def add_portable(self, scene: Any) -> None:
         """Add digests to the fingerprint that all versions of Blender compute alike.
 
-        Call this method before the file is saved. Nothing is added while the recording is stale,
-        since the digests must be those of the scene at the run.
+        Call this method before the file is saved. Add nothing while the recording is stale, because
+        the scene then differs from that of the run.
         """
         layer = scene.view_layers.get(self.fingerprint.view_layer)
         depsgraph = None if self.fingerprint.portable or self.stale else layer.depsgraph
@@ -147,10 +147,10 @@ class StoredRecording:
             self.fingerprint.portable, self.stored = portable(scene, depsgraph), ""
 
     def note_begin(self, settings: dict[str, str]) -> None:
-        """Compare the fingerprint, taken at the end of the run, with digests from its begin.
+        """Mark the recording as stale if other code has changed settings during the run.
 
-        `settings` are those that `settings_of` returned when the run began. If other code has
-        changed settings since, the recording is stale.
+        `settings` are the digests that `settings_of` returned when the run began. The fingerprint
+        is from the end of the run.
         """
         known = self.fingerprint.digests
         for key, digest in settings.items():
@@ -196,9 +196,9 @@ class StoredRecording:
                 self._moved[key_of(original)] = f"'{original.name}'"
 
     def note_other_scene(self, depsgraph: Any) -> None:
-        """Note updates in another scene, which may share datablocks with that of the recording.
+        """Check updates in another scene, which may share datablocks with the recording's scene.
 
-        If one may be shared, the recording is unsure until `verify`.
+        If a datablock may be shared, the recording is unsure until `verify`.
         """
         for original in (update.id.original for update in depsgraph.updates):
             # Blender may report no update of the datablocks that own keyframes and nodes.
@@ -209,10 +209,11 @@ class StoredRecording:
     def note_frame(
         self, scene: Any, depsgraph: Any, sensors: Sequence[Sensor], revision: int
     ) -> None:
-        """Note a change of frame, which moves animated objects to where their keyframes say.
+        """Compare the scene after a change of frame.
 
+        The change of frame puts animated objects that an edit had moved back to their keyframes.
         `sensors` are all sensors, listed at this `revision` of the scene. If the revision is that
-        of the last comparison, nothing but the frame has changed and little is compared.
+        of the last comparison, only the scene's settings are compared.
         """
         self._moved.clear()
         if self._is_other_view_layer(depsgraph):
@@ -226,7 +227,7 @@ class StoredRecording:
             self._compare_scene(scene, depsgraph, sensors, revision)
 
     def check(self, original: Any) -> None:
-        """Compare one datablock, which is not an evaluated copy, with the fingerprint."""
+        """Compare one original datablock (not an evaluated copy) with the fingerprint."""
         if isinstance(original, bpy.types.Scene):
             layer = original.view_layers.get(self.fingerprint.view_layer)
             if layer is not None:
@@ -242,7 +243,6 @@ class StoredRecording:
         return fingerprint_of(scene, depsgraph, self.fingerprint.light, self._renamed)
 
     def _settings(self, scene: Any, sensors: Sequence[Sensor]) -> str:
-        """Return the digest of the scene's settings."""
         return own_settings(scene, sensors, self.fingerprint.light, self._renamed)
 
     def _scene_digests(self, scene: Any, layer: Any, sensors: Sequence[Sensor]) -> dict[str, str]:
@@ -266,14 +266,13 @@ class StoredRecording:
         self._compare(around)
 
     def _find_renamed(self, sensors: Iterable[Sensor]) -> None:
-        """Find the recorded sensors that were renamed since the run."""
         recorded = {track.uid: name for name, track in self.recording.tracks.items()}
         self._renamed = {}
         for sensor in sensors:
             self._renamed |= _renamed(sensor, recorded.get(sensor.uid, sensor.name))
 
     def was_called(self, sensor: Sensor, name: str) -> bool:
-        """Whether a sensor had the name `name` at the run, and nothing else of it has changed."""
+        """Return whether a sensor had the name `name` at the run, and has not changed otherwise."""
         renamed = _renamed(sensor, name)
         known = self.fingerprint.digests
         parts = (*sensor.holders, sensor.object)
@@ -290,11 +289,9 @@ class StoredRecording:
                 self._changed.pop(key, None)
 
     def _is_other_view_layer(self, depsgraph: Any) -> bool:
-        """Whether the depsgraph belongs to another view layer than the recording.
-
-        If so, its updates do not show whether the recording is stale.
-        """
+        """Return whether the depsgraph belongs to another view layer than the recording."""
         self._other_view_layer = depsgraph.view_layer.name != self.fingerprint.view_layer
+        # Updates of another view layer do not show whether the recording is stale.
         self.unsure |= self._other_view_layer
         return self._other_view_layer
 
@@ -302,10 +299,10 @@ class StoredRecording:
 def settings_of(
     scene: Any, sensors: Sequence[Sensor], recorded: Iterable[Sensor]
 ) -> dict[str, str]:
-    """Return digests of the scene's settings and of its sensors, by the keys of fingerprints.
+    """Return digests of the scene's settings and sensors, none of which may change during a run.
 
-    None of them may change during a run. `sensors` are all sensors of the scene, and `recorded`
-    those that the run records.
+    The keys are those of `Fingerprint.digests`. `sensors` are all sensors of the scene, and
+    `recorded` the sensors that the run records.
     """
     light = _depend_on_light(sensor.kind for sensor in recorded)
     objects = {part for sensor in sensors for part in (sensor.object, *sensor.holders)}
@@ -319,7 +316,10 @@ def _depend_on_light(kinds: Iterable[Kind]) -> bool:
 
 
 def stored_run(recording: Recording, scene: Any, depsgraph: Any) -> StoredRecording:
-    """Return a recording with the fingerprint of the scene, in which its run has just ended."""
+    """Return a recording with the fingerprint of the present scene.
+
+    Call this function when the run of the recording has ended.
+    """
     light = _depend_on_light(KINDS[track.kind_name] for track in recording.tracks.values())
     return StoredRecording(recording, fingerprint_of(scene, depsgraph, light))
 
@@ -349,8 +349,8 @@ def _renamed(sensor: Sensor, former_name: str) -> dict[str, str]:
 def _owners(depsgraph: Any, changed: Any) -> list[Any]:
     """Return the datablocks that may own a changed action or a changed node tree.
 
-    Blender does not report which of them do. So return all that have animation if an action is in
-    `changed`, and all that have nodes if a node tree is.
+    Blender does not report the owners. So return all datablocks with animation if an action is in
+    `changed`, and all with nodes if a node tree is.
     """
     actions = {o for o in changed if isinstance(o, bpy.types.Action)}
     embedded = any(o.is_embedded_data for o in changed)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's application handlers: they note changes and show readings at the playhead.
+"""Blender's application handlers: they register changes, and show readings at the playhead.
 
-Slow work, such as measuring light, is put off until the playhead rests. The handlers do nothing
-during a render, because its depsgraph has the visibility and subdivision of renders, not those of
-the viewport. They call no operators.
+Slow work, such as measuring light, waits until the playhead rests. The handlers do nothing during a
+render, because its depsgraph has the visibility and subdivision of renders, not those of the
+viewport. They call no operators.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def schedule_sensing() -> None:
 
 
 def _sense_at_rest() -> float | None:
-    """Sense anew if live readings are outdated, or measure the light of one waiting sensor.
+    """Sense anew if live readings are outdated; else measure the light of one waiting sensor.
 
-    Return the seconds until Blender shall call this function again; None to stop the timer.
+    Return the time in s until Blender must call this function again; None to stop the timer.
     """
     context = bpy.context
     scene, view_layer = context.scene, context.view_layer
@@ -76,7 +76,7 @@ def _sense_at_rest() -> float | None:
 
 
 def _is_busy() -> bool:
-    """Whether the animation plays, or the user drags something."""
+    """Return whether the animation plays, or the user drags something."""
     return any(
         window.screen.is_animation_playing
         or any(op.bl_idname.startswith("TRANSFORM_OT") for op in window.modal_operators)
@@ -111,12 +111,11 @@ _views: list[View] = []
 
 
 def add_view(view: View) -> None:
-    """Register a view: from now on, its methods are called at frame changes and edits."""
+    """Register a view: from now on, handlers call its methods at frame changes and edits."""
     _views.append(view)
 
 
 def remove_view(view: View) -> None:
-    """Remove a registered view."""
     _views.remove(view)
 
 
@@ -146,10 +145,10 @@ def on_frame_change(scene: Any, depsgraph: Any) -> None:
 
 
 def _is_shown(scene: Any, depsgraph: Any) -> bool:
-    """Whether the depsgraph belongs to the view layer in the window.
+    """Return whether the depsgraph belongs to the view layer in the window.
 
-    A frame change evaluates all view layers, but readings are only those of this view layer. Any
-    view layer counts if the window shows another scene, or if there is no window.
+    Other view layers are evaluated at each frame change too, but have no readings. If the window
+    shows another scene, or there is no window, return true.
     """
     context = bpy.context
     if context.scene is None or context.scene.session_uid != scene.session_uid:
@@ -183,10 +182,10 @@ def on_edit(scene: Any, depsgraph: Any) -> None:
 
 
 def _has_edit(updates: Any, playing: bool) -> bool:
-    """Whether updates of the depsgraph come from an edit that can change readings.
+    """Return whether updates of the depsgraph come from an edit that can change readings.
 
-    When the animation starts to play, Blender reports all actions as updated. These updates do not
-    count.
+    When the animation starts to play, Blender reports all actions as updated. If `playing`, updates
+    with an action therefore do not count.
     """
     if playing and any(isinstance(update.id, bpy.types.Action) for update in updates):
         return False
@@ -194,10 +193,10 @@ def _has_edit(updates: Any, playing: bool) -> bool:
 
 
 def _is_edit(update: Any) -> bool:
-    """Whether a depsgraph update can change readings.
+    """Return whether a depsgraph update can change readings.
 
-    It can if an object moved, changed its shape, or was added to or removed from a collection. An
-    update of an action can too, and one of a datablock that decides how surfaces and lights look.
+    Readings can change if an object moved, or changed its shape or its collections. They can also
+    change with an action, or with a datablock that affects shading or light.
     """
     changed = update.id
     if isinstance(changed, (bpy.types.Action, *SHADING)):
@@ -215,7 +214,7 @@ def before_load(*_: Any) -> None:
 
 @persistent
 def after_load(*_: Any) -> None:
-    """Replace settings of earlier versions in the loaded file, and restore its recordings."""
+    """Convert settings of earlier versions in the loaded file, and restore its recordings."""
     remove_left()
     replaced = replace_former_choices()
     recording_store.restore()
@@ -230,7 +229,7 @@ def after_load(*_: Any) -> None:
 
 @persistent
 def after_import(*_: Any) -> None:
-    """Replace settings of earlier versions in objects that were appended or linked."""
+    """Convert settings of earlier versions in objects that were appended or linked."""
     replaced = replace_former_choices()
     if replaced:
         recording_store.report(replaced)
@@ -238,7 +237,7 @@ def after_import(*_: Any) -> None:
 
 @persistent
 def before_undo(*_: Any) -> None:
-    """Drop all references to Blender's data, because undo or redo will replace that data."""
+    """Remove all references to Blender's data, because undo or redo will replace that data."""
     state.CACHE.forget_references()
 
 
@@ -254,11 +253,9 @@ def after_undo(*_: Any) -> None:
 
 
 def _verify_again() -> None:
-    """Compare the present scene with its recording and its coverage map.
-
-    Recordings and maps of other scenes are compared once those scenes are evaluated.
-    """
+    """Compare the present scene with its recording and its coverage map."""
     scene = bpy.context.scene
+    # Recordings and maps of other scenes are compared once these scenes are evaluated.
     for recording in state.CACHE.followed(scene) if scene is not None else ():
         recording.verify(scene, bpy.context.evaluated_depsgraph_get())
     for view in _views if scene is not None else ():
@@ -266,10 +263,8 @@ def _verify_again() -> None:
 
 
 def _show_recorded() -> None:
-    """Write the recorded outputs at the playhead to the sensors.
-
-    A file that was just loaded, or a step of undo, has the outputs of another time.
-    """
+    """Write the recorded outputs at the playhead to the sensors."""
+    # A file that was just loaded, or a step of undo, has the outputs of another time.
     context = bpy.context
     if context.scene is None:
         return
@@ -290,7 +285,7 @@ def before_save(*_: Any) -> None:
 
 @persistent
 def after_save(*_: Any) -> None:
-    """Remove the texts with recordings again, once the file is saved."""
+    """Remove these texts again, once the file is saved."""
     recording_store.take_out_of_file()
 
 
@@ -316,7 +311,7 @@ HANDLERS = (
 
 
 def has_other_frame_handlers() -> bool:
-    """Whether other code has handlers that can change the scene at a frame change."""
+    """Return whether other code has handlers that can change the scene at a frame change."""
     return any(
         handler is not on_frame_change
         for name in ("frame_change_pre", "frame_change_post")
@@ -325,7 +320,7 @@ def has_other_frame_handlers() -> bool:
 
 
 def has_other_edit_handlers() -> bool:
-    """Whether other code has handlers that can change the scene when it is evaluated."""
+    """Return whether other code has handlers that can change the scene when it is evaluated."""
     return any(
         handler not in (on_edit, on_frame_change)
         for name in ("depsgraph_update_pre", "depsgraph_update_post")
@@ -334,7 +329,7 @@ def has_other_edit_handlers() -> bool:
 
 
 def restore_handlers() -> None:
-    """Add those handlers again that other code has removed.
+    """Add the handlers again that other code has removed.
 
     Without them, a run would not notice changes.
     """
@@ -345,7 +340,6 @@ def restore_handlers() -> None:
 
 
 def register() -> None:
-    """Add the handlers."""
     restore_handlers()
 
 

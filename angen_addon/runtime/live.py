@@ -2,7 +2,7 @@
 """Live readings: sensors sense at the playhead where there is no recording.
 
 A live sensor publishes at the same frames as in a run. If the playhead jumps over updates, the
-sensor starts anew. So it never compares the present frame with one from before the jump.
+sensor starts anew, so that it never compares frames from before and after the jump.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ LIGHT_AT_REST = "Light is measured once the playhead rests, or by Measure Now"
 
 @dataclass(frozen=True)
 class Published:
-    """A reading, and the frame at which it was sensed."""
+    """A reading, and the frame at which the sensor sensed."""
 
     reading: Reading
     frame: int
 
 
 class Live:
-    """The live sensors of one scene."""
+    """The live sensors of one scene, which sense at the playhead where there is no recording."""
 
     def __init__(self, scene: Any) -> None:
         self.scene_uid = scene.session_uid
@@ -70,8 +70,8 @@ class Live:
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any, publish: bool = True) -> None:
         """Sense at the present frame, and show the readings.
 
-        Set `publish` to false while a recording is shown. Then the sensors only cast their rays,
-        which the viewport draws.
+        Set `publish` to false while a recording is shown. The sensors then only cast their rays, to
+        draw them in the viewport.
         """
         self._publishes, self._sensed_frame = publish, None
         is_next_frame = self._frame == scene.frame_current - 1
@@ -113,9 +113,9 @@ class Live:
             self._probes.caster.solids.forget()
 
     def _relist_if_driven(self) -> None:
-        """List all solids anew if outputs have changed and drivers read any.
+        """List all solids (objects that rays can hit) anew if drivers read changed outputs.
 
-        Blender does not report the changes that drivers make from these outputs.
+        Blender does not report the changes that these drivers make.
         """
         values = [bool(runner.sensor.settings.active) for runner in self._runners]
         if values != self._outputs:
@@ -143,9 +143,9 @@ class Live:
         self._relist_if_driven()
 
     def places_are_kept(self, scene: Any) -> bool:
-        """Whether the sensors sensed at the present frame and none had moved since the one before.
+        """Return whether no sensor has moved since the frame before.
 
-        Else even a sensor without animation may be at another place than it was.
+        Also return false if the sensors have not sensed at the present frame.
         """
         return self._sensed_frame == scene.frame_current and not self._sensors_moved
 
@@ -157,7 +157,7 @@ class Live:
         return self._by_uid.get(uid)
 
     def is_old(self, scene: Any) -> bool:
-        """Whether the frame has changed, or the scene was edited, since the sensors last sensed."""
+        """Return whether the frame has changed, or the scene was edited, since the last sensing."""
         return self.outdated or self._frame != scene.frame_current
 
     def hold_light(self) -> None:
@@ -185,10 +185,7 @@ class Live:
             state.CACHE.running = False
 
     def why_old(self, scene: Any) -> str:
-        """Return a text for the user on why the last readings are outdated.
-
-        The text is empty if they are not outdated.
-        """
+        """Return why the last readings are outdated, as a text; empty if they are not."""
         if scene.frame_current < scene.frame_start:
             return BEFORE_THE_START
         if self._frame is None:
@@ -200,31 +197,24 @@ class Live:
         return ""
 
     def why_unlit(self, sensor: Sensor) -> str:
-        """Return a text for the user on why the last measured light of a sensor is outdated.
-
-        The text is empty if it is not outdated.
-        """
+        """Return why the last light of a sensor is outdated, as a text; empty if it is not."""
         if sensor.name not in self._light_updates:
             return ""
         return LIGHT_BEFORE if self._is_light_held else LIGHT_AT_REST
 
     @property
     def edits(self) -> int:
-        """The number of changes so far that may be edits, not mere changes of frame."""
+        """The number of possible edits of the scene so far; pure changes of frame do not count."""
         return self._probes.edits
 
     def _sensors_are_the_same(self) -> bool:
-        """Whether every listed sensor still exists and has the same name."""
         try:
             return all(s.sensor.name_now == s.sensor.name for s in self._runners)
         except ReferenceError:
             return False
 
     def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
-        """List the sensors anew, and forget all readings except those of light sensors.
-
-        Readings of light sensors are kept until light is measured again.
-        """
+        """List the sensors anew, and remove all readings except those of light sensors."""
         before = dict(self.readings)
         self._forget()
         self._list(view_layer, clock)
@@ -257,10 +247,10 @@ class Live:
         self._light_updates.clear()
 
     def _due(self, runner: SensorRunner, step: int) -> tuple[int, bool] | None:
-        """Return the number of the update to make at a step; None if there is none to make.
+        """Return the number of the update that a sensor must make at a step; None if there is none.
 
-        Return with it whether the sensor made the update before this one, so that none is missing.
-        Otherwise the sensor starts anew.
+        The second value says whether the sensor has also made the update before this one. If not,
+        reset the sensor.
         """
         uid = runner.uid
         number = runner.schedule.last_update(step)
@@ -274,16 +264,13 @@ class Live:
         return number, follows
 
     def _is_ahead(self, sensor: Sensor) -> bool:
-        """Whether the sensor's last reading is of a later frame than the present one.
-
-        That is so if the playhead went back, but not to a time before that reading's update. The
-        scene can differ between the two frames, so the reading may be wrong for the present one.
-        """
+        """Return whether the sensor's last reading is of a later frame than the present one."""
+        # The playhead went back. The scene may differ between the two frames.
         published = self.readings.get(sensor.name)
         return published is not None and self._frame is not None and published.frame > self._frame
 
     def _is_motion_needed(self, step: int) -> bool:
-        """Whether any pad has an update at this step, the step before or the step after it."""
+        """Return whether any pad has an update at this step, the step before or the one after."""
         schedules = [s.schedule for s in self._runners if s.sensor.kind.requires_forces]
         return any(
             schedule.step(schedule.last_update(beside)) == beside
@@ -294,11 +281,7 @@ class Live:
     def _watch(
         self, watching: list[SensorRunner], due: list[SensorRunner], step: int, depsgraph: Any
     ) -> None:
-        """Let swept switches sense that have no update at this step.
-
-        `watching` are the runners of all swept switches, and `due` those of all sensors with an
-        update.
-        """
+        """Let the swept optical switches `watching` sense, except those in `due`."""
         for runner in watching:
             # The next update reports the error.
             with suppress(AngenError):
@@ -310,8 +293,8 @@ class Live:
     ) -> bool:
         """Make update `number` of a sensor; return whether its output `active` changed.
 
-        `follows` says that the sensor also made the update before this one. An update of a light
-        sensor waits until light is measured, and one of a pad until the next frame.
+        `follows` says whether the sensor also made the update before this one. The update of a
+        light sensor waits until light is measured. The update of a pad waits until the next frame.
         """
         name, uid = runner.sensor.name, runner.uid
         self._light_updates.pop(name, None)
@@ -337,7 +320,7 @@ class Live:
         return self._show(update)
 
     def _fail(self, lit: Iterable[PendingUpdates], error: AngenError) -> None:
-        """Remove the readings of these light sensors, and show the error in their place."""
+        """Show an error in place of the readings of the light sensors with the updates `lit`."""
         for update in lit:
             name = update.runner.sensor.name
             self._light_updates.pop(name, None)
@@ -346,13 +329,13 @@ class Live:
 
     @property
     def has_waiting_light(self) -> bool:
-        """Whether the light of any light sensor is to be measured now."""
+        """Return whether any light sensor waits for its light, and light is not held back."""
         return bool(self._light_updates) and not self._is_light_held
 
     def measure_waiting(self, scene: Any, view_layer: Any, at_most: int | None = None) -> None:
         """Measure the light at the present frame for the light sensors that wait for it.
 
-        Measure for at most `at_most` sensors, selected ones first; by default for all.
+        Measure at most `at_most` sensors, selected ones first; by default all.
         """
         view_layer.update()
         waiting = sorted(
@@ -370,7 +353,7 @@ class Live:
         """Measure the light of these sensors at the present frame, even if the scene was edited.
 
         Yield the progress as `Doing` before each picture, and at the end the number of sensors.
-        Raise AngenError.
+        Raise AngenError if the light of a sensor cannot be measured.
         """
         if self.is_old(scene):
             self.catch_up(scene, view_layer)
@@ -382,10 +365,7 @@ class Live:
         yield len(sensors)
 
     def _light_update_now(self, scene: Any, view_layer: Any, sensor: Sensor) -> PendingUpdates:
-        """Return the update of a light sensor at the present frame, which may be already waiting.
-
-        Raise AngenError.
-        """
+        """Return the update of a light sensor at the present frame, or raise AngenError."""
         if scene.frame_current < scene.frame_start:
             raise AngenError(BEFORE_THE_START)
         runner = self.runner(sensor.uid)
@@ -407,10 +387,7 @@ class Live:
     def _measure(
         self, scene: Any, view_layer: Any, lit: Sequence[PendingUpdates]
     ) -> Generator[str, None, None]:
-        """Measure the light for these updates of light sensors, and show their readings.
-
-        Yield a text before each picture that takes long to render. Raise AngenError.
-        """
+        """Measure the light for the updates `lit`, and yield a text before each slow picture."""
         state.CACHE.running = True
         try:
             depsgraph = view_layer.depsgraph
@@ -438,11 +415,7 @@ class Live:
         return update is not None and step == update.steps[0] + 1 and self._show(update)
 
     def _restore_outputs(self) -> list[bool]:
-        """Write the last readings to those outputs that differ from them.
-
-        They differ after baked keyframes were removed, for example. Return for each sensor whether
-        its output `active` changed.
-        """
+        """Write the last readings to outputs that differ; return whether each `active` changed."""
         return [
             state.show(runner.sensor, published.reading.active, published.reading.value)
             for runner in self._runners
@@ -467,10 +440,10 @@ class Live:
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:
-    """Return a request for as precise a picture as a light reference.
+    """Return a request with at least `reference` light paths, as precise as a light reference.
 
-    It has at least `reference` light paths, the number that the scene sets for light references. A
-    run needs fewer, since it corrects its pictures by the reference. A single picture has none.
+    A run corrects noisy pictures by a light reference. A single picture has no reference, so it
+    needs as many light paths itself.
     """
     if request.engine == "EEVEE":
         return request
@@ -480,7 +453,7 @@ def as_exact(request: LightRequest, reference: int) -> LightRequest:
 def live_of(scene: Any) -> Live:
     """Return the live sensors of a scene.
 
-    They are kept in the cache until those of another scene are needed.
+    The cache keeps them until the live sensors of another scene are needed.
     """
     live = state.CACHE.live
     if not isinstance(live, Live) or live.scene_uid != scene.session_uid:

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The reading of a sensor at the playhead: its origin, its age and its problems.
 
-Panels, the table, the overlay and the handlers all use `Playhead`. The reading comes from the
-recording if it is fresh and covers the frame, else from live sensing, else from baked keyframes.
-Nothing is estimated: if nothing was measured at the playhead, the last reading is marked as old, or
-a text says that there is none.
+Panels, the table, the overlay and the handlers all use `Playhead`. The reading comes from the first
+of these that has one: a fresh recording of the frame, live sensing, baked keyframes. Nothing is
+estimated. A reading from another frame is marked as old.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class PlayheadReading(NamedTuple):
     frame
         The frame at which the sensor sensed.
     age
-        Time from `frame` to the playhead in seconds; negative if `frame` comes after the playhead.
+        Time from `frame` to the playhead in s; negative if `frame` comes after the playhead.
     problem
         A text on why the reading is missing or not valid; empty if it is valid.
     old
@@ -54,7 +53,7 @@ class PlayheadReading(NamedTuple):
 
 
 def why_not_recorded(sensor: Sensor) -> str:
-    """Return a text on why a sensor has no readings in the recording, and what the user can do."""
+    """Return why a sensor has no readings in the recording, and what the user can do, as a text."""
     if not sensor.settings.enabled:
         return "This sensor is not recorded: switch it on and simulate"
     if sensor.kind.requires(LIGHT):
@@ -63,7 +62,7 @@ def why_not_recorded(sensor: Sensor) -> str:
 
 
 def fresh_recording(scene: Any) -> Recording | None:
-    """Return the recording if it is fresh and covers the playhead's frame, else None."""
+    """Return the scene's recording if it is fresh and covers the playhead's frame, else None."""
     recording = state.CACHE.recording(scene)
     frame = scene.frame_current + scene.frame_subframe
     return recording if recording is not None and recording.covers(frame) else None
@@ -102,8 +101,8 @@ class Playhead:
     def of(self, sensor: Sensor, quantity: Field) -> PlayheadReading:
         """Return the reading of a sensor at the playhead.
 
-        `quantity` is the field that the sensor shows as its main value. A live reading that lacks
-        this field does not count.
+        `quantity` is the field that the sensor shows as its main value. A live reading without this
+        field does not count.
         """
         found = (
             self._recorded_reading(sensor)
@@ -118,10 +117,10 @@ class Playhead:
         return found._replace(keys=keys)
 
     def source(self, sensor: Sensor, least_age: float) -> Any:
-        """Return a value that is equal to an earlier one if the reading is displayed the same.
+        """Return a value that stays equal while the reading is displayed in the same way.
 
-        It has all that `of` depends on. The age of the reading is left out while it is less than
-        `least_age` seconds.
+        It contains everything on which `of` depends. An age of less than `least_age` seconds is
+        left out.
         """
         read_at: float = self.frame
         found: Any = None
@@ -139,7 +138,7 @@ class Playhead:
         return self._is_recorded, self._nothing, self._old, found, None if fresh else self.frame
 
     def seconds(self, frames: float) -> float:
-        """Return a number of frames in seconds."""
+        """Return the duration of a number of frames in s."""
         return float(frames * self._base / self._rate)
 
     def _recorded_reading(self, sensor: Sensor) -> PlayheadReading:

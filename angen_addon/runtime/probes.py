@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The probes, which read the scene for the sensors: rays, surfaces, forces and light."""
+"""The probes, which read rays, surfaces, forces and light from the scene for the sensors."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ from . import state
 
 
 def make_caster(scene: Any) -> RayCaster | SceneRayCaster:
-    """Return a new ray caster of the sort that the scene's settings name.
+    """Return a new ray caster, of the type that the scene's settings name.
 
-    From now on its list of solids is notified of changes of the scene.
+    From now on, changes of the scene are reported to its list of solids (objects that rays can
+    hit).
     """
     caster = SceneRayCaster(scene) if scene.angen_ray_caster == "SCENE" else RayCaster()
     state.CACHE.watch(caster.solids)
@@ -39,7 +40,7 @@ NOT_MEASURED = (None, LightSample())
 
 
 class Probes:
-    """The probes for the sensors of a scene.
+    """The ray caster and all other probes that read one scene for its sensors.
 
     Attributes
     ----------
@@ -50,9 +51,10 @@ class Probes:
     sweeper
         Computes what crosses a beam between two steps.
     names
-        The names of solids by their numbers. Solids that have been removed stay in it.
+        The names of solids (objects that rays can hit) by their numbers. It also has removed
+        solids.
     known_forces
-        The forces on the pad that senses at the moment, by whole frame.
+        The forces on the pad whose updates are being computed, by whole frame.
     frame
         The index of the present frame among the stored frames, while frames are not batched.
     """
@@ -79,57 +81,60 @@ class Probes:
         state.CACHE.watch(self._lighting)
 
     def set_sensors(self, sensors: Iterable[Sensor]) -> None:
-        """Set the sensors; the probes prepare only what these sensors need."""
+        """Set the sensors; the probes prepare only data that these sensors need."""
         self._pads = [Pad(s.uid, s.object) for s in sensors if s.kind.requires_forces]
 
     @property
     def edits(self) -> int:
-        """The number of changes so far that may be edits, not mere changes of frame."""
+        """The number of possible edits of the scene so far; pure changes of frame do not count."""
         return self._solids.edits + self._edits
 
     def note_edits(self) -> None:
-        """Count a possible edit, after other code had the chance to change the scene.
+        """Count a possible edit, because other code could have changed the scene.
 
-        Blender would report its edit only at the next evaluation.
+        Blender would report this edit only at the next evaluation.
         """
         self._edits += 1
 
     def look(self, depsgraph: Any, frame: int | None, due: Sequence[Sensor] = ()) -> None:
         """Update the probes to the evaluated scene.
 
-        `frame` is the present whole frame, or None if the motion is not needed. `due` lists the
-        pads whose forces at this frame will be queried.
+        `frame` is the present whole frame, or None if no sensor needs the motion of objects. `due`
+        lists the pads whose forces will be queried at this frame.
         """
         self._update(depsgraph)
         if frame is not None:
             self.look_at_motion(depsgraph, frame, due)
 
     def expect_light(self, is_asked: bool) -> None:
-        """Set whether light will be measured at the frame that is evaluated next."""
+        """Set whether light will be measured (`is_asked`) at the frame that is evaluated next."""
         self._lighting.is_asked = is_asked
 
     def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
-        """Read the motion of the listed solids at the whole frame `frame`, and nothing else.
+        """Read how objects move at the whole frame `frame`, and update nothing else.
 
-        `due` lists the pads whose forces at this frame will be queried.
+        `due` lists the pads whose forces will be queried at this frame.
         """
         if self._pads:
             metres = unit_scale(depsgraph.scene)
             self._contacts.look(depsgraph, frame, metres, self._pads, [pad.uid for pad in due])
 
     def show(self, frame: int) -> None:
-        """Set the poses of the listed solids to those of a stored frame, given by its index."""
+        """Set the poses of all solids (objects that rays can hit) to those at a stored frame.
+
+        `frame` is the index of the stored frame.
+        """
         if len(self.caster.frames) > 1:
             self.caster.frames.show(self._solids, frame)
 
     @property
     def is_full(self) -> bool:
-        """Whether no further frame can be stored before the stored ones are sensed."""
+        """Whether the stored frames must be sensed before another one can be stored."""
         return self._copies is None or self._copies.full
 
     @property
     def can_store_next(self) -> bool:
-        """Whether the next frame can be stored with the present list of solids."""
+        """Whether the next frame can be stored without listing the solids anew."""
         return self._copies is not None and not self.must_list
 
     @property
@@ -138,9 +143,9 @@ class Probes:
         return self._solids.must_list
 
     def store_frame(self, watched: Any) -> bool:
-        """Store a frame for later queries; return whether that was possible.
+        """Store a frame for later queries; return whether this was possible.
 
-        It is not possible if objects may have been added or removed. In that case call
+        If objects may have been added or removed, it is not possible. Then call
         `store_first_frame`, which lists the solids anew. `watched` is the depsgraph from which
         poses are stored: that of the whole scene, or of a scene with only the moving objects.
         """
@@ -165,13 +170,12 @@ class Probes:
             self._update(depsgraph)
 
     def _update(self, depsgraph: Any) -> None:
-        """Update the casters to the evaluated scene."""
         self.caster.update(depsgraph)
         if self._exact is not self.caster:
             self._exact.update(depsgraph)
 
     def query_stored_frames(self, depsgraph: Any) -> None:
-        """Let the next queries be about the stored frames, not about the present one."""
+        """Answer the next queries from the stored frames, not from the present frame."""
         if self._copies is not None and len(self._copies):
             self.caster.show(depsgraph, self._copies.finish())
 
@@ -214,7 +218,7 @@ class Probes:
 
         Yields
         ------
-        A text before each picture that takes long.
+        A text before each picture that takes long to render.
 
         Returns
         -------
@@ -257,6 +261,6 @@ class Probes:
     def forces(self, pad: Uid, frame: int) -> PadForces:
         """Return the contact forces on a pad at a whole frame.
 
-        Before, call `look` with the frame after it.
+        First call `look` with the frame after `frame`.
         """
         return self.known_forces.get(frame) or self._contacts.forces(pad, frame)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runners of sensors, which make the updates of one sensor each.
+"""Runners of sensors: each makes the updates of one sensor.
 
-A runner reads the parameters and the pose of its sensor. It then calls the sensor's model, which
-queries the scene. The functions in `ANSWERS` answer these queries by the probes.
+An update is one time at which a sensor senses and publishes. A runner reads the parameters and the
+pose of its sensor. It then calls the sensor's model, which queries the scene. The functions in
+`ANSWERS` answer these queries by the probes.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ from .trace import CAST, Query, RaysMet, Read, Swept, Trace
 
 
 def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
-    """Return the range of each ray in m."""
+    """Return the range in m of each ray of bundle `bundle`."""
     frames = query.frames if which is None else query.frames[which]
     cast, in_units = query.probes.caster.cast_at, query.read.rays_in_units(*rays)
     found = cast(query.sensor.uid, query.bundle(bundle), in_units, frames)
@@ -88,7 +89,10 @@ def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers
 def answer_crossings(
     query: Query, origins: Array, directions: Array, length: Array, which: Index | None = None
 ) -> Answers:
-    """Return the crossings of the rays since the step before; None if that step was not swept."""
+    """Return how objects crossed the rays since the step before.
+
+    An answer is None if the sensor did not sense at the step before.
+    """
     chosen = np.arange(len(query.steps)) if which is None else which
     rays = origins, directions, length
     found = [_sweep(query, query.steps[i], int(query.frames[i]), rays) for i in chosen.tolist()]
@@ -116,7 +120,7 @@ def _sweep(
 
 
 def answer_contact(query: Query, which: Index | None = None) -> Answers:
-    """Return the forces on a pad; they can be computed only after the next frame is evaluated."""
+    """Return the forces on a pad; first evaluate the next frame, which they depend on."""
     assert query.read.at_step is not None
     weight, chosen = query.read.at_step[FORCES]
     table: list[PadContact] = []
@@ -131,7 +135,7 @@ def answer_contact(query: Query, which: Index | None = None) -> Answers:
 
 
 def answer_light(query: Query, which: Index | None = None) -> Answers:
-    """Return the measured light, one answer for all steps of the query."""
+    """Return the measured light, as one answer for all steps of the query."""
     assert query.light is not None
     return Answers([query.light], np.zeros(len(query.steps), np.intp))
 
@@ -151,8 +155,9 @@ def read_at_step(
 ) -> dict[str, Any] | None:
     """Return the answers that can only be read while the scene is at this step, by quantity.
 
-    FORCES has the weight of a pad and the partners that it measures. POSES has the poses of the
-    objects that parameters name. Return None if the model needs neither quantity.
+    FORCES has the weight of a pad and the objects that it measures. POSES has the poses of the
+    objects that parameters name. Return None if the model needs neither quantity. `evaluated` is
+    the evaluated object of the sensor.
     """
     found: dict[str, Any] = {}
     if sensor.kind.requires(FORCES):
@@ -168,8 +173,9 @@ def _named_poses(
 ) -> dict[str, Pose | None]:
     """Return the pose of the object in each parameter that takes an object, by parameter.
 
-    The pose is None if the parameter is empty. If the sensor is in a collection instance, so may be
-    the object: its pose is then that of its copy in the instance. Raise AngenError.
+    The pose is None if the parameter is empty. For a sensor in a collection instance, it is the
+    pose of the object's copy in the instance, if there is one. Raise AngenError if the pose cannot
+    be read.
     """
     pointers = [n for n, s in specs(sensor.kind.parameters).items() if s.pointer == "Object"]
     found: dict[str, Pose | None] = {}
@@ -192,7 +198,7 @@ def _named_poses(
 
 
 def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
-    """Return the weight (3,) of a pad's own mass, as a force in N; zero without a mass."""
+    """Return the weight (3,) in N of a pad's own mass; zero without a mass."""
     mass = evaluated.angen_load.mass
     if mass == 0.0 and evaluated.rigid_body is not None:
         mass = evaluated.rigid_body.mass
@@ -200,7 +206,7 @@ def _own_weight(evaluated: Any, scene: Any, metres: float) -> Array:
 
 
 def _partners(settings: Any) -> frozenset[int] | None:
-    """Return the session uids of the only objects that a pad measures; None for all objects."""
+    """Return the session uids of the objects that a pad measures; None if it measures all."""
     chosen, group = settings.partner_object, settings.partner_collection
     if chosen is None and group is None:
         return None
@@ -246,10 +252,11 @@ class SensorSteps:
     steps
         The steps (n,), ascending.
     numbers
-        The number of the update at each step (n,); between two updates that of the later one.
+        The number of the update at each step (n,). A step between two updates has the number of the
+        later one.
     due
-        Whether the sensor publishes at each step (n,). A sensor that watches its beam also senses
-        at the steps between its updates.
+        Whether the sensor publishes at each step (n,). A swept optical switch also senses at the
+        steps between its updates.
     """
 
     steps: Index
@@ -258,15 +265,18 @@ class SensorSteps:
 
     @classmethod
     def of(cls, step: int, number: int, due: bool = True) -> SensorSteps:
-        """Return a single step with the number of its update."""
+        """Return a single step with the number of its update.
+
+        `due` says whether the sensor publishes at this step.
+        """
         return cls(np.array([step]), np.array([number]), np.array([due]))
 
     def part(self, which: slice) -> SensorSteps:
-        """Return those of the steps that a slice selects."""
+        """Return the steps that the slice `which` selects."""
         return SensorSteps(self.steps[which], self.numbers[which], self.due[which])
 
     def between(self, first: int, last: int) -> SensorSteps:
-        """Return those of the steps that lie from `first` to `last`, both included."""
+        """Return the steps from `first` to `last`, both included."""
         return self.part(slice(*np.searchsorted(self.steps, (first, last + 1))))
 
 
@@ -275,21 +285,20 @@ class PendingUpdates:
     """Updates of a sensor whose readings are not computed yet.
 
     Call either `readings` or `reading`, and only once. For a pad, first evaluate the next frame.
-    For a light sensor, first measure the light of its `request` and pass it to `give_light`. For
-    all other kinds, call it at once.
+    For a light sensor, first measure the light of its `request` and pass it to `give_light`.
 
     Attributes
     ----------
     runner
         The runner of the sensor.
     steps
-        The steps of those updates at which the sensor publishes.
+        The steps of the updates at which the sensor publishes.
     parameters
         The parameters of the sensor's kind at these steps.
     updates
         The input of the model.
     query
-        The query that the answers to the model refer to.
+        The sensor, steps and scene to which the model's queries refer.
     """
 
     runner: SensorRunner
@@ -324,7 +333,7 @@ class PendingUpdates:
 
 
 class SensorRunner:
-    """A sensor with its schedule and the state of its model."""
+    """A sensor with its schedule and the state of its model; it makes the sensor's updates."""
 
     def __init__(self, sensor: Sensor, clock: Clock) -> None:
         self.sensor = sensor
@@ -352,10 +361,7 @@ class SensorRunner:
         return self._steady
 
     def _watches(self) -> bool:
-        """Whether the sensor also senses between its updates, at least at some frames.
-
-        Only a swept switch does, to find what crosses its beam at any step.
-        """
+        """Return whether the sensor senses between its updates, as a swept optical switch does."""
         kind, group = self.sensor.kind, self.sensor.parameters
         choices = kind.needs.get(CROSSINGS)
         return choices is not None and all(
@@ -373,7 +379,8 @@ class SensorRunner:
     def read(self, depsgraph: Any, edits: int) -> Read | None:
         """Return the parameters and the pose; None while the sensor is switched off.
 
-        `edits` is the number of edits of the scene so far. Raise AngenError.
+        `edits` is the number of edits of the scene so far. Raise AngenError if the sensor cannot be
+        read.
         """
         known, metres = self._read, unit_scale(depsgraph.scene)
         if self._edits != edits:
@@ -399,10 +406,10 @@ class SensorRunner:
     def take(
         self, number: int, step: int, depsgraph: Any, probes: Probes, due: bool = True
     ) -> PendingUpdates | None:
-        """Return update `number` of the sensor at `step`, which the evaluated scene must be at.
+        """Return update `number` of the sensor at `step`; None while the sensor is switched off.
 
-        `due` says whether the sensor publishes at this step. Return None while the sensor is
-        switched off. Raise AngenError.
+        The evaluated scene must be at this step. `due` says whether the sensor publishes at this
+        step. Raise AngenError if the sensor cannot be read.
         """
         read, frame = self.read(depsgraph, probes.edits), np.array([probes.frame])
         return next(
@@ -410,7 +417,7 @@ class SensorRunner:
         )
 
     def watch(self, step: int, depsgraph: Any, probes: Probes) -> None:
-        """Sense at a step between two updates. Raise AngenError."""
+        """Sense at a step between two updates; raise AngenError if the sensor cannot be read."""
         number = self.schedule.last_update(step) + 1
         pending = self.take(number, step, depsgraph, probes, due=False)
         if pending is not None:
@@ -480,7 +487,7 @@ def all_rays(
 
     A new runner makes updates until the rays repeat, so the sensor's own readings do not change.
     For a light sensor, the rays are the axes and the corners of its views. Return None while the
-    sensor is switched off. Raise AngenError.
+    sensor is switched off. Raise AngenError if the sensor cannot be read.
 
     Without `probes`, return only the rays of sensors that measure ranges, with hits as in an empty
     scene.
@@ -508,7 +515,7 @@ def all_rays(
 
 
 def _cast_views(read: Read, trace: Trace, probes: Probes) -> None:
-    """Cast the axis and the corners of each view of a light sensor."""
+    """Cast the axis and the corners of each view of a light sensor, and add them to the trace."""
     sensor, metres = trace.sensor, read.metres
     request = light_request(sensor, read.parameters, read.pose, metres, False)
     if request.method == "FOUR_WALL":

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The run over a range of frames, which the operator, the command line and the tests use.
+"""The simulation of sensors over a range of frames, for the operator, the command line and tests.
 
-It evaluates one frame after another and stores a batch of them. The due sensors then sense all
-frames of the batch at once, and their readings are recorded. The run is a generator. At each yield
-its caller can stop it, or edit the scene.
+The run evaluates successive frames, and stores them as a batch. The sensors then sense all frames
+of the batch at once, and their readings are recorded. The run is a generator. At each yield, its
+caller can stop it or edit the scene.
 """
 
 from __future__ import annotations
@@ -42,16 +42,15 @@ class Progress:
     seconds_done, seconds_total
         The simulated time so far, and that of the whole run, in seconds.
     frame
-        The frame that was sensed last.
+        The last frame that the sensors have sensed.
     doing
-        A text on the slow work at this frame, such as rendering; empty without such work.
+        A text on slow work at this frame, such as rendering; empty without such work.
     steps
         The number of steps so far.
     evaluated
-        The number of those steps at which the scene was evaluated. At the others nothing had
-        changed.
+        The number of steps so far at which the scene was evaluated. At the others nothing changed.
     moving
-        A text on why the scene must be evaluated at every step; empty if it need not be.
+        A text on why the scene must be evaluated at every step; empty if steps can be skipped.
     reference
         The part of the run's work that goes into the light reference, from 0 to 1.
     reference_done
@@ -77,10 +76,10 @@ class Progress:
 
 @dataclass(frozen=True)
 class Exchange:
-    """A replacement of keyframes during a run that is too long to have all of them at once.
+    """A replacement of keyframes during a run, for animation too long to be in the scene at once.
 
-    The run calls `put`, which replaces the keyframes, just before it evaluates frame `frame`. At
-    the frame before that one, the scene must be the same with the old and the new keyframes.
+    Just before the run evaluates frame `frame`, it calls the function `put`, which replaces the
+    keyframes. The old and the new keyframes must give the same scene at the frame before.
     """
 
     frame: int
@@ -100,9 +99,9 @@ def simulate(
 ) -> Generator[Progress, None, None]:
     """Simulate a range of frames, add the readings to a recording, and yield the progress.
 
-    At the end the scene returns to its former frame, also after an error or if the generator is
-    closed early. The readings until then stay in the recording. If drivers read the outputs of
-    other sensors, these sensors are simulated too, but not recorded.
+    At the end, the scene returns to its former frame, also after an error or if the generator is
+    closed early. The recording keeps the readings until then. If drivers read the outputs of other
+    sensors, these sensors are simulated too, but not recorded.
 
     Parameters
     ----------
@@ -148,9 +147,10 @@ def simulate(
 
 
 def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
-    """Return sensors of the scene that are not in `sensors`, but whose outputs drivers read.
+    """Return the sensors of the scene whose outputs drivers read, and that are not in `sensors`.
 
-    Such a driver can change the scene, and with it the readings of `sensors`.
+    Through such a driver, the output of a sensor can change the scene and the readings of
+    `sensors`.
     """
     given = {sensor.uid for sensor in sensors}
     others = simulated(all_sensors(bpy.context.view_layer))
@@ -158,7 +158,11 @@ def unrecorded(sensors: Sequence[Sensor]) -> list[Sensor]:
 
 
 class _Run:
-    """A run of the sensors of a scene from step `first` to `last`."""
+    """A run of the sensors of a scene from step `first` to `last`.
+
+    In its methods, `alone` says that no other code has frame handlers, and `driven` that drivers
+    read outputs. `batches` says that frames can be stored, and sensed later.
+    """
 
     def __init__(
         self,
@@ -188,7 +192,6 @@ class _Run:
         self._reference, self._reference_done = self._share_of_reference(), 0.0
 
     def run(self) -> Generator[Progress, None, None]:
-        """Simulate all steps, record the readings, and yield the progress."""
         scene = self._scene
         frame_before, subframe_before = scene.frame_current, scene.frame_subframe
         handlers.restore_handlers()
@@ -221,11 +224,7 @@ class _Run:
             _restore_frame(scene, frame_before, subframe_before)
 
     def _find_what_moves(self, frame: int, alone: bool, batches: bool) -> None:
-        """Find at which frames the scene can change, and make the scene of moving objects.
-
-        `frame` is the next frame of the run. `alone` says that no other code has handlers, and
-        `batches` that frames can be stored and sensed later.
-        """
+        """Find at which frames the scene can change, and make the scene of moving objects."""
         needs = {need for runner in self._runners for need in runner.sensor.kind.needs}
         still = self._still = skipping.find_stillness(self._scene, needs, not alone)
         self._moving = still.why
@@ -247,7 +246,7 @@ class _Run:
         stage.begin_anew(self._moving_scene)
 
     def _resume(self, step: int, stage: Stage, alone: bool, batches: bool) -> None:
-        """Prepare the stage after a yield, since the caller may have edited the scene."""
+        """Prepare the stage after a yield at a step, since the caller may have edited the scene."""
         if stage.resume():
             self._close_moving_scene()
             self._find_what_moves(self._frame(step), alone, batches)
@@ -304,11 +303,8 @@ class _Run:
                 self._resume(last, stage, alone, batches)
 
     def _evaluate_drivers(self, driven: bool) -> None:
-        """Evaluate the drivers that read outputs, before the run yields to the caller.
-
-        Later, the same evaluation would count as an edit by the caller, after which the run lists
-        all solids anew.
-        """
+        """Evaluate the drivers that read outputs, if there are any (`driven`)."""
+        # A later evaluation of them would count as an edit, after which all solids are listed anew.
         if driven:
             state.CACHE.publishing = True
             try:
@@ -331,10 +327,7 @@ class _Run:
         self._reference_done = max(self._reference_done, done)
 
     def _share_of_reference(self) -> float:
-        """Estimate which part of the run's work is the light reference, from 0 to 1.
-
-        Work is counted in light paths.
-        """
+        """Estimate the light reference's part of all light paths in the run, from 0 to 1."""
         traced = reference = 0
         for runner in self._runners:
             if runner.sensor.kind.requires_light and runner.sensor.parameters.engine == "CYCLES":
@@ -346,10 +339,7 @@ class _Run:
         return reference / (reference + traced) if reference else 0.0
 
     def _record(self, pending: PendingUpdates, driven: bool) -> None:
-        """Record the readings of updates, and write the outputs if drivers read any.
-
-        Drivers see the new outputs from the next frame on.
-        """
+        """Record the readings of updates; if drivers read outputs (`driven`), also write these."""
         sensor, readings, clock = pending.runner.sensor, pending.readings(), self._clock
         if not len(readings):
             return
@@ -360,6 +350,7 @@ class _Run:
             track.extend(frames, times, readings)
             if self._follow is not None:
                 self._follow(pending.runner)
+        # Drivers see the new outputs from the next frame on.
         if driven:
             state.show(sensor, bool(readings.active[-1]), float(readings.value[-1]))
 
@@ -376,7 +367,7 @@ def _group_unchanged(steps: Index, fresh: NDArray[np.bool_]) -> Iterator[tuple[l
 
 
 def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
-    """Set the scene to a frame, and only then let the handlers work again."""
+    """Set the scene to a frame, and then let the handlers work again."""
     try:
         scene.frame_set(frame, subframe=subframe)
     except ReferenceError:
@@ -388,9 +379,9 @@ def _restore_frame(scene: Any, frame: int, subframe: float) -> None:
 
 @contextmanager
 def _idle_outputs(runners: list[SensorRunner]) -> Iterator[bool]:
-    """Switch all outputs off if any driver reads outputs, and restore them at the end.
+    """Context manager: switch all outputs off on entry, and restore them on exit.
 
-    Yield whether any driver reads outputs.
+    If no driver reads outputs, do nothing. Yield whether any driver does.
     """
     if not state.are_driven():
         yield False

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the steps at which nothing that sensors read can change, so that a run skips them.
+"""Find the steps at which nothing that sensors read can change, so that a run skips them.
 
 The times of changes come from keyframes and NLA strips. If anything else can change the scene with
-time, no frame is skipped. Examples are drivers that read the frame, physics, simulation zones,
-films, and what this module does not know. A text then gives the reason.
+time, no frame is skipped, and a text gives the reason. Examples are drivers that read the frame,
+physics, simulation zones and movie textures.
 
-Two more ways to save time are here. A temporary scene has only the moving objects (`MovingScene`).
-The forces on pads are not computed again while nothing moves (`Pads`).
+Two other parts also save time. A temporary scene has only the moving objects (`MovingScene`). The
+forces on pads are not computed again while nothing moves (`Pads`).
 """
 
 from __future__ import annotations
@@ -76,10 +76,10 @@ class Stillness:
         return "".join(self.reasons[:1]) + (f" (and {more} more)" if more > 0 else "")
 
     def fresh(self, frames: Any, subframes: Any = 0.0) -> np.typing.NDArray[np.bool_]:
-        """Return for each frame (n,) whether the scene can differ from that at the one before.
+        """Return whether the scene at each frame can differ from the scene one frame before, (n,).
 
-        `frames` (n,) ascend. `subframes` (n,) are added to them, and are from 0 to 1. The value for
-        the first frame is always true.
+        The times are `frames` (n,), ascending, plus `subframes` (n,) from 0 to 1. The first value
+        is always true.
         """
         # Blender computes the time in single precision.
         times = np.asarray(frames, np.float32) + np.asarray(subframes, np.float32)
@@ -94,8 +94,8 @@ class Stillness:
 def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = False) -> Stillness:
     """Return the times at which the scene can change in a way that sensors read.
 
-    `needs` are the quantities that the sensors read, such as RAYS. `other_handlers` says that other
-    code has frame handlers: these could change anything at any frame.
+    `needs` are the quantities that the sensors read, such as RAYS. `other_handlers` says whether
+    other code has frame handlers, which could change anything at any frame.
     """
     owners = [owner for owner in all_animated() if _is_evaluated(owner, scene)]
     shading = not BLIND_TO_SHADING.issuperset(needs) or any(
@@ -131,11 +131,11 @@ def _is_evaluated(owner: Any, scene: Any) -> bool:
 
 
 def _affects_sensors(owner: Any, curve: Any, shading: bool) -> bool:
-    """Whether an F-curve or driver of `owner` animates something that the sensors can read.
+    """Return whether an F-curve or driver of `owner` animates data that sensors can read.
 
-    `shading` says whether the sensors read shading; if so, every curve counts. Else, of a
-    datablock with shading only the extension's own properties count, such as its warmth. The
-    outputs of sensors do not count either, since `find_stillness` checks drivers that read them.
+    If sensors read shading (`shading`), every curve counts. Otherwise, curves of materials and
+    other shading data count only if they animate the extension's own properties. Outputs of sensors
+    never count, since `find_stillness` checks the drivers that read them.
     """
     if shading:
         return True
@@ -145,10 +145,7 @@ def _affects_sensors(owner: Any, curve: Any, shading: bool) -> bool:
 
 
 def _busy_spans(owner: Any, shading: bool) -> Array:
-    """Return the spans (n, 2) in which keyframes and NLA strips can change a datablock.
-
-    `shading` says whether sensors read shading.
-    """
+    """Return the spans (n, 2) in which keyframes and NLA strips can change a datablock."""
     animation = owner.animation_data
     found = action_curves(animation.action, getattr(animation, "action_slot", None))
     curves = [curve for curve in found if _affects_sensors(owner, curve, shading)]
@@ -213,8 +210,8 @@ def _key_spans(keys: Any, into: Any, out_of: Any, kinds: Any) -> Array:
     keys
         The time and the value of each keyframe (n, 2).
     into, out_of
-        For each segment between two keyframes (n − 1,), the value of the handle at its end and of
-        the handle at its begin.
+        The values of the handles at the end and at the start of each segment (n − 1,). A segment
+        lies between two keyframes.
     kinds
         The interpolation of each segment (n − 1,), as Blender's integer.
     """
@@ -234,7 +231,7 @@ def _key_spans(keys: Any, into: Any, out_of: Any, kinds: Any) -> Array:
 
 
 def _strip_spans(strips: Any) -> Array:
-    """Return the spans (n, 2) of NLA strips, each with a frame more at both ends.
+    """Return the spans (n, 2) of NLA strips, longer by one frame at both ends.
 
     Outside of its span, a strip holds its value or has no effect.
     """
@@ -246,10 +243,7 @@ def _strip_spans(strips: Any) -> Array:
 
 
 def _key_range(curve: Any) -> Array:
-    """Return one span (1, 2) around all keyframes of an F-curve, or none (0, 2) without keyframes.
-
-    It is meant for an action that Blender evaluates on top of NLA strips.
-    """
+    """Return one span (1, 2) around all keyframes of an F-curve; shape (0, 2) without keyframes."""
     points = curve.keyframe_points
     if not len(points):
         return NEVER
@@ -257,7 +251,7 @@ def _key_range(curve: Any) -> Array:
 
 
 def _join_spans(parts: Sequence[Array]) -> Array:
-    """Return all the spans (n, 2) in order, with overlapping ones joined."""
+    """Return all spans (n, 2) in order, with overlapping ones joined."""
     spans = np.concatenate([NEVER, *parts])
     if not len(spans):
         return NEVER
@@ -312,8 +306,8 @@ def moving_scene(
 ) -> MovingScene | None:
     """Return a scene with only the moving objects, for a run that begins at frame `first`.
 
-    Return None if readings could differ from those in the user's scene, or if little time would be
-    saved. Light is always measured in the user's scene.
+    Return None if its readings could differ from readings in the user's scene, or if it would save
+    little time. Light is always measured in the user's scene.
 
     Parameters
     ----------
@@ -343,10 +337,10 @@ def moving_scene(
 
 
 def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
-    """Whether the objects of a scene move in the same way in a scene that has only these objects.
+    """Return whether the moving objects would move in the same way in a scene of their own.
 
-    They may not if there are physics, drivers, instances, an object in Edit Mode, or animation of
-    the scene itself. Nor is a second scene possible if one of the sensors in `keeping` changes.
+    Return false for physics, drivers, instances, objects in Edit Mode or animation of the scene
+    itself. Also return false if the parameters or the pose of a sensor in `keeping` can change.
     """
     if scene.rigidbody_world or scene.render.use_simplify or scene.animation_data:
         return False
@@ -358,9 +352,9 @@ def _can_move_alone(scene: Any, keeping: Sequence[SensorRunner]) -> bool:
 
 
 def _depends_on_scene(obj: Any) -> bool:
-    """Whether an object may make instances, or look different in another scene.
+    """Return whether an object may make instances, or look different in another scene.
 
-    Metaballs do, since all metaballs of a scene join into one surface.
+    All metaballs of a scene join into one surface, so they depend on the scene.
     """
     return (
         obj.type == "META"
@@ -372,7 +366,7 @@ def _depends_on_scene(obj: Any) -> bool:
 def _find_moving(scene: Any, first: int) -> set[Any]:
     """Return the objects of a scene that can change with the frame.
 
-    Blender reports all of them at a change to any frame, so two changes near frame `first` suffice.
+    Blender reports all of them at any change of frame, so two changes near frame `first` suffice.
     """
     found: set[Any] = set()
 
@@ -401,19 +395,16 @@ State = tuple[int, ...]
 
 @dataclass
 class _Pad:
-    """A pad in a run, with its forces by the state of the scene.
+    """A pad in a run. Frames between which nothing moves have the same `State` and forces.
 
     Attributes
     ----------
-    runner
-        The runner of the pad.
     states
         The state of the scene by step, for the last steps at which the motion was read.
     due
-        By the step of a whole frame with updates, the state of the scene on which the forces there
-        depend.
+        The state that decides the forces, by the step of each whole frame with updates.
     needed
-        By the step at which forces have yet to be computed, the state of the scene there.
+        The state of the scene, by each step at which forces are not computed yet.
     forces
         The computed forces by the state of the scene.
     waiting
@@ -429,14 +420,13 @@ class _Pad:
 
     @property
     def size(self) -> int:
-        """The number of steps in a frame."""
         return self.runner.clock.substeps
 
     def note_due(self, steps: Iterable[int]) -> None:
-        """Note the steps of whole frames at which forces will be queried.
+        """Register the steps of whole frames at which forces will be queried.
 
-        If the scene does not move from the frame before to the frame after, its state decides the
-        forces. Else the step has a state of its own.
+        If nothing moves from the frame before to the frame after, the step gets the state of the
+        scene. Otherwise the step gets a new state.
         """
         for step in steps:
             near = [self.states.get(step + self.size * i) for i in (-1, 0, 1)]
@@ -446,7 +436,7 @@ class _Pad:
                 self.needed[step] = state
 
     def ready(self) -> Iterator[tuple[SensorSteps, list[Read | None]]]:
-        """Yield the waiting updates whose forces are computed, as their steps and reads."""
+        """Yield the steps, and the parameters and poses, of updates whose forces are computed."""
         waiting, self.waiting = self.waiting, []
         for sensor_steps, reads in waiting:
             known = [self.state_at(step) in self.forces for step in sensor_steps.steps.tolist()]
@@ -458,7 +448,7 @@ class _Pad:
                 self.waiting.append((sensor_steps.part(slice(count, None)), rest))
 
     def state_at(self, step: int) -> State | None:
-        """Return the state of the scene that decides the forces at a step; None if not noted."""
+        """Return the state that decides the forces at a step; None if no force is due there."""
         return self.due.get(step - step % self.size)
 
     def known(self, sensor_steps: SensorSteps) -> dict[int, PadForces]:
@@ -468,7 +458,7 @@ class _Pad:
         return {clock.frame_and_subframe(step)[0]: forces for step, forces in found.items()}
 
     def forget(self) -> None:
-        """Forget the states and forces that no later update needs, but keep the last forces."""
+        """Remove the states and forces that no later update needs, except the last forces."""
         self.states = {step: self.states[step] for step in sorted(self.states)[-2:]}
         first = min(
             (sensor_steps.steps[0] for sensor_steps, _ in self.waiting),
@@ -534,7 +524,7 @@ class Pads:
             pad.forget()
 
     def _look(self, step: int, frame: int, depsgraph: Any) -> None:
-        """Read the motion at a step, and compute the forces that are needed at the frame before.
+        """Read how objects move at a step, and compute the needed forces at the frame before.
 
         `frame` is the index of the step's frame among the stored frames.
         """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The steps of a run (`Agenda`), and the scene and the sensors at these steps (`Stage`).
 
-The stage evaluates the scene at each step, and stores the poses that the sensors need. Once it has
-stored a batch of frames, the sensors sense all frames of the batch together.
+The stage evaluates the scene at each step, and stores the poses that the sensors need. After a
+batch of frames, the sensors sense all its frames together.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ WINDOW = 1 << 13
 
 @dataclass(frozen=True)
 class Window:
-    """A part of a run.
+    """A part of a run, as the steps at which to evaluate the scene and to sense.
 
     Attributes
     ----------
     begin
         The first step of the part, whether or not the scene is evaluated at it.
     steps
-        The steps (n,) to evaluate, in order.
+        The steps (n,) at which the scene is evaluated, in order.
     sensed
         The steps at which sensors sense; at the others the scene is only evaluated.
     sensor_steps
         The steps at which each sensor senses.
     motion
-        The steps (m,) of the whole frames at which the motion must be read, for pads.
+        The steps (m,) of the whole frames at which the motion of objects is read, for pads.
     pads
         For each pad, the steps of the whole frames in which it has updates.
     read
@@ -73,9 +73,9 @@ class Window:
 class Agenda:
     """The steps of a run from `first` to `last` at which the scene is evaluated.
 
-    Every step with an update of a sensor belongs to them. A swept switch adds all steps between its
-    updates. A pad adds the frames before and after each of its updates. A scene with physics adds
-    every frame from the start of its physics.
+    These are all steps with an update of a sensor. A swept optical switch adds all steps between
+    its updates. A pad adds the frames before and after each of its updates. A scene with physics
+    adds every frame from the start of its physics.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Agenda:
     def allows_batches(self) -> bool:
         """Whether a run can store frames, and let the sensors sense them later.
 
-        It cannot if physics need every frame in turn, or if the forces on a pad can only be
+        It cannot if physics need every frame in turn. Nor can it if forces on a pad can only be
         computed while the scene is at the frame.
         """
         has_pads = any(runner.sensor.kind.requires_forces for runner in self._runners)
@@ -124,7 +124,7 @@ class Agenda:
             yield self._window(start, stop)
 
     def fresh(self, window: Window, still: Stillness) -> NDArray[np.bool_]:
-        """Return for each step of a window (n,) whether the scene can differ from the step before.
+        """Return whether the scene at each step of a window can differ from the step before, (n,).
 
         `still` has the times at which the scene can change. Call this method for each window in
         order.
@@ -137,7 +137,7 @@ class Agenda:
         return still.fresh(frames, parts / self._substeps)[len(last) :]
 
     def _window(self, begin: int, end: int) -> Window:
-        """Return the part of the run from step `begin` up to, but without, step `end`."""
+        """Return the part of the run from step `begin` up to the step before `end`."""
         sensor_steps = [self._sensor_steps(runner, begin, end - 1) for runner in self._runners]
         parts = [steps_of.steps for steps_of in sensor_steps]
         motion: list[Index] = []
@@ -166,19 +166,12 @@ class Agenda:
         return Window(begin, steps, sensed, by_runner, moved, pads, read)
 
     def _frames_moved(self, runner: SensorRunner, begin: int, end: int) -> Index:
-        """Return the steps of the whole frames in which a pad has updates.
-
-        These are frames in the window from `begin` to `end`, or at most two frames outside of it.
-        """
+        """Return the steps of a pad's whole frames with updates, in the window or near it."""
         first, last = max(begin - 2 * self._substeps, self._first), end + 2 * self._substeps
         steps = runner.schedule.between(first, min(last, self._last))[1]
         return np.unique(steps - steps % self._substeps)
 
     def _sensor_steps(self, runner: SensorRunner, first: int, last: int) -> SensorSteps:
-        """Return the steps from `first` to `last` at which a sensor senses.
-
-        A sensor that watches its beam also senses at all steps between its updates.
-        """
         schedule = runner.schedule
         first, last = max(first, self._first), min(last, self._last)
         numbers, steps = schedule.between(first, last)
@@ -195,9 +188,9 @@ class Agenda:
 
 
 def _weights_stay(scene: Any) -> bool:
-    """Whether forces on pads depend only on the poses and shapes of objects.
+    """Return whether forces on pads depend only on the poses and shapes of objects.
 
-    That is so if the scene has no rigid bodies, and neither a mass nor the gravity is animated.
+    This holds if the scene has no rigid bodies, and neither a mass nor the gravity is animated.
     """
     return scene.rigidbody_world is None and not any(
         may_set(owner, *WEIGHT) for owner in all_animated()
@@ -210,17 +203,17 @@ PROGRESS_INTERVAL = 0.25
 
 @dataclass
 class FrameBatch:
-    """The frames that the probes have stored, and that the sensors have not sensed yet.
+    """The stored frames that the sensors have not sensed yet.
 
     Attributes
     ----------
     steps
-        The step at which each stored frame begins. It lasts until the next of these steps.
+        The first step of each stored frame. A stored frame lasts until the first step of the next.
     last
-        The last step at which the newest stored frame is valid.
+        The last step of the newest stored frame.
     reads
-        The parameters and the pose of a sensor by its runner and the index of the stored frame. It
-        lacks sensors whose parameters and pose do not change.
+        The parameters and the pose by the sensor's runner and the index of the stored frame.
+        Sensors whose parameters and pose do not change are left out.
     since
         The time at which the batch began, by `time.monotonic`.
     """
@@ -235,13 +228,13 @@ class FrameBatch:
         return np.searchsorted(np.array(self.steps), steps, side="right") - 1
 
     def part(self, steps: Index) -> Index:
-        """Return those of the ascending steps (n,) that lie within the batch."""
+        """Return the part of the ascending `steps` (n,) that lies within the batch."""
         return steps[slice(*np.searchsorted(steps, (self.steps[0], self.last + 1)))]
 
     def reads_of(self, runner: SensorRunner, frames: Index) -> list[Read | None] | None:
-        """Return the parameters and poses of a sensor at stored frames (n,), by their indices.
+        """Return the parameters and poses of a sensor at stored frames, given by index (n,).
 
-        Return None if the batch has none, because they do not change.
+        Return None if they do not change, so that the batch does not have them.
         """
         if (runner, int(frames[0])) not in self.reads:
             return None
@@ -308,7 +301,7 @@ class Stage:
 
     @property
     def last_step(self) -> int | None:
-        """The last step at which the newest stored frame is valid; None if no frame is stored."""
+        """The last step of the newest stored frame; None if no frame is stored."""
         return self._batch.last if self._batch.steps else None
 
     def resume(self) -> bool:
@@ -323,10 +316,10 @@ class Stage:
         return self._moving is not None and self.probes.must_list
 
     def begin_anew(self, moving: MovingScene | None) -> None:
-        """Use another scene of moving objects from now on, or none.
+        """Use another scene of moving objects from now on; with None, use only the user's scene.
 
-        This is needed after an edit that makes other objects move. Call this method only while no
-        frame is stored.
+        Call this method after an edit that makes other objects move, and only while no frame is
+        stored.
         """
         self.probes.note_edits()
         self._moving = moving if self._batches else None
@@ -340,9 +333,9 @@ class Stage:
     def visit(self, window: Window, steps: list[int], fresh: bool) -> Iterator[PendingUpdates]:
         """Evaluate the scene at steps between which nothing changes, and store it as one frame.
 
-        Yield the updates whose readings can be computed by then. Updates of light sensors are added
-        to `light_updates` instead. `fresh` says whether the scene can differ from that at the step
-        before `steps`. Raise AngenError.
+        Yield the updates whose readings can be computed now. Updates of light sensors are added to
+        `light_updates` instead. `fresh` says whether the scene can differ from the scene at the
+        step before `steps`. Raise AngenError if a sensor cannot be read.
         """
         sensed = [step for step in steps if step in window.sensed]
         depsgraph, watched, is_whole = self._evaluate(window, steps[0], sensed, fresh)
@@ -374,14 +367,11 @@ class Stage:
     def _evaluate(
         self, window: Window, step: int, sensed: list[int], fresh: bool
     ) -> tuple[Any, Any, bool]:
-        """Evaluate the scene at a step, or only the moving objects if these suffice.
+        """Evaluate the scene at a step, or only the moving objects if no sensor must be read.
 
-        They suffice if the parameters and pose of no sensor must be read at the steps in `sensed`.
-
-        Returns
-        -------
-        The depsgraph of the scene; the depsgraph from which the frame is stored; and whether the
-        scene itself is at the step.
+        `sensed` are the steps at which sensors sense. `fresh` says whether the scene can have
+        changed. Return the depsgraph of the scene, the depsgraph from which the frame is stored,
+        and whether the scene itself is at the step.
         """
         is_read = any(at in window.read for at in sensed)
         self.probes.expect_light(is_read)
@@ -395,11 +385,8 @@ class Stage:
         return depsgraph, self._moving.evaluate(*self._clock.frame_and_subframe(step)), whole
 
     def _read_sensors(self, window: Window, sensed: list[int], depsgraph: Any) -> None:
-        """Read the parameters and poses that can change from frame to frame.
-
-        Nothing changes between the steps in `sensed`, so one reading serves all of them. Updates of
-        light sensors are added to `light_updates`.
-        """
+        """Read the parameters and poses that can change, and add updates to `light_updates`."""
+        # Nothing changes between the steps in `sensed`, so one reading serves all of them.
         frame = len(self._batch.steps) - 1
         for runner in {r: None for step in sensed for r in window.read.get(step, ())}:
             read = runner.read(depsgraph, self.probes.edits)
@@ -441,8 +428,9 @@ class Stage:
     def measure(self, alone: bool) -> Iterator[str]:
         """Measure the light of all `light_updates`, and yield a text before each slow picture.
 
-        At such a yield the caller must first call `sense`; then it may yield to its own caller.
-        `alone` says that only the frame changes until the end of the run. Raise AngenError.
+        At such a yield, call `sense` before you yield to another caller. `alone` says whether only
+        the frame changes until the end of the run. Raise AngenError if the light cannot be
+        rendered.
         """
         # A sensor that is due at several steps without changes has one request.
         requests = {p.request.name: p.request for p in self.light_updates if p.request is not None}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The state of the add-on in memory (`CACHE`), and the outputs `active` and `value` of sensors.
 
-The cache is emptied when a file is loaded. Undo does not remove recordings, but it can make a
-recording stale, or fresh again. Panels show the outputs, and drivers read them.
+The cache is emptied when a file is loaded. Undo does not remove recordings, but can change whether
+a recording is stale. Panels show the outputs, and drivers read them.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ VALUE_PATH = "angen_sensor.value"
 def show(sensor: Sensor, active: bool, value: float) -> bool:
     """Write new outputs to a sensor if they differ; return whether `active` changed.
 
-    Outputs with keyframes are not written. Nor are those of a sensor in a collection instance,
-    because all instances share one object.
+    Outputs with keyframes are not written. Outputs of a sensor in a collection instance are not
+    written either, because all instances share one object.
 
     The object is tagged, so that Blender evaluates drivers that read the outputs. During a frame
-    change this happens before the change ends, and Blender reports no update. The object of a
-    rigid body is not tagged: Blender would discard the cached simulation, as for an object that was
-    moved. Drivers then do not see its new outputs.
+    change, this happens before the change ends, and Blender reports no update. The object of a
+    rigid body is not tagged, because Blender would discard the cached simulation. Drivers then do
+    not see its new outputs.
     """
     settings = sensor.settings
     changed = settings.active != active
@@ -51,10 +51,7 @@ def show(sensor: Sensor, active: bool, value: float) -> bool:
 
 
 def show_recorded(recording: Recording, sensors: Iterable[Sensor], frame: float) -> None:
-    """Write the outputs that the sensors have at `frame` in the recording.
-
-    These are the last ones recorded at or before the frame.
-    """
+    """Write the last outputs that were recorded at or before `frame` to the sensors."""
     tracks = {track.uid: track for track in recording.tracks.values()}
     for sensor in sensors:
         track = tracks.get(sensor.uid)
@@ -69,16 +66,16 @@ def output_curves(obj: Any) -> list[Any]:
 
 
 def are_driven(*paths: str) -> bool:
-    """Whether any driver of the file reads an output of a sensor.
+    """Return whether any driver of the file reads an output of a sensor.
 
-    With `paths`, look instead for drivers that read a data path beginning with one of these.
+    With `paths`, look instead for drivers that read a data path that starts with one of `paths`.
     """
     starts = paths or (ACTIVE_PATH, VALUE_PATH)
     return any(target.data_path.startswith(starts) for target in _driver_targets())
 
 
 def read_by_drivers(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Return those of the sensors whose outputs are read by a driver of the file."""
+    """Return the part of the sensors whose outputs any driver of the file reads."""
     read = {
         target.id.session_uid
         for target in _driver_targets()
@@ -102,10 +99,10 @@ CLEARED = -1
 
 
 class Listener(Protocol):
-    """An object that is notified of each evaluation of the scene.
+    """An object whose method `note` is called at each evaluation of the scene.
 
-    `edited` is false if only the frame has changed. `by_frame` says that a change of frame caused
-    the evaluation.
+    `edited` is false if only the frame has changed. `by_frame` says whether a change of frame
+    caused the evaluation.
     """
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool) -> None: ...
@@ -117,9 +114,9 @@ class Cache:
     Attributes
     ----------
     running
-        Whether a run changes the frame at the moment. Handlers do nothing meanwhile.
+        Whether a run is changing the frame. Handlers do nothing meanwhile.
     publishing
-        Whether the run evaluates the drivers that read outputs, at the moment.
+        Whether the run is evaluating the drivers that read outputs.
     working
         The progress of a long operator: its identifier, the part done from 0 to 1, and a text of
         two lines. None while no such operator runs.
@@ -128,17 +125,17 @@ class Cache:
     shown_at
         When a frame was last shown, by `time.monotonic`.
     notice
-        A notice to the user on a recording in the file.
+        A notice to the user about a recording in the file.
     lacks
-        Texts on what the file needs but this computer does not have, such as missing files.
+        Texts on things that the file needs and this computer does not have, such as missing files.
     overlay
         The drawing of the sensors in the viewport.
     findings
-        The findings of the doctor; None before its first run.
+        The findings of the doctor, which checks the scene for mistakes; None before its first run.
     places
-        The findings on the places of residents, as a summary and as lines.
+        The findings on the places that residents use, as a summary and as lines.
     arrows
-        The drawing of the places of residents in the viewport.
+        The drawing of these places in the viewport.
     references
         The light references, for the next run.
     """
@@ -174,14 +171,15 @@ class Cache:
         return self._revision
 
     def watch(self, probe: Listener) -> None:
-        """Notify `probe` of each evaluation from now on, until the probe is garbage-collected."""
+        """Call `probe.note` at each evaluation from now on, until `probe` is garbage-collected."""
         self._listeners.add(probe)
 
     def note(self, depsgraph: Any, edited: bool, by_frame: bool = False) -> None:
         """Notify all listeners; call this method at each evaluation.
 
-        A script may change the scene just before it moves the playhead. Such an edit is reported
-        with the change of frame, and counts too.
+        `edited` is false if only the frame has changed. `by_frame` says whether a change of frame
+        caused the evaluation. A script may change the scene just before it moves the playhead:
+        Blender reports this edit with the change of frame, and it counts as an edit.
         """
         if edited or depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION"):
             self._revision += 1
@@ -189,15 +187,15 @@ class Cache:
             probe.note(depsgraph, edited, by_frame)
 
     def sensors(self, view_layer: Any) -> list[Sensor]:
-        """Return all sensors of a view layer, from a list made once for each revision of the scene.
+        """Return all sensors of a view layer; list them anew only after an edit of the scene.
 
-        Call this method only in handlers and while drawing: Blender has reported all edits by then.
+        Call this method only in handlers and while drawing, when Blender has reported all edits.
         Elsewhere call `all_sensors`.
         """
         return self.sensors_and_revision(view_layer)[0]
 
     def sensors_and_revision(self, view_layer: Any) -> tuple[list[Sensor], int]:
-        """Return what `sensors` returns, and the revision of the scene."""
+        """Return all sensors of a view layer as `sensors` does, and the revision of the scene."""
         layer = view_layer.id_data.session_uid, view_layer.name
         known, sensors = self._sensors
         if known == (self._revision, *layer) and not _have_their_names(sensors):
@@ -209,25 +207,22 @@ class Cache:
         return sensors, self._revision
 
     def outputs_are_driven(self) -> bool:
-        """Whether any driver reads an output, looked up once for each revision of the scene."""
+        """Return whether any driver reads an output; look anew only after an edit of the scene."""
         if self._driven[0] != self._revision:
             self._driven = self._revision, are_driven()
         return self._driven[1]
 
     def recording(self, scene: Any) -> Recording | None:
-        """Return the last recording of a scene if it is fresh, else None."""
+        """Return the last recording of a scene; None if it is stale or there is none."""
         kept = self.kept(scene)
         return kept.recording if kept is not None and not kept.stale else None
 
     def kept(self, scene: Any) -> StoredRecording | None:
-        """Return the last recording of a scene, stale or not; None if it was cleared."""
+        """Return the last recording of a scene, even if it is stale; None if there is none."""
         return self._recording_of_mark(scene.session_uid, scene.angen_recording)
 
     def _recording_of_mark(self, uid: int, mark: int) -> StoredRecording | None:
-        """Return the recording with this mark, of the scene with the session uid `uid`.
-
-        If none has the mark, return the oldest one. Return None if the recording was cleared.
-        """
+        """Return the recording with the number `mark`, else the oldest; None if it was cleared."""
         made = self._kept.get(uid, {})
         return None if mark == CLEARED else made.get(mark) or next(iter(made.values()), None)
 
@@ -243,11 +238,11 @@ class Cache:
         return found
 
     def note_map(self, scene: Any, depsgraph: Any) -> None:
-        """Note that the coverage map of a scene was made from the present scene."""
+        """Store the fingerprint of the present scene as that of its coverage map."""
         self._maps[scene.session_uid] = FollowedMap.note(scene, depsgraph)
 
     def followed(self, scene: Any) -> list[StoredRecording]:
-        """Return what edits of a scene can make stale: its last recording and its coverage map."""
+        """Return the last recording and the coverage map of a scene, which edits can make stale."""
         return [found for found in (self.kept(scene), self.coverage_map(scene)) if found]
 
     def _all_followed(self) -> list[tuple[int, StoredRecording]]:
@@ -256,7 +251,7 @@ class Cache:
         return [*runs, *self._maps.items()]
 
     def keep(self, scene: Any, kept: StoredRecording) -> None:
-        """Make `kept` the last recording of a scene; undo brings the former one back."""
+        """Make `kept` the last recording of a scene; undo restores the former one."""
         made = self._kept.setdefault(scene.session_uid, {})
         made[kept.mark] = kept
         while len(made) > UNDONE or (len(made) > 2 and _bytes_of(made.values()) > UNDONE_BYTES):
@@ -271,7 +266,7 @@ class Cache:
         self.keep(scene, kept)
 
     def clear_recording(self, scene: Any) -> None:
-        """Clear the recording of a scene; undo brings it back."""
+        """Clear the recording of a scene; undo restores it."""
         scene.angen_recording = CLEARED
         self.notice = ""
 
@@ -281,17 +276,16 @@ class Cache:
         return {uid: kept for uid, kept in found.items() if kept is not None}
 
     def note_other_scene(self, scene: Any, depsgraph: Any) -> None:
-        """Note an update in `scene`, which may share data with other scenes.
+        """Pass an update in `scene` to the recordings of other scenes, which may share its data.
 
-        Such an update can make the recordings of the other scenes stale. Blender reports it only
-        now, and not again once another scene is shown.
+        Blender reports such an update only once, even if another scene is shown later.
         """
         for uid, kept in self._all_followed():
             if uid != scene.session_uid:
                 kept.note_other_scene(depsgraph)
 
     def settings_changed(self, owner: Any) -> None:
-        """Compare all recordings with `owner`, an object or scene whose settings have changed."""
+        """Check all recordings after a setting of `owner`, an object or scene, has changed."""
         self._revision += 1
         if not self.running:
             for _, kept in self._all_followed():
@@ -304,7 +298,7 @@ class Cache:
             self.live.outdated = True
 
     def forget_references(self) -> None:
-        """Drop all references to Blender's data, because undo or redo will replace that data."""
+        """Remove all references to Blender's data, because undo or redo will replace that data."""
         self.running = False
         self.live = None
         self.overlay = self.arrows = None
@@ -330,7 +324,7 @@ def _bytes_of(recordings: Iterable[StoredRecording]) -> int:
 
 
 def _have_their_names(sensors: list[Sensor]) -> bool:
-    """Whether all sensors still exist and have the names under which they were listed."""
+    """Return whether all sensors still exist and have the names under which they were listed."""
     try:
         return all(sensor.name_now == sensor.name for sensor in sensors)
     except ReferenceError:

@@ -22,7 +22,7 @@ def clock_of(scene: Any) -> Clock:
 def start_of(scene: Any) -> datetime | None:
     """Return the date and time of the scene's first frame, as the user has set it.
 
-    Return None if it is not set. Raise InputError if its text is invalid.
+    Return None if the user has not set it. Raise InputError if its text is invalid.
     """
     with explained("Start Time", InputError):
         return parse_start(scene.angen_start)
@@ -60,10 +60,10 @@ def ends_before_time(scene: Any, first: int, last: int) -> str:
 
 
 def outside_scene(scene: Any, first: int, last: int) -> str:
-    """Return a note on the frames from `first` to `last` that are outside the scene's range.
+    """Return a note on those frames from `first` to `last` that are outside the scene's range.
 
-    The note is empty if there are none. A run leaves out frames before the scene's start, because
-    they have no time. It simulates frames after the scene's end.
+    The note is empty if all frames are inside. A run leaves out frames before the scene's start,
+    because they have no time. It simulates frames after the scene's end.
     """
     found = []
     if first < scene.frame_start:

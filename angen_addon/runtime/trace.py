@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The trace of a sensor: its model's queries, their answers and the hits of its rays.
+"""The trace of a sensor: its model's queries to the scene, their answers and the hits of its rays.
 
-The viewport draws the last hits. *Explain*, and the search for the causes of a day's events, replay
-the last updates from the recorded queries and answers.
+The viewport draws the last hits. *Explain*, and the search for the causes of events, replay the
+last updates from the recorded queries and answers.
 """
 
 from __future__ import annotations
@@ -35,24 +35,24 @@ BUNDLES = 1 << 20
 
 
 class NotRecorded(LookupError):
-    """A query has no recorded answer, because the run did not make it."""
+    """Raised for a query that the run did not make, so that the trace has no answer to it."""
 
 
 @dataclass(frozen=True)
 class Read:
-    """Parameters and pose of a sensor at a step.
+    """The parameters and the pose of a sensor, as read at one step.
 
     Attributes
     ----------
     metres
-        Metres in a Blender unit.
+        Length of a Blender unit in m.
     parameters, pose
-        The parameters of the sensor's kind, and the pose in metres.
+        The parameters of the sensor's kind, and the pose in m.
     at_step
-        Answers that can only be read while the scene is at the step, from `read_at_step`; else
+        Answers to queries that can only be read while the scene is at the step, by quantity; else
         None.
     change
-        A number that is greater than before if the parameters or the pose have changed.
+        A number that grows whenever the parameters or the pose change.
     """
 
     metres: float
@@ -62,7 +62,10 @@ class Read:
     change: int = 0
 
     def same(self, other: Read) -> bool:
-        """Whether the values at another step are the same; never if either has `at_step`."""
+        """Return whether the values equal the values that were read at another step.
+
+        Return false if either of the two has `at_step`.
+        """
         same = self.metres == other.metres and self.parameters == other.parameters
         return same and self.at_step is other.at_step is None and self.pose.same(other.pose)
 
@@ -77,7 +80,7 @@ class Read:
 
 @dataclass
 class Query:
-    """What the answers to a model's queries depend on.
+    """The sensor, steps and scene to which a model's query refers.
 
     Attributes
     ----------
@@ -111,16 +114,16 @@ class Query:
     light: LightSample | None = None
 
     def bundle(self, number: int) -> int:
-        """Return the number by which casters know the model's ray bundle `number`.
+        """Return the number of the model's ray bundle `number` that the ray caster uses.
 
-        Variants of one sensor cast different rays, so each variant has numbers of its own.
+        Variants of one sensor cast different rays, so each variant has its own numbers.
         """
         return number + BUNDLES * self.sensor.variant
 
 
 @dataclass(frozen=True)
 class Swept:
-    """The last sweep of a beam: the step, and the beam and the solids at that step."""
+    """The last sweep of a beam: its step, the beam, and the objects that rays could hit then."""
 
     step: int
     beam: SweptRays
@@ -129,7 +132,7 @@ class Swept:
 
 @dataclass(frozen=True)
 class SensorRays:
-    """Rays in world space, in Blender units.
+    """n rays in world space, in Blender units.
 
     Attributes
     ----------
@@ -138,9 +141,10 @@ class SensorRays:
     reach
         The length of each ray (n,).
     rows
-        The number of rows, of equally many rays each. A motion detector has one for each tilt.
+        The number of rows, each of the same number of rays. A motion detector has a row for each
+        tilt.
     apart
-        Whether the rays are single rays; else the rays of a row span a fan.
+        Whether the rays are single rays; if false, the rays of each row span a fan.
     """
 
     origins: Array
@@ -152,7 +156,7 @@ class SensorRays:
 
 @dataclass(frozen=True, eq=False)
 class RaysMet:
-    """A bundle of rays in world space that was cast; lengths are in m.
+    """A bundle of n rays in world space and the ranges that a ray cast returned; lengths are in m.
 
     Attributes
     ----------
@@ -161,7 +165,7 @@ class RaysMet:
     reach
         The length of each ray (n,).
     ranges
-        The distance at which each ray meets a surface (n,).
+        The distance from the origin of each ray to the nearest surface (n,).
     """
 
     origins: Array
@@ -170,7 +174,7 @@ class RaysMet:
     ranges: Array
 
     def same(self, other: RaysMet) -> bool:
-        """Whether another bundle has the same rays and the same ranges."""
+        """Return whether another bundle has the same rays and the same ranges."""
         mine = self.origins, self.directions, self.reach, self.ranges
         its = other.origins, other.directions, other.reach, other.ranges
         return all(map(np.array_equal, mine, its))
@@ -200,7 +204,7 @@ class _RecordedQuery:
     need
         The queried quantity, such as RAYS.
     bundle
-        The number of the ray bundle, or the name of a parameter that names an object.
+        The number of the ray bundle, or the name of a parameter that takes an object.
     which
         The indices (k,) of the updates that the query is about; None means all updates.
     answers
@@ -216,7 +220,7 @@ class _RecordedQuery:
     met: Answers | None
 
     def place(self, update: int) -> int | None:
-        """Return the index of an update's answer; None if the query was not about that update."""
+        """Return the index of an update's answer; None if the query was not about this update."""
         if self.which is None:
             return update
         at = int(np.searchsorted(self.which, update))
@@ -225,7 +229,7 @@ class _RecordedQuery:
 
 @dataclass(frozen=True)
 class _RecordedUpdates:
-    """Recorded updates of a sensor at ascending `steps`, with the queries that they made."""
+    """Recorded updates of a sensor at ascending `steps`, with the queries that its model made."""
 
     steps: list[int]
     parameters: Any
@@ -239,14 +243,13 @@ class Trace:
     Attributes
     ----------
     parameters, pose
-        The parameters and the pose of the sensor with which the bundles were cast.
+        The parameters and the pose of the sensor when it cast the bundles.
     bundles
-        The last rays and ranges of each ray bundle, by the number of the bundle. When the
-        parameters or the pose change, all bundles are removed until they are cast again.
+        The last rays and ranges of each ray bundle, by the number of the bundle. A change of the
+        parameters or the pose removes all bundles.
     scan
-        The ranges (n,) that each bundle had at its cast before the last one. The keys are the
-        numbers of the bundles that the last update cast. The value is None for a bundle that was
-        cast for the first time.
+        The ranges (n,) before the last cast, for each bundle of the last update, by its number. The
+        value is None if a bundle was cast only once.
     step
         The step of the last update; None before the first one.
     revision
@@ -254,8 +257,7 @@ class Trace:
     swept
         The last sweep of the sensor's beam; None before the first one.
     keeps
-        Whether the trace also keeps the queries and answers of the last updates. Then it keeps at
-        least KEPT updates.
+        Whether the trace also keeps the queries and answers of at least the last KEPT updates.
     """
 
     def __init__(self, sensor: Sensor) -> None:
@@ -270,7 +272,7 @@ class Trace:
         self.forget()
 
     def forget(self) -> None:
-        """Forget the last hits, because the sensor starts anew."""
+        """Remove the last hits, because the sensor starts anew."""
         self.revision += 1
         self.bundles: dict[int, RaysMet] = {}
         self.scan: dict[int, Array | None] = {}
@@ -281,7 +283,7 @@ class Trace:
         self._sensed: dict[int, Array] = {}
 
     def record(self, query: Query, updates: Updates) -> Updates:
-        """Return updates that equal `updates`, but record each query that the model makes."""
+        """Return a copy of `updates` that records each query which the model makes."""
         sensed = _RecordedUpdates(query.steps, query.read.parameters, updates)
         if self.keeps:
             self._updates.append(sensed)
@@ -303,10 +305,7 @@ class Trace:
         *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
-        """Answer a query with `answer`, record the answers and the hits, and return the answers.
-
-        `sensed` are the updates that make the query, and `need` is the quantity.
-        """
+        """Answer a query by the function `answer`, and record the answers and the hits."""
         answers: Answers = answer(*arguments, which=which)
         met = None
         if need in CAST and len(answers.rows):
@@ -339,14 +338,13 @@ class Trace:
         self.parameters, self.pose = parameters, pose
 
     def _is_same_pose(self, parameters: Any, pose: Pose | None) -> bool:
-        """Whether the parameters and the pose equal those of the present bundles."""
         known = self.pose
         if known is None or pose is None:
             return known is pose
         return bool(parameters == self.parameters) and pose.same(known)
 
     def _note(self, step: int, number: int, met: RaysMet) -> None:
-        """Record that the sensor cast bundle `number` at a step."""
+        """Record that the sensor has cast bundle `number` at a step."""
         if step != self.step:
             self.step, self.scan = step, {}
         if number not in self.scan:
@@ -362,7 +360,7 @@ class Trace:
             self.revision += 1
 
     def copy_bundles(self, other: Trace) -> None:
-        """Replace all bundles by those of another trace of the same sensor."""
+        """Replace all bundles by the bundles of another trace of the same sensor."""
         self.set_pose(other.parameters, other.pose)
         for number, met in other.bundles.items():
             self.show(number, met)
@@ -393,13 +391,14 @@ class Trace:
         return Hits(self._met.ranges.copy(), [self.name_of(n) for n in self._met.met.tolist()])
 
     def name_of(self, number: int) -> str:
-        """Return the object name of solid `number`; empty if no solid has this number."""
+        """Return the name of the object with this number; empty if no object has the number."""
         return self._names.get(number, "")
 
     def recall(self, step: int) -> tuple[Any, Updates]:
         """Return the parameters of the sensor and its update at a step.
 
-        Queries of the update get the recorded answers. Raise NotRecorded if the step is not kept.
+        Queries of the update get the recorded answers. Raise NotRecorded if the trace has no such
+        step.
         """
         for sensed in reversed(self._updates):
             if sensed.steps[0] <= step <= sensed.steps[-1]:
@@ -424,7 +423,7 @@ class Trace:
         *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
-        """Return the recorded answer to a query about one update. Raise NotRecorded."""
+        """Return the recorded answer to a query about an update; raise NotRecorded without one."""
         bundle = _bundle(arguments)
         for known in sensed.queries:
             if (known.need, known.bundle) == (need, bundle):
@@ -437,8 +436,5 @@ class Trace:
 
 
 def _bundle(arguments: tuple[Any, ...]) -> Any:
-    """Return what a query with these arguments is about; None if they do not say it.
-
-    It is the number of a ray bundle, or the name of a parameter that names an object.
-    """
+    """Return the number of the ray bundle or the parameter that a query is about, or None."""
     return arguments[0] if arguments and isinstance(arguments[0], (int, str)) else None

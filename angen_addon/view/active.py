@@ -13,10 +13,10 @@ from ..scene.sensors import Sensor, sensor_of
 
 
 def active_sensor(context: Any) -> Sensor | None:
-    """Return the active sensor, or None.
+    """Return the active sensor; None if the active object is not and has no sensor.
 
-    If a housing is the active object, it is the sensor of that housing. If a collection instance
-    is, it is the sensor inside that was shown last, or else the first one.
+    For a housing, return the sensor that it belongs to. For a collection instance, return the
+    sensor inside that was shown last, or else the first one by name.
     """
     obj = stands_for(context.view_layer.objects.active)
     if obj is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each kind of sensor defines for Blender: housing, figures, panel rows and explanations."""
+"""The functions that draw and explain each kind of sensor in Blender (`Appearance`)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .overlay.figures import Figure, beams, plain_figure
 def model_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays that the model casts: the default of `Appearance.plan_rays`.
 
-    `sight` is the trace of the sensor's rays, and `metres` the metres in a Blender unit.
+    `sight` is the trace of the sensor's rays, and `metres` the length of a Blender unit in m.
     """
     return sight.rays(metres)
 
@@ -48,28 +48,28 @@ def no_lit_figure(seen: Any, number: int, met: RaysMet, before: Any, metres: flo
 class Appearance:
     """The appearance of a kind of sensor. Each attribute has a default, which a kind may replace.
 
-    The functions that draw get the sensor (a `DrawnSensor`) and return a `Figure` in the world.
-    Those for a bundle of rays also get its number and its hits (`RaysMet`). The last parameter of
-    all is the metres in a Blender unit.
+    The functions that draw get the sensor (a `DrawnSensor`) and return a `Figure` in world space.
+    Some draw a bundle of rays: they also get the number of the bundle and the hits (`RaysMet`). The
+    last parameter of each is the length of a Blender unit in m.
 
     Attributes
     ----------
     housings
-        Functions that return a housing, by the identifier of a preset. The function of "" is for
-        all presets that have none. Default: a cube.
+        Functions that return a housing, by the identifier of a preset. The function for "" serves
+        all presets without a function. Default: a cube.
     stand
-        Function that turns a new sensor on a surface. Default: it looks away from the surface.
+        Function that orients a new sensor on a surface. Default: it looks away from the surface.
     plan_rays
         Function that returns the rays of the floor plan. Default: the rays of the model.
     figure
         Draws the sensor itself. Default: a cross if it casts no rays.
     rays_figure
-        Draws a bundle of its rays. Default: beams.
+        Draws a bundle of its rays. Default: a line for each ray.
     scan_figure
         Draws a bundle of rays that the sensor cast at its last update. Default: nothing.
     lit_figure
-        Draws where such a bundle met movement. It also gets the ranges (n,) of the scan before.
-        Default: nothing.
+        Draws the rays of such a bundle that detected movement. It also gets the ranges (n,) of the
+        scan before. Default: nothing.
     reading_figure
         Draws a reading from the sensor's pose and the published fields. Default: nothing.
     drawn_fields
@@ -77,12 +77,11 @@ class Appearance:
     handles
         The handles to drag in 3D views.
     outlined
-        Whether the sensor senses with the upper side of its body, such as a pad. The view outlines
-        that side.
+        Whether the view outlines the upper side of the body, as for a pad, which senses there.
     explain
-        Explains an update. Default: its fields and parameters.
+        Explains an update. Default: it lists the fields and parameters.
     lacking
-        Adds to an explanation what would have to change for the output to be active.
+        Adds facts to an explanation: what must change until the output is active. Default: none.
     sections
         Titles of sections of the panel, each with the names of its parameters. The first is open.
     details

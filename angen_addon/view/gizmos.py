@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draw the handles of the active sensor in 3D views: gizmos to drag, as for cameras and lamps.
 
-Each handle moves along a path in the world, and each point of the path stands for a value. Dragging
-sets the value whose point is nearest to the mouse. Ctrl snaps, Shift makes small steps, Esc and the
-right button restore the value.
+Each handle moves along a path in the world. Each point of the path represents a value of a
+parameter. Dragging sets the value whose point is nearest to the mouse. Ctrl snaps, Shift makes
+small steps, Esc and the right button restore the value.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ def _shape() -> list[tuple[float, float, float]]:
 def sensor_with_handles(context: Any) -> Sensor | None:
     """Return the active sensor if its handles are shown, or None.
 
-    It must be selected, editable and in no instance, in Object Mode and not during a run.
+    The sensor must be selected and editable, and not in a collection instance. Handles are shown
+    only in Object Mode and not during a run.
     """
     settings, obj = context.scene.angen_overlay, context.view_layer.objects.active
     if not (settings.show and settings.handles) or context.mode != "OBJECT" or obj is None:
@@ -73,7 +74,7 @@ def sensor_with_handles(context: Any) -> Sensor | None:
 
 
 def handles_of(sensor: Sensor) -> list[Handle | SizeHandle]:
-    """Return the handles whose parameters the sensor uses with its present settings."""
+    """Return the handles whose parameters have an effect with the sensor's present settings."""
     return [handle for handle in appearance_of(sensor.kind).handles if handle.is_used(sensor)]
 
 
@@ -86,10 +87,10 @@ def _pose(matrix: Matrix, metres: float) -> Pose:
 def in_world(
     sensor: Sensor, handle: Handle | SizeHandle, metres: float
 ) -> Callable[[float], Array]:
-    """Return a function from a handle's value to its place (3,) in the world, in Blender units.
+    """Return a function from a handle's value to its position (3,) in the world, in Blender units.
 
-    The place does not depend on the sensor's scale. `metres` are the metres in a Blender unit.
-    Raise `AngenError` if the sensor has no valid pose.
+    The position does not depend on the sensor's scale. `metres` is the length of a Blender unit in
+    m. Raise `AngenError` if the sensor has no valid pose.
     """
     with explained(f"'{sensor.name}'", ValueError, raised=AngenError):
         pose = _pose(sensor.object.matrix_world.copy().freeze(), metres)
@@ -121,7 +122,7 @@ def drag_value(
 ) -> float:
     """Return the value from `low` to `high` whose pixel is nearest to a target pixel.
 
-    The search is Newton's method. It ends where a change of the value hardly moves the pixel.
+    The search uses Newton's method. It ends where a change of the value hardly moves the pixel.
 
     Parameters
     ----------
@@ -217,7 +218,7 @@ class ANGEN_GT_handle(Gizmo):
 
 
 def _write(context: Any, matrix: Matrix, text: str) -> None:
-    """Write a text on the screen, beside the handle that has this matrix."""
+    """Write a text on the screen, beside the handle with the world matrix `matrix`."""
     import blf
     import gpu
 
@@ -276,7 +277,7 @@ class ANGEN_GGT_handles(GizmoGroup):
 
 
 def matrix_of(context: Any, sensor: Sensor, handle: Handle | SizeHandle) -> Matrix:
-    """Return the world matrix of a handle. It faces the viewer, with its X axis along its path.
+    """Return the world matrix of a handle, which faces the viewer with its X axis along its path.
 
     Raise `AngenError` if the sensor has no valid pose.
     """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The handles of the kinds of sensors: the place of each, and the value that it changes.
+"""The handles of the kinds of sensors: the position of each, and the parameter that it changes.
 
-Each kind lists its handles in its `Appearance`. `gizmos.py` draws them and follows the mouse.
+Each kind lists its handles in its `Appearance`. `gizmos.py` draws them and responds to the mouse.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Point = Sequence[float]
 
 
 class _Override:
-    """The parameters of a sensor, of which one has another value."""
+    """The parameters of a sensor with another value for one of them."""
 
     def __init__(self, parameters: Any, name: str, value: float) -> None:
         self._parameters, self._name, self._value = parameters, name, value
@@ -39,10 +39,10 @@ class _Override:
 
 @dataclass(frozen=True)
 class Handle:
-    """The handle that changes one parameter.
+    """The handle that changes one parameter of a sensor.
 
-    `parameter` is its name. `at` is a function of all parameters. It returns the place (3,) of the
-    handle in m, in the sensor's axes.
+    `parameter` is the name of the parameter. The function `at` gets all parameters, and returns the
+    position (3,) of the handle in m, in the sensor's axes.
     """
 
     parameter: str
@@ -73,17 +73,14 @@ class Handle:
         return max(spec.minimum, LEAST if spec.positive else 0.0), spec.maximum
 
     def point(self, sensor: Sensor, value: float) -> Array:
-        """Return the place (3,) of the handle if the parameter has this value.
+        """Return the position (3,) of the handle if the parameter has this value.
 
-        It is in m, in the sensor's axes.
+        The position is in m, in the sensor's axes.
         """
         return np.array(self.at(_Override(sensor.parameters, self.parameter, value)), np.float64)
 
     def set(self, sensor: Sensor, value: float, snap: bool = False) -> None:
-        """Set the parameter to a rounded value within its limits.
-
-        With `snap`, round it more coarsely.
-        """
+        """Set the parameter to a rounded value within its limits; `snap` rounds more coarsely."""
         low, high = self.limits(sensor)
         is_angle = self._spec(sensor).unit == "rad"
         rounded = _rounded_angle(value, snap) if is_angle else _rounded_length(value, snap)
@@ -96,10 +93,9 @@ class Handle:
 
 @dataclass(frozen=True)
 class SizeHandle:
-    """A handle in the middle of an edge of the upper side of a sensor's body.
+    """A handle that scales a sensor. It lies in the middle of an edge of the body's upper side.
 
-    Its value is the distance of that edge from the origin, along `axis` (0 for X, 1 for Y), in m.
-    Dragging it scales the object.
+    Its value is the distance in m from the origin to this edge, along `axis` (0 for X, 1 for Y).
     """
 
     axis: int
@@ -113,7 +109,7 @@ class SizeHandle:
         return edge
 
     def _scale(self, sensor: Sensor) -> Array:
-        """Return how many metres (3,) a unit of each of the object's axes is in the world."""
+        """Return the length (3,) in m of one unit along each of the object's axes."""
         metres = unit_scale(bpy.context.scene)
         return np.array(sensor.object.matrix_world.to_scale(), np.float64) * metres
 
@@ -140,9 +136,9 @@ class SizeHandle:
         return LEAST, math.inf
 
     def point(self, sensor: Sensor, value: float) -> Array:
-        """Return the place (3,) of the handle if the edge is at this distance from the origin.
+        """Return the position (3,) of the handle if the edge is at this distance from the origin.
 
-        It is in m, in the sensor's axes.
+        The position is in m, in the sensor's axes.
         """
         point: Array = self._edge(sensor) * self._scale(sensor)
         point[self.axis] = value
@@ -177,7 +173,7 @@ def _rounded_angle(radians: float, snap: bool) -> float:
 
 
 def ahead(name: str) -> Handle:
-    """Return the handle of a distance that the parameter `name` gives; it lies on the view axis."""
+    """Return a handle on the view axis, at the distance that the parameter `name` gives."""
     return Handle(name, lambda parameters: (0.0, 0.0, -getattr(parameters, name)))
 
 
@@ -187,13 +183,13 @@ def edge(name: str, aside: tuple[float, float], share: float, reach: str = "rang
     Parameters
     ----------
     name
-        The parameter that has the angle.
+        The parameter with the angle.
     aside
         The direction (x, y) from the view axis to the handle.
     share
-        The handle is this fraction of the angle away from the view axis.
+        The angle between the view axis and the handle, as a fraction of the parameter.
     reach
-        The parameter with the range. The handle is at half of it.
+        The parameter with the range. The handle is at half of this range.
     """
 
     def at(parameters: Any) -> Point:

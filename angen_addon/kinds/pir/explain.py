@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Explain why a motion detector fired, or what would have to change for it to fire.
+"""Explain why a motion detector reported motion, or why it did not.
 
-Each of its two models, range scan and pyroelectric, has an explanation.
+A detector has one of two models, range scan or pyroelectric. Each has its own explanation.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ NOISE = "noise"
 
 @dataclass(frozen=True)
 class Scan:
-    """One update of a range scan.
+    """The ranges and hits of one update of a range scan.
 
     Attributes
     ----------
@@ -65,26 +65,26 @@ class Scan:
 
 @dataclass(frozen=True)
 class RayChange:
-    """The ray that changed most between two scans, and what changed it.
+    """The ray whose range changed most between two scans, with the object that changed it.
 
     Attributes
     ----------
     tilt, ray
-        The number of the tilt, and of the ray within it.
+        The number of the tilt, and of the ray within this tilt.
     azimuth, elevation
         The direction of the ray, in radians.
     before, after
-        The ranges of the ray in the two scans, in m.
+        The range of the ray in the first and in the second scan, in m.
     names
-        The objects that the ray hit before and after; empty for none.
+        The objects that the ray hit in the two scans; empty for none.
     culprit
-        The object that changed the ray, or "noise".
+        The object that changed the range, or "noise".
     threshold
         The change of a range that counts as movement, in m.
     over
         For each object, or "noise", the number of rays that it changed by more than the threshold.
     triggered
-        Whether the scan triggers the detector.
+        Whether the second scan triggers the detector.
     """
 
     tilt: int
@@ -106,7 +106,7 @@ class RayChange:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that triggered the detector, or empty."""
+        """The name of the object that triggered the detector; empty if none did."""
         return self.culprit if self.triggered and self.culprit != NOISE else ""
 
 
@@ -191,7 +191,7 @@ def scan(replay: Replay, index: int) -> tuple[PirParameters, Scan, bool, float] 
 
 
 def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) -> RayChange:
-    """Return the ray that changed most between two scans of the same tilts."""
+    """Return the ray that changed most between the scans `old` and `new` of the same tilts."""
     changes = np.abs(new.ranges - old.ranges)
     row, ray = (int(i) for i in np.unravel_index(int(np.argmax(changes)), changes.shape))
     rays = parameters.rays
@@ -216,10 +216,8 @@ def _change(parameters: PirParameters, old: Scan, new: Scan, triggered: bool) ->
 
 
 def _culprit(old: Scan, new: Scan, row: int, ray: int) -> str:
-    """Return the object that changed a ray, or "noise".
-
-    The ray hit one object before and one after the change. The nearer of the two came or left.
-    """
+    """Return the object that changed the range of a ray, or "noise"."""
+    # The ray hit one object before and one after the change. The nearer of the two came or left.
     before, after = float(old.clean[row, ray]), float(new.clean[row, ray])
     if abs(before - after) <= SAME:
         return NOISE
@@ -287,7 +285,7 @@ def _headline(cause: RayChange, parameters: PirParameters, active: bool, lengths
 
 
 def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
-    """Return how the sensor itself moved between two scans; empty if it did not."""
+    """Return a text on how the sensor itself moved between two scans; empty if it did not move."""
     if old is new:
         return ""
     way = float(np.linalg.norm(new.origin - old.origin))
@@ -301,10 +299,7 @@ def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
 def _doubt(
     replay: Replay, index: int, parameters: PirParameters, triggered: bool, angle: float
 ) -> str:
-    """Return why the explanation may be wrong.
-
-    The text is empty if the replay agrees with the recording.
-    """
+    """Return why the explanation may be wrong; empty if the replay agrees with the recording."""
     track: Any = replay.track
     recorded = bool(track.active[index])
     delayed = parameters.hold_time or parameters.blocking_time or parameters.warm_up_time
@@ -330,17 +325,18 @@ THINGS_SHOWN = 4
 
 @dataclass(frozen=True)
 class WarmObject:
-    """An object that changed the power on the detector's elements.
+    """An object that changed the radiant power on the detector's elements.
 
     Attributes
     ----------
+    name
+        The name of the object.
     change
-        The sum of its absolute changes of the power, over all replayed updates. It is in W per m²
-        of lenslet.
+        The sum of the absolute changes of power, over all replayed updates, in W per m² of lenslet.
     temperature
-        Its mean temperature in K.
+        The mean temperature of its surface in K.
     rays
-        The number of rays that hit it at the explained update.
+        The number of rays that hit the object at the explained update.
     """
 
     name: str
@@ -351,12 +347,12 @@ class WarmObject:
 
 @dataclass(frozen=True)
 class WarmCause:
-    """Why a pyroelectric detector reads what it reads.
+    """The objects and the signal that explain the reading of a pyroelectric detector.
 
     Attributes
     ----------
     things
-        The objects that changed the power on the elements, the greatest change first.
+        The objects that changed the power on the elements, in descending order of the change.
     signal
         The recorded signal in multiples of the threshold.
     threshold
@@ -378,19 +374,18 @@ class WarmCause:
 
 @dataclass(frozen=True)
 class _WarmUpdate:
-    """What the rays of a pyroelectric detector hit at one update. Arrays are (n,), one entry a ray.
+    """The hits of a pyroelectric detector at one update. Arrays have one entry per ray, shape (n,).
 
     Attributes
     ----------
     power
-        The power on the elements, less the power from surroundings at `ambient`. It is in W per m²
-        of lenslet.
+        The power on the elements above that from surroundings at `ambient`, in W per m² of lenslet.
     temperature
-        The temperature of the surface, in K.
+        The temperature of the surface that the ray hits, in K.
     ranges
-        In Blender units.
+        The ranges in Blender units.
     names
-        The objects hit.
+        The names of the objects that the rays hit.
     ambient
         The temperature of the surroundings in K.
     """
@@ -430,9 +425,9 @@ def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
 def _replay_window(
     replay: Replay, index: int, window: float
 ) -> list[tuple[PirParameters, _WarmUpdate]]:
-    """Replay about MOST_UPDATES updates, evenly from the last `window` seconds before an update.
+    """Replay about MOST_UPDATES updates, evenly from the last `window` seconds up to `index`.
 
-    If the detector was switched off meanwhile, only the updates since then are returned.
+    If the detector was switched off meanwhile, return only the updates since then.
     """
     times = replay.track.times
     first = index
@@ -450,10 +445,7 @@ def _replay_window(
 
 
 def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpdate] | None:
-    """Replay update `index`; return the parameters and what the rays hit.
-
-    Return None if the detector is switched off there.
-    """
+    """Replay update `index`; return the parameters and the hits, or None if the detector is off."""
     pending = replay.take_update(index)
     if pending is None:
         return None
@@ -475,7 +467,7 @@ def _replay_update(replay: Replay, index: int) -> tuple[PirParameters, _WarmUpda
 
 
 def _warm_objects(updates: list[_WarmUpdate]) -> tuple[WarmObject, ...]:
-    """Return the objects that changed the power between the updates, the greatest change first."""
+    """Return the objects that changed the power between updates, the greatest change first."""
     changes: dict[str, float] = {}
     temperatures: dict[str, list[float]] = {}
     for old, new in pairwise(updates):
@@ -524,7 +516,7 @@ UNCHANGED = 1e-6
 
 
 def explain_motion(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` of a motion detector, whichever of the two models it has.
+    """Explain update `index` of a motion detector of either model.
 
     Raise `AngenError` if the sensor cannot be read.
     """
@@ -533,9 +525,10 @@ def explain_motion(replay: Replay, index: int) -> Explanation:
 
 
 def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
-    """Return the explanation `found` with further facts, before its own.
+    """Add facts to an explanation: what must change until the detector reports motion.
 
-    They say what would have to change for the detector to fire.
+    `found` is the explanation of update `index`. Return it with the new facts before its other
+    facts.
     """
     headline, facts = found.headline, _missing_to_fire(replay, index, found) if found.cause else []
     held = _why_waiting(replay, index)
@@ -546,10 +539,7 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
 
 
 def _why_waiting(replay: Replay, index: int) -> str:
-    """Return why the detector cannot report movement now, such as its warm-up.
-
-    The text is empty if it can.
-    """
+    """Return why the detector cannot report movement yet, such as its warm-up; empty if it can."""
     track, pir = replay.track, replay.sensor.parameters
     now = track.times[index]
     on = np.flatnonzero(np.asarray(track.active)[:index])
@@ -561,10 +551,6 @@ def _why_waiting(replay: Replay, index: int) -> str:
 
 
 def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
-    """Return facts that say what would have to change for the detector to fire.
-
-    `found` is the explanation so far.
-    """
     if replay.sensor.parameters.model == "PYROELECTRIC":
         share = abs(found.cause.signal)
         if share > 1.0:
@@ -587,10 +573,7 @@ def _missing_to_fire(replay: Replay, index: int, found: Explanation) -> Facts:
 
 
 def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
-    """Return the nearest object that has moved since the previous update, as a text.
-
-    The text also says why the detector does not report it. `found` is the explanation so far.
-    """
+    """Return a text on the nearest object that moved, and on why it was not reported."""
     if index == 0:
         return "unknown at the first update"
     before, now = replay.solid_bounds(index - 1), replay.solid_bounds(index)
@@ -626,7 +609,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
 
 
 def _noticed_names(found: Explanation) -> set[str]:
-    """Return the names of objects in the explanation that changed what the detector measures."""
+    """Return the names of the objects that, by the explanation, changed the measured quantity."""
     cause = found.cause
     if isinstance(cause, WarmCause):
         return {thing.name for thing in cause.things}

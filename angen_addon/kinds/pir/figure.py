@@ -34,9 +34,9 @@ SHEETS = 4
 def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """Draw the tilts of a range scan, or the zones of a lens.
 
-    Each tilt is drawn as a surface from the sensor to the hits of its rays. The detector sees
-    nothing between two tilts, so nothing is drawn there. The parameters are those of
-    `Appearance.rays_figure`.
+    Each tilt of a scan is drawn as a surface from the sensor to the hits of its rays. `seen` is the
+    `DrawnSensor`, and `number` the number of the ray bundle. `met` has the rays with their ranges.
+    `metres` is the length of a Blender unit in m.
     """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC":
@@ -64,9 +64,9 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
-    """Draw the end of each zone of a lens. The zones of one element are filled, the others empty.
+    """Draw the far end of each zone of a lens, filled if the zone belongs to the positive element.
 
-    A zone ends at its hit, or at the detection distance. Its rays can reach farther than that.
+    A zone ends at its hit, or at the detection distance if this is nearer.
     """
     drawn, zones = Figure(), zones_of(seen.parameters)
     directions = zone_edges(zones) @ seen.pose.axes.T
@@ -86,7 +86,7 @@ def _zones(seen: Any, met: RaysMet, metres: float) -> Figure:
 def zone_edges(zones: Zones) -> Array:
     """Return unit vectors along the axis and the four edges of each zone, shape (zones, 5, 3).
 
-    They are in the sensor's axes. The rays of a zone lie between its edges.
+    The vectors are in the sensor's axes. The rays of a zone lie between its edges.
     """
     directions = np.empty((len(zones), 5, 3))
     for row, zone in zip(directions, zones, strict=True):
@@ -110,9 +110,10 @@ def _jumps(met: RaysMet, rows: int) -> NDArray[np.bool_]:
 
 
 def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure | None:
-    """Draw the tilt of the last update; return None if the detector has only one tilt.
+    """Draw the tilt that was scanned last; return None if the detector has only one tilt.
 
-    The parameters are those of `Appearance.scan_figure`.
+    `seen` is the `DrawnSensor`, and `number` the number of the ray bundle. `met` has the rays with
+    their ranges. `metres` is the length of a Blender unit in m.
     """
     parameters = seen.parameters
     one_of_many = len(met.reach) == parameters.rays > 1 and parameters.tilt_count > 1
@@ -131,8 +132,20 @@ def scan_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure |
 def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: float) -> Figure | None:
     """Draw the rays whose range changed by more than the threshold since the scan before.
 
-    Noise does not count. `before` holds the ranges (n,) of that scan. Return None if there was no
-    movement. The other parameters are those of `Appearance.scan_figure`.
+    Return None if there was no movement. Noise does not count.
+
+    Parameters
+    ----------
+    seen
+        The `DrawnSensor`.
+    number
+        The number of the ray bundle.
+    met
+        The rays with their ranges.
+    before
+        The ranges (n,) of the scan before, in m.
+    metres
+        Length of a Blender unit in m.
     """
     parameters = seen.parameters
     if parameters.model == "PYROELECTRIC" or before.shape != met.ranges.shape:
@@ -152,8 +165,8 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
 def _hc_sr501() -> Housing:
     """Return a board of 32 × 24 × 25 mm with a lens of 23 mm.
 
-    The sizes are from innovatorsguru.com and purplebearsshopnearn.com. How much of the depth is the
-    lens is an assumption.
+    The sizes are from innovatorsguru.com and purplebearsshopnearn.com. The depth of the lens is an
+    assumption.
     """
     lens = [(0.0115 * math.sin(a), 0.0115 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
@@ -171,10 +184,7 @@ def _pmod_pir() -> Housing:
 
 
 def _wall_detector() -> Housing:
-    """Return a detector for walls, as in the sample home.
-
-    It has a flat body of 68 × 110 mm and a bulging lens, and is 40 mm deep.
-    """
+    """Return a wall detector: a flat body of 68 × 110 mm with a bulging lens, 40 mm deep in all."""
     lens = [(0.026 * math.sin(a), 0.014 * (1 - math.cos(a)))
             for a in (math.pi / 2 * i / 4 for i in range(5))]  # fmt: skip
     return looking(Housing().lathe(lens).box((-0.034, -0.055, 0.014), (0.034, 0.055, 0.04)))
@@ -194,7 +204,7 @@ HOUSINGS = {
 
 
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
-    """Show why the detector may report nothing, with buttons that help.
+    """Draw in the panel why the detector may report nothing, with buttons that help.
 
     `seen` has the texts of the sensor's reading.
     """
@@ -214,9 +224,9 @@ RAYS_A_ZONE = 5
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays for the floor plan.
 
-    For a range scan these are the rays of its model. For a lens, each zone is a level fan as wide
-    as the zone and as long as the detection distance in the data sheet. `sight` is the trace of the
-    sensor's rays, and `metres` the metres in a Blender unit.
+    For a range scan, these are its rays. For a lens, they are a horizontal fan for each zone, as
+    wide as the zone and as long as the detection distance. `sight` is the trace with the sensor's
+    rays, parameters and pose. `metres` is the length of a Blender unit in m.
     """
     parameters, pose = sight.parameters, sight.pose
     if parameters.model != "PYROELECTRIC":
@@ -230,10 +240,7 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
 
 
 def _across(zone: Zone) -> list[tuple[float, float, float]]:
-    """Return unit vectors that fan out over the width of a zone, at its middle height.
-
-    They are in the sensor's axes.
-    """
+    """Return RAYS_A_ZONE unit vectors in the sensor's axes, across the width of a zone."""
     level, rise = math.cos(zone.elevation), math.sin(zone.elevation)
     sides = np.linspace(-zone.width / 2, zone.width / 2, RAYS_A_ZONE) + zone.azimuth
     return [(-math.sin(a) * level, rise, -math.cos(a) * level) for a in sides.tolist()]

@@ -49,7 +49,7 @@ class Address:
 
 
 def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
-    """Add the options that all commands have which send to a broker.
+    """Add the options for a broker to the parser of a command.
 
     `required` says whether the option that names the broker must be given.
     """
@@ -93,7 +93,7 @@ def add_options(parser: argparse.ArgumentParser, required: bool) -> None:
 def address_of(options: argparse.Namespace) -> Address | None:
     """Return the address of the broker that the options name; None if they name none.
 
-    Raise InputError.
+    Raise InputError if the options are invalid.
     """
     if options.mqtt is None:
         for name, unset in DEPENDENT.items():

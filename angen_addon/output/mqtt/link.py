@@ -31,8 +31,7 @@ class Link:
     """A connection to the broker at `address`.
 
     The broker publishes the message `will` if the connection is lost. All messages are retained and
-    acknowledged (QoS 1). Only `revive` makes a lost connection again. If paho-mqtt did so itself,
-    it would send all messages late and at once that were due meanwhile.
+    acknowledged (QoS 1). A lost connection is made again only by `revive`.
     """
 
     def __init__(self, address: Address, will: Message) -> None:
@@ -56,8 +55,9 @@ class Link:
         return self._lost.is_set()
 
     def connect(self) -> None:
-        """Make the connection. Raise AngenError."""
+        """Make the connection; raise AngenError if the broker refuses it or does not answer."""
         paho = self._paho
+        # After a reconnection by paho-mqtt, it would send all messages due meanwhile late, at once.
         client = paho.Client(
             paho.CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5, reconnect_on_failure=False
         )
@@ -107,7 +107,7 @@ class Link:
     def send(self, message: Message, idle: Callable[[], None] = lambda: None) -> bool:
         """Publish a message; return False if the connection is lost.
 
-        If too many earlier messages are unacknowledged, wait first, and call `idle` again and again
+        If too many earlier messages are unacknowledged, first wait, and call `idle` repeatedly
         meanwhile. Raise AngenError if the broker refuses the topic.
         """
         while len(self._unacknowledged) >= WINDOW and not self.is_lost:
@@ -127,7 +127,7 @@ class Link:
     def flush(self, seconds: float = ANSWER_S) -> bool:
         """Wait at most `seconds` until the broker has acknowledged all messages.
 
-        Return whether it has. Raise AngenError if it refuses one.
+        Return whether it has acknowledged all. Raise AngenError if it refuses one.
         """
         end = time.monotonic() + seconds
         while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:
@@ -136,7 +136,7 @@ class Link:
         return not self._forget_acknowledged()
 
     def take_unacknowledged(self) -> int:
-        """Return the number of unacknowledged messages, and forget them.
+        """Return the number of unacknowledged messages, and discard them.
 
         The broker may or may not have received these messages.
         """
@@ -145,10 +145,7 @@ class Link:
         return count
 
     def retained(self, topics: Sequence[str]) -> list[Message]:
-        """Return the messages that the broker retains on these topics.
-
-        A topic can have wildcards.
-        """
+        """Return the messages that the broker retains on these topics, which can have wildcards."""
         found: list[Message] = []
         last_heard = [time.monotonic()]
 
@@ -173,14 +170,14 @@ class Link:
     def close(self) -> None:
         """Disconnect, and wait until the broker has noticed.
 
-        Otherwise it would take the connection for lost and publish the will.
+        Without the wait, the broker would treat the connection as lost and publish the will.
         """
         if self._client is not None:
             self._client.disconnect()
             self._lost.wait(PARTING_S)
 
     def _forget_acknowledged(self) -> int:
-        """Forget all acknowledged messages, and return the number of unacknowledged ones."""
+        """Discard all acknowledged messages, and return the number of unacknowledged ones."""
         waiting = self._unacknowledged
         while waiting and waiting[0].is_published():
             waiting.popleft()
@@ -204,7 +201,6 @@ def _send_small_packets_at_once(_client: Any, _data: Any, opened: Any) -> None:
 
 
 def _why(address: Address, error: Exception) -> str:
-    """Return a text for the user on why no connection could be made."""
     if isinstance(error, ssl.SSLCertVerificationError):
         return (
             f"the certificate of {address} is not trusted ({error.verify_message}): "
@@ -222,7 +218,6 @@ def _why(address: Address, error: Exception) -> str:
 
 
 def _refusal(address: Address, reason: Any, is_closed: bool) -> str:
-    """Return a text for the user on why the broker refused the connection."""
     if reason is None:
         did = "closed the connection" if is_closed else "does not answer as a broker does"
         way = "is this its port?" if address.tls else "is this its port, and does it want --tls?"

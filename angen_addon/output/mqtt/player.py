@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Publishes the events of a log to a broker, each when it is due, in real time or faster or slower.
+"""Publishing of a log's events to a broker, each when it is due, at any speed.
 
 The player first announces the sensors, and marks them unavailable at the end.
 """
@@ -32,7 +32,7 @@ SLICE_S = 0.2
 
 
 class Pace:
-    """Waits until the events of a log are due.
+    """A timer that waits until the events of a log are due.
 
     Each waiting time is computed from the start, not from the event before. So a late event does
     not delay later ones.
@@ -42,9 +42,9 @@ class Pace:
     speed
         How many times faster than real time the log is played; 0 to play it without waiting.
     idle
-        A function to call again and again while waiting.
+        A function that is called repeatedly while waiting.
     clock
-        A function that returns the present time in seconds, from a clock that is never set anew.
+        A function that returns the present time in s, from a monotonic clock.
     sleep
         A function that sleeps for a number of seconds.
     """
@@ -63,14 +63,13 @@ class Pace:
         self._at = 0
 
     def start(self, at: int) -> None:
-        """Let the present moment be the time `at` of the log, in microseconds."""
+        """Set the present time of the log to `at`, in microseconds."""
         self._begin, self._at = self._clock(), at
 
     def wait(self, until: int) -> float:
-        """Wait until the time `until` of the log is due, which is in microseconds.
+        """Wait until the time `until` of the log, in microseconds; return the lateness in s.
 
-        Return in seconds how late it is by then. Call `idle` at least once; an exception from it
-        ends the wait.
+        Call `idle` at least once; an exception from `idle` ends the wait.
         """
         self._idle()
         if self.is_at_once:
@@ -105,7 +104,7 @@ class Player:
     speed
         How many times faster than real time changes are published; 0 to publish without waiting.
     check
-        A function to call again and again. To stop the player, it raises an exception.
+        A function that is called repeatedly. To stop the player, it raises an exception.
     """
 
     def __init__(
@@ -123,8 +122,8 @@ class Player:
     def begin(self, states: Mapping[Channel, Value]) -> None:
         """Connect to the broker and announce the sensors.
 
-        `states` has the present value of each channel; a channel without one is announced as
-        unknown. Raise AngenError.
+        `states` has the present value of each channel; a channel without a value is announced as
+        unknown. Raise AngenError if the broker cannot be used.
         """
         self._link.connect()
         retained = dict(retained_messages(self._link, self._home.topic))
@@ -143,7 +142,7 @@ class Player:
             self.pace.rest(SETTLE_S)
 
     def play(self, changes: Iterable[Change], after: int = 0) -> None:
-        """Publish each change once its own time plus `after`, in microseconds, is due."""
+        """Publish each change when its own time plus `after`, in microseconds, is due."""
         for change in changes:
             late = self.pace.wait(after + change.time)
             self.late_s = max(self.late_s, late)
@@ -176,7 +175,7 @@ class Player:
         return text
 
     def _now(self) -> list[Message]:
-        """Return messages with the present states of all sensors, and one that they are online."""
+        """Return messages with the present states of all sensors, and that they are online."""
         states = [Message(topic, payload) for topic, payload in self._states.items()]
         return [*states, self._home.status(ONLINE)]
 
@@ -199,11 +198,7 @@ class Player:
             )
 
     def _remove(self, retained: Mapping[str, str], configs: set[str]) -> None:
-        """Remove sensors from the broker that an earlier replay has announced, but not this one.
-
-        `retained` has the retained messages by topic. `configs` are the topics by which this home's
-        sensors are announced.
-        """
+        """Remove the sensors that an earlier replay announced, without those of this one."""
         topics = {*configs, *self._states, self._home.status("").topic}
         gone = [Message(*message) for message in retained.items() if message[0] not in topics]
         names = remove_messages(self._link, gone)
@@ -213,7 +208,7 @@ class Player:
     def idle(self) -> None:
         """Report to the user if the connection is lost, and try to reconnect.
 
-        Call this method again and again between messages.
+        Call this method repeatedly between messages.
         """
         self._check()
         if not self._is_open or not self._link.is_lost:

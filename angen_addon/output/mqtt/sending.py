@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sends readings to a broker during a run, for `angen simulate --mqtt HOST`."""
+"""Sending of readings to a broker during a run, for `angen simulate --mqtt HOST`."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .player import SLICE_S, Player
 
 
 class Sending:
-    """Sends the readings of a run to a broker, as a context manager.
+    """Context manager: send the readings of a run to a broker.
 
-    A thread sends each reading when it is due, while the run can already simulate later times. At
-    the end of the context the sensors are marked "unavailable".
+    A thread sends each reading when it is due, while the run can already simulate later times. On
+    exit, the sensors are marked "unavailable".
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Sending:
         self._player = Player(Link(address, home.status(OFFLINE)), home, speed, self._check)
 
     def __enter__(self) -> Sending:
-        """Connect and announce the sensors. Raise AngenError if the broker cannot be used."""
+        """Connect and announce the sensors; raise AngenError if the broker cannot be used."""
         if self._player:
             try:
                 with self._interrupt.watched():
@@ -89,7 +89,7 @@ class Sending:
     def take(self, recording: Recording) -> None:
         """Queue the readings that were added to the recording since the last call.
 
-        If an error has ended the thread, raise it.
+        If an error has ended the thread, raise this error.
         """
         if self._player is None:
             return
@@ -130,10 +130,7 @@ class Sending:
             self._error = error
 
     def _as_they_come(self, player: Player) -> Iterator[Change]:
-        """Yield the changes in the order in which the run queues them, until it has ended.
-
-        Sending begins with the first change, at once.
-        """
+        """Yield the changes in the order in which the run queues them, until the run has ended."""
         is_first = True
         while True:
             try:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draw the fields of view and the states of sensors in 3D views, on the GPU.
 
-Drawing never does long work and writes nothing to the scene. A figure that is missing is left out,
-and `refresh.soon` has it made for a later redraw.
+Drawing never does long work, and writes nothing to the scene. A missing figure is left out:
+`refresh.soon` makes it for a later redraw.
 """
 
 from __future__ import annotations
@@ -25,10 +25,7 @@ ORDER = ("fills", "thin", "bold", "top_fills", "top")
 
 
 def _sensors_to_draw(context: Any) -> DrawnSensors | None:
-    """Return the sensors to draw in this view, or None.
-
-    If they are missing or outdated, `refresh.soon` has them made for a later redraw.
-    """
+    """Return the sensors to draw in this view, or None; schedule an update if they are outdated."""
     scene, space = context.scene, context.space_data
     if not refresh.wanted(scene) or not space.overlay.show_overlays:
         return None
@@ -43,9 +40,9 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
 
 
 def rows_to_draw(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
-    """Return those of the `drawn` sensors that this view shows.
+    """Return the sensors of `drawn` that the 3D view `space` shows.
 
-    Each comes with its reading, and with whether it is selected.
+    Each has its reading, and whether it is selected.
     """
     readings, found = ReadingTexts(scene), []
     active = bpy.context.view_layer.objects.active
@@ -83,7 +80,7 @@ def draw_fields() -> None:
 
 
 def draw_labels() -> None:
-    """Draw signs, names and readings on the screen."""
+    """Draw signs, names and readings on the screen: a draw handler."""
     context = bpy.context
     try:
         drawn = _sensors_to_draw(context)
@@ -104,11 +101,11 @@ def _drop() -> None:
 
 
 class JoinedBatches:
-    """What one view draws, in few GPU batches.
+    """The figures of one view, joined into few GPU batches.
 
     The figures that have not changed for a while are joined in one batch, which is kept until one
-    of them changes. All other figures are joined in a second batch, which is made again whenever
-    one of them changes. Drawing each figure by itself would take 1 ms longer per frame.
+    of them changes. All others are joined in a second batch, made anew after each change. Drawing
+    each figure separately would take 1 ms longer per frame.
     """
 
     def __init__(self) -> None:
@@ -118,10 +115,10 @@ class JoinedBatches:
         self._kept: dict[str, tuple[Any, dict[str, Any]]] = {}
 
     def batches(self, rows: list[SensorRow], metres: float) -> list[dict[str, Any]]:
-        """Return two groups of batches for these sensors: of settled figures, and of all others.
+        """Return two groups of batches for these sensors: of unchanged figures, and of all others.
 
-        Each group has its batches by their names in `picture`. `metres` are the metres in a Blender
-        unit.
+        Each group has its batches by their names in `picture`. `metres` is the length of a Blender
+        unit in m.
         """
         self._draws += 1
         still: list[tuple[Figure, str, bool]] = []

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines and surfaces that show what a sensor sees, in the world, in Blender units.
+"""Lines and surfaces that show the rays and zones of a sensor, in world space and Blender units.
 
-Each part of a figure has a meaning, such as the end of a ray. `picture.py` decides how each meaning
+Each part of a figure has a meaning, such as "edge" or "ray". `picture.py` decides how each meaning
 is drawn.
 """
 
@@ -37,7 +37,7 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 @dataclass(eq=False)
 class Figure:
-    """A figure: lines (n, 2, 3) and triangles `fills` (n, 3, 3) in the world, by their meaning."""
+    """A figure in world space, as lines (n, 2, 3) and triangles `fills` (n, 3, 3) by meaning."""
 
     lines: dict[str, Lines] = field(default_factory=dict)
     fills: dict[str, Lines] = field(default_factory=dict)
@@ -64,9 +64,9 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
     Parameters
     ----------
     met
-        The rays and their hits.
+        The rays with their ranges.
     metres
-        Metres in a Blender unit.
+        Length of a Blender unit in m.
     rows
         The number of equal rows to divide the rays into.
 
@@ -75,6 +75,7 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
     starts, ends : (rows, n, 3) array
         In Blender units.
     hit : (rows, n) array of bool
+        Whether each ray hit something.
     """
     hit = met.ranges < met.reach
     off = np.minimum(OFF_SURFACE, met.ranges / 2) * hit
@@ -86,7 +87,7 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
 def corners_of(
     met: RaysMet, apex: Array, edges: Array, metres: float, farthest: float = math.inf
 ) -> Array:
-    """Return the ends of the edges of pyramids that have a common apex.
+    """Return the far ends of the edges of pyramids that have a common apex.
 
     The edges of a pyramid end on the plane that the rays within it hit. If these hits lie in no
     plane, each edge is as long as the nearest hit of the rays beside it. So no edge goes through a
@@ -95,13 +96,13 @@ def corners_of(
     Parameters
     ----------
     met
-        The hits of the rays, equally many within each pyramid, pyramid by pyramid.
+        The rays with their ranges, pyramid by pyramid, with the same number of rays in each.
     apex
         The apex (3,) in m.
     edges
         Unit vectors (z, c, 3) along the c edges of z pyramids.
     metres
-        Metres in a Blender unit.
+        Length of a Blender unit in m.
     farthest
         The greatest length of an edge, in m.
 
@@ -135,21 +136,21 @@ def corners_of(
 def straight(
     points: Array, drawn: NDArray[np.bool_], metres: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Find the straight lines that steps between neighbouring points form.
+    """Find runs of steps between neighbouring points that form a straight line.
 
     Parameters
     ----------
     points
         Points (rows, n, 3), with n − 1 steps between them in each row.
     drawn
-        The steps (rows, n − 1) to draw.
+        Whether to draw each step (rows, n − 1).
     metres
-        Metres in a Blender unit.
+        Length of a Blender unit in m.
 
     Returns
     -------
     first, last : (rows, n − 1) array of bool
-        The drawn steps with which a straight line begins, and those with which it ends.
+        Whether a straight line begins with each step, and whether one ends with it.
     """
     way, middle = points[:, 2:] - points[:, :-2], points[:, 1:-1] - points[:, :-2]
     square = np.maximum((way * way).sum(axis=2), 1e-24)
@@ -166,7 +167,7 @@ def straight(
 def plain_figure(seen: Any, metres: float) -> Figure:
     """Return the figure of a sensor that casts no rays: a cross.
 
-    The parameters are those of `Appearance.figure`.
+    `seen` is the `DrawnSensor`, and `metres` the length of a Blender unit in m.
     """
     figure = Figure()
     if not CAST & seen.sensor.kind.needs.keys():
@@ -178,7 +179,8 @@ def plain_figure(seen: Any, metres: float) -> Figure:
 def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     """Return the figure of a bundle of rays: each ray as a line up to its hit or its range.
 
-    The parameters are those of `Appearance.rays_figure`.
+    `seen` is the `DrawnSensor`, and `number` the number of the bundle. `met` has the rays with
+    their ranges. `metres` is the length of a Blender unit in m.
     """
     figure = Figure()
     starts, ends, _ = ends_of(met, metres)
@@ -187,7 +189,7 @@ def beams(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
 
 
 def surface_outline(evaluated: Any, place: Any) -> Array:
-    """Return the corners (4, 3) in the world of the upper side of an object's bounding box.
+    """Return the world positions (4, 3) of the upper corners of an object's bounding box.
 
     `evaluated` is the evaluated object, and `place` its world matrix.
     """
@@ -210,11 +212,14 @@ def triangles(one: Any, two: Any, three: Any) -> Array:
 
 
 def dashes(one: Array, two: Array) -> Array:
-    """Return a dashed line from `one` point to another, as lines (DASHES, 2, 3)."""
+    """Return a dashed line from point `one` to point `two`, as lines (DASHES, 2, 3)."""
     return (one + (two - one) * DASHES_AT).reshape(DASHES, 2, 3)
 
 
 def circle(middle: Array, x: Array, y: Array, radius: float) -> Array:
-    """Return points (ROUND, 3) on a circle in the plane of the unit vectors `x` and `y`."""
+    """Return points (ROUND, 3) on a circle around `middle`.
+
+    The circle is in the plane of the unit vectors `x` and `y`.
+    """
     angles = np.arange(ROUND) * 2 * math.pi / ROUND
     return middle + radius * (np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y))

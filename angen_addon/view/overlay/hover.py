@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the sensor whose sign is below the mouse.
 
-Blender tells only gizmos where the mouse is. The gizmo here draws nothing and never counts as hit.
-Clicks therefore go to Blender and to `operators/sign_select.py`.
+Blender reports the position of the mouse only to gizmos. The gizmo of this module is invisible and
+never hit. Clicks therefore go to Blender and to `operators/sign_select.py`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class ANGEN_GT_hover(Gizmo):
 
 
 class ANGEN_GGT_hover(GizmoGroup):
-    """The group of the invisible gizmo."""
+    """The group of the invisible gizmo that gets the position of the mouse."""
 
     bl_idname = "ANGEN_GGT_hover"
     bl_label = "Sensor under the Mouse"
@@ -67,7 +67,7 @@ def sensor_at(context: Context, place: Any) -> Sensor | None:
 
 
 def note_hovered(context: Context, location: Any) -> None:
-    """Note the sensor whose sign is at `location` (pixels), so that its label is shown in full."""
+    """Store the sensor whose sign is at `location` (pixels), so that its label is shown in full."""
     drawn = state.CACHE.overlay
     if drawn is None or context.region is None:
         return

@@ -37,10 +37,10 @@ def arrange(
     off: float,
     first: frozenset[int] = frozenset(),
 ) -> dict[int, Rect]:
-    """Find places for labels beside their markers, so that it is plain which belong together.
+    """Find positions for labels beside their markers, so that one sees which belong together.
 
-    A marker is the point of a sensor's sign. Labels lie within `free`, on nothing that is
-    `covered`, on no other label, and not near the marker of another label.
+    A marker is the point of a sensor's sign. A label lies within `free`. It covers nothing in
+    `covered` and no other label, and is not near the marker of another label.
 
     Parameters
     ----------
@@ -49,22 +49,23 @@ def arrange(
     sizes
         Width and height (2,) of the label of each marker, in pixels.
     order
-        The numbers of the markers that may have a label, in the order in which places are found.
+        The numbers of the markers that may have a label, in the order in which labels are placed.
     wanted
         The numbers of the labels to place before all others. They may overlap other labels.
     free
         The part of the region for labels.
     covered
-        The parts of the region that something else covers.
+        The parts of the region that other things cover.
     off
         The distance between a marker and its label, in pixels.
     first
-        The numbers of the labels to place after those. They may be near other markers.
+        The numbers of the labels to place after the `wanted` ones and before the rest. They may be
+        near other markers.
 
     Returns
     -------
     dict of int to Rect
-        The places of the labels that fit, by number of the marker.
+        The rectangles of the labels that fit, by number of the marker.
     """
     placed: dict[int, Rect] = {}
     turns = list(order)
@@ -83,18 +84,12 @@ def arrange(
 
 
 def _count_other_markers(plate: Rect, markers: Sequence[Point], own: int, off: float) -> int:
-    """Return how many markers besides the label's `own` one are near a label.
-
-    Near is less than APART times `off`, the distance of a label from its marker.
-    """
+    """Return how many markers, except the one `own`, are within APART times `off` of a label."""
     return sum(n != own and _near(plate, m, APART * off) for n, m in enumerate(markers))
 
 
 def _plates_beside(marker: Point, size: Point, off: float) -> list[Rect]:
-    """Return the places that a label of this size may have around its marker.
-
-    `off` is its distance from the marker.
-    """
+    """Return the possible rectangles of a label at distance `off` from its marker."""
     (x, y), (width, height) = marker, size
     found = []
     for aside, up in SIDES:
@@ -116,7 +111,7 @@ def _overlaps(one: Rect, two: Rect) -> bool:
 
 
 def _near(plate: Rect, point: Point, distance: float) -> bool:
-    """Return whether a point is less than `distance` pixels away from a label."""
+    """Return whether a point is less than `distance` pixels away from the label `plate`."""
     x = max(plate[0] - point[0], 0.0, point[0] - plate[2])
     y = max(plate[1] - point[1], 0.0, point[1] - plate[3])
     return x * x + y * y < distance * distance
@@ -129,7 +124,7 @@ TEXT_WIDTH, TEXT_HEIGHT, STATISTICS = 230.0, 46.0, 150.0
 
 
 def covered_rects(area: Any, region: Any, space: Any, preferences: Any) -> list[Rect]:
-    """Return the parts of a 3D view's main region that something else covers."""
+    """Return the rectangles of a 3D view's main region that Blender's interface covers."""
     scale = preferences.system.ui_scale
     found = [rect for other in area.regions if (rect := _overlap_with(other, region)) is not None]
     left, right, top = 0.0, float(region.width), float(region.height)
@@ -149,7 +144,7 @@ def covered_rects(area: Any, region: Any, space: Any, preferences: Any) -> list[
 
 
 def _overlap_with(other: Any, region: Any) -> Rect | None:
-    """Return the place where another region of the area overlaps this one, or None."""
+    """Return the rectangle in which another region overlaps this one; None without overlap."""
     if other.type == "WINDOW" or other.width <= 1 or other.height <= 1:
         return None
     left, low = float(other.x - region.x), float(other.y - region.y)
@@ -160,7 +155,7 @@ def _overlap_with(other: Any, region: Any) -> Rect | None:
 
 
 def _navigation_rects(right: float, top: float, view: Any, scale: float) -> list[Rect]:
-    """Return the parts that Blender's navigation axes, and the buttons below them, cover."""
+    """Return the rectangles of Blender's navigation axes and of the buttons below them."""
     size = AXES_ONLY
     if view.mini_axis_type == "GIZMO":
         size = view.gizmo_size_navigate_v3d + ROUND_AXES
@@ -191,7 +186,7 @@ TEXT_SIZE_FONT = 0
 
 
 class Word(NamedTuple):
-    """A text with its place in pixels and its colour."""
+    """A text with its position in pixels and its colour."""
 
     x: float
     y: float
@@ -205,20 +200,19 @@ class RegionLabels:
     Attributes
     ----------
     markers, plates
-        The places of signs and labels, by uid of the sensor.
+        The points of signs and the rectangles of labels, by uid of the sensor.
     rooms
-        The rectangles that were found for labels, by row. A label may be narrower than its
-        rectangle.
+        The largest rectangle available for each label, by row. A label can be narrower.
     words, batches
-        The texts, and the GPU's copy of signs and labels.
+        The texts, and the GPU batches of signs and labels.
     projected
-        The view and the matrices that were last projected, and the resulting pixels.
+        The last view and matrices that were projected, and the resulting pixels.
     places
-        What `rooms` was found for: markers, sizes, the wanted labels, and what was covered.
+        The markers, sizes, wanted labels and covered parts from which `rooms` was computed.
     widths, first
-        The widths and the active sensors that `rooms` was found for.
+        The widths of the labels and the active sensors from which `rooms` was computed.
     picture
-        What `words` and `batches` were made for.
+        The input from which `words` and `batches` were made.
     """
 
     def __init__(self) -> None:
@@ -238,6 +232,7 @@ def sign_at(board: RegionLabels, place: Point, reach: float) -> int | None:
     """Return the uid of the sensor whose sign is nearest to `place` and within `reach` pixels.
 
     If no sign is within reach, return the uid of the sensor whose label is at `place`, or None.
+    `board` has the signs and labels of the region.
     """
     found = nearest(board.markers, place, reach)
     if found is not None:
@@ -279,7 +274,8 @@ def to_screen(
 def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
     """Draw the signs and labels of all sensors that the view shows.
 
-    `drawn` are the drawn sensors of the scene, and `shown` those in this view with their readings.
+    `drawn` are all drawn sensors of the scene. `shown` are the sensors of this view with their
+    readings.
     """
     board = drawn.boards.setdefault(context.region.as_pointer(), RegionLabels())
     rows, markers, sizes = _visible_rows(context, board, drawn, shown)
@@ -312,11 +308,7 @@ def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
 def _visible_rows(
     context: Any, board: RegionLabels, drawn: DrawnSensors, shown: list[SensorRow]
 ) -> tuple[list[SensorRow], list[Point], list[float]]:
-    """Return the sensors in the view, the pixels of their signs, and how long a metre is at each.
-
-    The length of a metre is in pixels. `shown` are the sensors of the view, of which some are
-    outside the region. The signs are projected again only if the view or a sensor moved.
-    """
+    """Return the sensors in the region, the pixels of their signs, and those of a metre there."""
     region, view = context.region, context.region_data
     rows = [row for row in shown if row.seen.matrix is not None]
     window = region.width, region.height
@@ -344,10 +336,7 @@ def _place_labels(
     wanted: frozenset[int],
     active: frozenset[int],
 ) -> None:
-    """Find the rectangles for labels (`board.rooms`), unless the present ones can be kept.
-
-    They are kept while only numbers change, so that labels do not jump. They are found again if
-    something moved, if a text no longer fits, or if an active sensor has no label.
+    """Compute the rectangles for labels (`board.rooms`), unless the present ones can be kept.
 
     Parameters
     ----------
@@ -359,10 +348,8 @@ def _place_labels(
         The length of a metre at each sign, in pixels: greater for near sensors.
     widths
         The width of each label in pixels; 0 without a text.
-    wanted
-        The rows of selected and hovered sensors.
-    active
-        The rows of active sensors.
+    wanted, active
+        The rows of selected and hovered sensors, and of active sensors.
     """
     region, scale = context.region, context.preferences.system.ui_scale
     hidden = covered_rects(context.area, region, context.space_data, context.preferences)
@@ -372,6 +359,7 @@ def _place_labels(
     has_text = [wide > 0.0 for wide in widths]
     places = markers, near, has_text, wanted, hidden, region.width, region.height
     if places == board.places:
+        # Rectangles are kept while only numbers change, so that labels do not jump.
         is_served = active == board.first or active <= board.rooms.keys()
         if is_served and all(w <= room for w, room in zip(widths, board.widths, strict=True)):
             return
@@ -395,7 +383,7 @@ def _place_labels(
 
 
 def _plate(room: Rect, marker: Point, wide: float) -> Rect:
-    """Return the rectangle of a label of width `wide`, within its `room` and next to its marker."""
+    """Return the rectangle of a label of width `wide`, within `room` and next to its marker."""
     left, low, right, high = room
     if right <= marker[0]:
         left = right - wide
@@ -405,12 +393,7 @@ def _plate(room: Rect, marker: Point, wide: float) -> Rect:
 
 
 def _texts(context: Any, name: str, reading: ReadingText, full: bool) -> tuple[str, str]:
-    """Return the name and the reading to write in a label; empty texts for what is not shown.
-
-    With `full` the reading is written in full, as for selected and hovered sensors. A sensor
-    without a reading shows only its sign. If its reading comes once the playhead rests, the label
-    says so.
-    """
+    """Return the name and the reading to write in a label; an empty text for a part not shown."""
     settings = context.scene.angen_overlay
     is_nothing = reading.icon == UNKNOWN and reading.brief in ("", NOTHING)
     value = "" if is_nothing else reading.text if full else reading.short
@@ -418,7 +401,6 @@ def _texts(context: Any, name: str, reading: ReadingText, full: bool) -> tuple[s
 
 
 def _plate_width(context: Any, texts: tuple[str, str]) -> float:
-    """Return the width of a label in pixels; 0 if it has no text."""
     if not any(texts):
         return 0.0
     scale = context.preferences.system.ui_scale
@@ -439,7 +421,6 @@ def _words(context: Any, plate: Rect, texts: tuple[str, str], one: ReadingText) 
 
 
 def _text_width(text: str, size: float) -> float:
-    """Return the width of a text in pixels, in this size of the font."""
     import blf
 
     blf.size(TEXT_SIZE_FONT, size)
@@ -476,11 +457,9 @@ def _batches(
     marked: list[Point],
     sign: float,
 ) -> list[tuple[str, Any]]:
-    """Return GPU batches of all signs and labels: the type of each, and the batch.
+    """Return the type and the GPU batch of all signs, of the rings around signs, and of labels.
 
-    They have the signs at `markers`, rings around the signs at `marked`, and the dark ground of
-    labels (`plates`). Each sign is drawn on a dark disc, so that it stands out. `sign` is its
-    radius in pixels.
+    `marked` are the markers with a ring. `sign` is the radius of a sign in pixels.
     """
     shapes = [_shape(row.shown.icon) for row in rows]
     ring = LOOKS[IDLE].lines.reshape(-1, 2) * np.float32(RING)

@@ -34,7 +34,7 @@ Points = NDArray[np.float32]
 
 
 def _ring(radius: float, parts: int = 16, gaps: int = 1) -> list[list[tuple[float, float]]]:
-    """Return a circle as `parts` lines; with `gaps` 2, every other line is missing."""
+    """Return a circle as `parts` lines; if `gaps` is 2, return only every other line."""
     at = [2 * math.pi * n / parts for n in range(parts + 1)]
     points = [(radius * math.cos(a), radius * math.sin(a)) for a in at]
     return [[points[n], points[n + 1]] for n in range(0, parts, gaps)]
@@ -55,10 +55,11 @@ def _array(shape: list[list[tuple[float, float]]], corners: int) -> Points:
 
 @dataclass(frozen=True)
 class Look:
-    """The look of a state of sensors.
+    """The sign, the colour and the opacity that show a state of a sensor.
 
-    `lines` (n, 2, 2) and `faces` (m, 3, 2) are the lines and triangles of the sign. They are about
-    the origin, with a radius of about 1. `strength` multiplies the opacity of the field of view.
+    `lines` (n, 2, 2) and `faces` (m, 3, 2) are the lines and triangles of the sign. The sign is
+    centred on the origin, with a radius of about 1. `strength` multiplies the opacity of the field
+    of view.
     """
 
     colour: Colour
@@ -139,11 +140,11 @@ class Primitives:
 
 
 def picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]:
-    """Return the lines and triangles of a figure, by the name of their batch.
+    """Return the lines and triangles of a figure, by the name of their GPU batch.
 
-    The names are `fills`, `thin` and `bold`, and for what shows through walls `top_fills` and
-    `top`. `icon` is that of the sensor's state. The figure keeps the result for the icon and
-    selection that it was drawn with last.
+    The names are `fills`, `thin` and `bold`, and `top_fills` and `top` for shapes that show through
+    walls. `icon` is the icon of the sensor's state, and `selected` says whether the sensor is
+    selected. The figure keeps the last result for reuse.
     """
     look = icon, selected
     if figure.pictured is None or figure.pictured[0] != look:
@@ -180,7 +181,7 @@ def _join(parts: list[tuple[Array32, Array32]], corners: int) -> Primitives:
 
 
 def joined(pictures: Iterable[dict[str, Primitives]]) -> dict[str, Primitives]:
-    """Return the pictures of several figures as one, by the name of their batch."""
+    """Return the pictures of several figures as one, by the name of their GPU batch."""
     found: dict[str, list[Primitives]] = {}
     for one in pictures:
         for name, part in one.items():
@@ -198,8 +199,8 @@ def _one(parts: list[Primitives]) -> Primitives:
 def changing_figures(seen: Any, shown: ReadingText, metres: float) -> list[Figure]:
     """Return the figures of a sensor that change from update to update.
 
-    These are the figures of its last scan, of the movement seen in it, and of the reading. `seen`
-    is a `DrawnSensor`, and `shown` its reading.
+    These are the figures of the last scan, of the movement in it, and of the reading. `seen` is a
+    `DrawnSensor`, and `shown` its reading. `metres` is the length of a Blender unit in m.
     """
     found = [*seen.now]
     # Movement is drawn only if the reading is active: the sensor may have ignored the movement.
@@ -210,10 +211,9 @@ def changing_figures(seen: Any, shown: ReadingText, metres: float) -> list[Figur
 
 
 def _reading_figure(seen: Any, shown: ReadingText, metres: float) -> Figure | None:
-    """Return the figure of a valid reading; None if the kind draws none.
+    """Return the figure of the reading `shown`; None if it is not valid or the kind draws none.
 
-    The parameters are those of `changing_figures`. While the drawn fields are equal, the result is
-    the same object.
+    While the drawn fields are equal, the result is the same object.
     """
     look, fields = seen.appearance, shown.fields
     if fields is None or shown.problem or seen.pose is None or not look.drawn_fields:
@@ -232,15 +232,14 @@ NEVER = -(2**31)
 
 
 class DrawnSensor:
-    """A sensor, and what is drawn of it.
+    """A sensor with the figures that 3D views draw of it.
 
     Attributes
     ----------
     matrix
         World matrix.
     parameters, pose
-        The parameters and the pose that it senses with; None while it is switched off or
-        unreadable.
+        The parameters and the pose; None while the sensor is switched off or cannot be read.
     rays
         The trace with the hits of its rays.
     outline
@@ -250,11 +249,11 @@ class DrawnSensor:
     now
         The figures of the rays that it cast at its last update.
     lit
-        The figures of the movement that it saw at its last update.
+        The figures of the movement that it detected at its last update.
     of_reading
         The drawn fields of its reading, as texts, with the figure of the reading.
     revision
-        Grows whenever `figures` change.
+        A number that grows whenever `figures` change.
     """
 
     def __init__(self, sensor: Sensor) -> None:
@@ -295,10 +294,10 @@ class DrawnSensor:
     def follow(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> None:
-        """Make those figures again whose sensor, rays or readings have changed.
+        """Make the figures anew whose sensor, rays or readings have changed.
 
-        `edits` is the number of edits of the scene so far, and `metres` the metres in a Blender
-        unit.
+        `edits` is the number of edits of the scene so far, and `metres` the length of a Blender
+        unit in m.
         """
         if not self._update_sensor(runner, depsgraph, edits, metres) or runner is None:
             self.rays = None
@@ -325,10 +324,7 @@ class DrawnSensor:
     def _update_sensor(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> bool:
-        """Make the figure of the sensor itself again if it has changed.
-
-        Return whether the sensor senses. The parameters are those of `follow`.
-        """
+        """Make the figure of the sensor anew if it has changed; return whether it senses."""
         if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
             return self.pose is not None
         self._read_at = runner, edits, metres
@@ -347,7 +343,6 @@ class DrawnSensor:
         return read is not None
 
     def _reset(self, parameters: Any, pose: Pose | None) -> None:
-        """Remove all figures, and note the new parameters and pose of the sensor."""
         self.parameters, self.pose = parameters, pose
         self._rays, self._scan, self._drawn = (), (), {}
         self.of_reading, self._sensor_figures, self.figures, self.now, self.lit = (
@@ -362,10 +357,10 @@ class DrawnSensor:
     def _bundle_figures(
         self, draws: str, bundles: dict[int, RaysMet], metres: float
     ) -> list[Figure]:
-        """Return the figures of bundles of rays; make those again whose hits have changed.
+        """Return the figures of ray bundles; if the hits of a bundle changed, make its figure anew.
 
-        `draws` is the name of the attribute of `Appearance` that draws a bundle. The keys of
-        `bundles` are the numbers of the bundles.
+        `draws` is the name of the attribute of `Appearance` that draws a bundle. `bundles` has the
+        hits by number of the bundle.
         """
         found = []
         for number, met in bundles.items():
@@ -419,13 +414,13 @@ class DrawnSensors:
         self.has_fields = False
 
     def fail(self, scene: Any) -> None:
-        """Draw nothing until the next edit."""
+        """Discard all figures after an error, and draw nothing until the next edit."""
         self.seen, self.boards, self.joined = [], {}, {}
         self.frame, self.outdated, self.unseen = scene.frame_current, False, False
         self.has_fields = True
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Bring all figures up to date with the evaluated scene, when its sensors have sensed."""
+        """Update all figures to the evaluated scene; call it after the sensors have sensed."""
         live = live_of(scene)
         edited = self.outdated
         self.frame, self.outdated = scene.frame_current, False
@@ -443,7 +438,7 @@ class DrawnSensors:
                 seen.follow(runner, depsgraph, live.edits, self.metres)
 
     def _list_sensors(self, view_layer: Any) -> None:
-        """List the sensors again; known sensors keep their figures."""
+        """List the sensors anew; sensors that were listed before keep their figures."""
         known = {seen.uid: seen for seen in self.seen}
         self.seen = []
         for sensor in all_sensors(view_layer):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Decide when the overlay is brought up to date: at a frame change, or shortly after an edit.
+"""Decide when the overlay is updated: at a frame change, or shortly after an edit.
 
-At a frame change each sensor casts only the rays of its present update. All other rays are cast
+At a frame change, each sensor casts only the rays of its present update. All other rays are cast
 after an edit, and once the playhead rests. No ray is cast while Blender draws.
 """
 
@@ -36,7 +36,7 @@ def wants_rays(scene: Any) -> bool:
 
 
 def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
-    """Bring the overlay up to date after a frame change, when the sensors have sensed."""
+    """Update the overlay after a frame change, once the sensors have sensed."""
     if not wanted(scene):
         state.CACHE.overlay = None
         return
@@ -53,7 +53,7 @@ def follow(scene: Any, view_layer: Any, depsgraph: Any) -> None:
 
 
 def note_edit(scene: Any) -> None:
-    """Mark the overlay as outdated after an edit of the scene, and have it updated soon."""
+    """Mark the overlay as outdated after an edit of the scene, and schedule its update."""
     if wanted(scene):
         if state.CACHE.overlay is not None:
             state.CACHE.overlay.outdated = True
@@ -61,15 +61,15 @@ def note_edit(scene: Any) -> None:
 
 
 def soon() -> None:
-    """Bring the overlay up to date once Blender has nothing else to do."""
+    """Schedule an update of the overlay, for when Blender has nothing else to do."""
     if not bpy.app.background and not bpy.app.timers.is_registered(_update):
         bpy.app.timers.register(_update, first_interval=SOON)
 
 
 def _update_at_rest() -> float | None:
-    """Update the overlay if the playhead rests: the function of a timer.
+    """Timer function: update the overlay if the playhead rests.
 
-    Return the seconds until Blender calls the function again, or None to end the timer.
+    Return the time in s until Blender calls this function again; None to end the timer.
     """
     drawn = state.CACHE.overlay
     if drawn is None or not drawn.unseen:
@@ -82,7 +82,7 @@ def _update_at_rest() -> float | None:
 
 
 def _update() -> None:
-    """Cast all rays of the sensors, and bring the overlay up to date."""
+    """Cast all rays of the sensors, and update the overlay."""
     context = bpy.context
     scene = context.scene
     if scene is None or state.CACHE.running or not wanted(scene):

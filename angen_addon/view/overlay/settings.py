@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene settings of what 3D views draw of sensors."""
+"""The scene settings that decide what 3D views draw of sensors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from ...scene.lengths import property_group
 
 
 def redraw_views() -> None:
-    """Have Blender redraw all 3D views."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

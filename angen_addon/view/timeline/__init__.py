@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the sensors' history in the timeline: strips and events, with the settings of both."""
+"""Draw the history of sensors in the timeline: a row of states and events for each sensor."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the sensors' history over the Timeline and the Dope Sheet."""
+"""Draw the history of sensors over the Timeline and the Dope Sheet."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class Painter:
         self._words: list[TimelineText] = []
 
     def paint(self, key: Any, make: Callable[[], TimelinePicture]) -> None:
-        """Draw a picture; call `make` for it if `key` differs from the key of the kept picture.
+        """Draw a picture; call `make` for a new one if `key` differs from the last call.
 
-        `key` is all that the picture depends on.
+        `key` contains everything on which the picture depends.
         """
         import gpu
 
@@ -66,7 +66,7 @@ _handles: list[tuple[Any, str]] = []
 def sensors_with_rows(settings: Any, sensors: list[Sensor], context: Any) -> list[Sensor]:
     """Return the sensors that have a row by the setting `rows`.
 
-    The setting is all, the selected ones, or those in the room of the active sensor.
+    The setting selects all sensors, the selected ones, or those in the room of the active sensor.
     """
     active = stands_for(context.view_layer.objects.active)
     if settings.rows == "SELECTED":
@@ -78,7 +78,7 @@ def sensors_with_rows(settings: Any, sensors: list[Sensor], context: Any) -> lis
 
 
 def draw_window() -> None:
-    """Draw the strips of the rows: the draw handler of the timeline's main region."""
+    """Draw the rows: the draw handler of the timeline's main region."""
     found = _rows_here()
     if found is None:
         return
@@ -111,7 +111,7 @@ def draw_channels() -> None:
 
 
 def _rows_here() -> tuple[History, frozenset[Uid], Any] | None:
-    """Return the rows of the present region, the uids of highlighted ones, and the settings."""
+    """Return the rows of the present region, the highlighted uids and the settings, or None."""
     context = bpy.context
     scene, space = context.scene, context.space_data
     if scene is None or not scene.angen_timeline.show or space.mode not in MODES:

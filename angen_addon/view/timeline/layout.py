@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Turn a recording into the history of its sensors, and the history into shapes in pixels.
+"""Convert a recording into the history of its sensors, and the history into shapes in pixels.
 
-This module draws nothing. The states differ by shape: active is solid, not valid is hatched, off is
-dotted, and idle is a thin line.
+This module draws nothing. Each state has its own shape: active is solid, not valid is hatched, off
+is dotted, and idle is a thin line.
 """
 
 from __future__ import annotations
@@ -38,25 +38,27 @@ class Spans:
 
 @dataclass(frozen=True, eq=False)
 class HistoryRow:
-    """The history of one sensor.
+    """The history of one sensor, drawn as one row of the timeline.
 
     Attributes
     ----------
+    name, room, kind
+        The name, the room and the kind of the sensor.
     uid
         Session uid of the sensor's object.
     spans
-        Its states.
+        The states of the sensor with their frames.
     frames, values
         The curve of a sensor that measures a quantity; empty for all others.
     full
         The value that is drawn as high as the row.
     log
-        The indices of the updates in the event log.
+        The indices of the updates with a row in the event log.
     events
-        The index of the update of each event.
+        For each event, the index of its update.
     states
-        The indices of the updates at which a state changed, as `shown_rows` in
-        `sensor_logic/log.py` returns them.
+        The indices of the updates at which a state changed, from `shown_rows` in
+        `sensor_logic/log.py`.
     """
 
     name: str
@@ -74,9 +76,9 @@ class HistoryRow:
 
 @dataclass(frozen=True)
 class History:
-    """The rows sorted by room, kind and name, from frame `start` to frame `end`.
+    """The history of all sensors from frame `start` to frame `end`, exclusive.
 
-    `end` is one more than the last recorded frame.
+    The rows, one for each sensor, are sorted by room, kind and name.
     """
 
     rows: tuple[HistoryRow, ...]
@@ -88,12 +90,12 @@ class History:
         return replace(self, rows=tuple(row for row in self.rows if row.uid in uids))
 
     def row_of(self, uid: Uid) -> HistoryRow | None:
-        """Return the row of a sensor, or None."""
+        """Return the row of a sensor; None if it has none."""
         return next((row for row in self.rows if row.uid == uid), None)
 
 
 def history_of(recording: Recording, sensors: Iterable[Any]) -> History:
-    """Return the history of sensors. A sensor that the recording lacks is shown as off."""
+    """Return the history of sensors; a sensor without a recording is shown as off."""
     start, end = float(recording.frame_start), float(recording.frame_end + 1)
     rows = [_row(recording.track_of(sensor.uid), sensor, start, end) for sensor in sensors]
     # Sensors without a room come last.
@@ -127,8 +129,8 @@ def _row(track: Track | None, sensor: Any, start: float, end: float) -> HistoryR
 def _full_scale(track: Track, sensor: Any) -> float:
     """Return the value that is drawn as high as the row.
 
-    For a reading in percent it is 100. For any other it is the greatest recorded value, or the
-    threshold if that is greater.
+    For a reading in percent, this is 100. For others, it is the greater of the threshold and the
+    greatest recorded value.
     """
     if track.reading_at(0).unit == "%":
         return 100.0
@@ -162,9 +164,9 @@ def spans_of(track: Track, start: float, end: float) -> Spans:
 
 
 class Histories:
-    """The history of the last recording, kept until `clear`.
+    """A cache of the history of the last recording.
 
-    Without it each redraw would make the history again, which takes 5 ms for the sample home.
+    It saves 5 ms per redraw for the sample home.
     """
 
     def __init__(self) -> None:
@@ -175,7 +177,7 @@ class Histories:
     def get(self, recording: Recording, sensors: list[Any]) -> History:
         """Return the history of the recording.
 
-        It is made again if the recording, the sensors, their names or their rooms have changed.
+        Compute it anew if the recording, the sensors, their names or their rooms have changed.
         """
         names = tuple((s.uid, s.name, s.room) for s in sensors)
         known = self._recording() if self._recording is not None else None
@@ -185,7 +187,6 @@ class Histories:
         return self._history
 
     def clear(self) -> None:
-        """Discard the history."""
         self._recording, self._history, self._names = None, None, ()
 
 
@@ -240,9 +241,9 @@ class TimelineRegion(NamedTuple):
 
 
 class TimelineText(NamedTuple):
-    """A text with the height of its letters in pixels.
+    """A text to draw in the timeline; `size` is the height of its letters in pixels.
 
-    `x` and `y` are its lower left corner, or its lower right corner if `to_the_left` is set.
+    `x` and `y` are its lower left corner, or its lower right corner if `to_the_left` is true.
     """
 
     x: float
@@ -257,8 +258,8 @@ class TimelineText(NamedTuple):
 class TimelinePicture:
     """Shapes in pixels, with their colours.
 
-    `quads` are rectangles (x0, y0, x1, y1, colour). `lines` are the two ends of a line and its
-    colour, in the same form. Each of the `words` is drawn on a dark ground.
+    `quads` are rectangles (x0, y0, x1, y1, colour). `lines` go from (x0, y0) to (x1, y1), as (x0,
+    y0, x1, y1, colour). `words` are texts, each drawn on a dark ground.
     """
 
     quads: list[tuple[float, float, float, float, Colour]] = field(default_factory=list)
@@ -267,9 +268,9 @@ class TimelinePicture:
 
 
 def runs(starts: Array, ends: Array, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the columns of pixels that spans touch, as merged runs [from, to).
+    """Return the columns of pixels that spans touch, as merged runs of neighbouring columns.
 
-    However short, each span has at least one column. There are at most as many runs as columns.
+    A span that is narrower than a column has one column. There are at most as many runs as columns.
 
     Parameters
     ----------
@@ -303,9 +304,9 @@ class PlacedRow(NamedTuple):
 
 
 def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[PlacedRow]:
-    """Return the rows that fit into the region, from the top down, in equal height.
+    """Return the rows that fit into the region `view`, from the top down, all of the same height.
 
-    The last of them is at the bottom of the region.
+    The last row is at the bottom of the region.
     """
     if not rows:
         return []
@@ -328,7 +329,7 @@ def place(rows: tuple[HistoryRow, ...], view: TimelineRegion) -> list[PlacedRow]
 
 
 def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> TimelinePicture:
-    """Return the picture of the strips of a history, and of the names of their rooms.
+    """Return the picture of the states and curves in all rows, with the names of the rooms.
 
     `chosen` are the session uids of highlighted sensors.
     """
@@ -355,7 +356,7 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
 def labels(
     history: History, view: TimelineRegion, chosen: frozenset[Uid], ground: bool
 ) -> TimelinePicture:
-    """Return the picture of the rows' names, if the rows are high enough for letters.
+    """Return the picture of the rows' names; empty if the rows are too low for letters.
 
     With `ground`, the picture also has the dark ground of the rows. `chosen` are the session uids
     of highlighted sensors.
@@ -442,8 +443,7 @@ def _draw_curve(
 ) -> None:
     """Draw the greatest value in each column of pixels, filled where the sensor is active.
 
-    `y` is the lower edge of the row, and `high` its height. `active` are the runs of columns in
-    which the sensor is active.
+    `y` is the lower edge of the row, and `high` its height.
     """
     columns = np.arange(view.width + 1, dtype=np.float64)
     frames = view.left + columns / view.width * (view.right - view.left)
@@ -484,7 +484,7 @@ def _draw_curve(
 def _draw_hatch(
     picture: TimelinePicture, x0: float, y0: float, x1: float, y1: float, colour: Colour
 ) -> None:
-    """Draw diagonal lines within a rectangle. They meet those of a rectangle beside it."""
+    """Draw diagonal lines in a rectangle; in neighbouring rectangles they form one pattern."""
     high = y1 - y0
     begin = math.floor((x0 - high) / HATCH) * HATCH
     for c in range(int(begin), math.ceil(x1), HATCH):

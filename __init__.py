@@ -40,7 +40,7 @@ def unregister() -> None:
 
 
 def open(path: str | Path) -> Home:
-    """Open a blend file and return its `Home`. Raise AngenError.
+    """Open a blend file and return its `Home`. Raise AngenError if the file cannot be opened.
 
     Blender holds one file at a time: a home opened before is closed.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The parts of the extension: modules that register with Blender, and verbs of the command line.
+"""The parts of the extension: modules that register with Blender, and subcommands of `angen`.
 
-A verb is a subcommand of `angen`, such as `simulate`. Modules and verbs are listed in the order in
-which they are registered and shown. If a folder of the root package is not installed, its modules
+The code calls a subcommand, such as `angen simulate`, a verb. Modules are registered, and verbs are
+shown, in the order of the lists here. If a folder of the root package is not installed, its modules
 and verbs are left out. So the sensors work without the residents. The extension's zip lacks the
 verb `study`; the command line then says how to install it.
 """
@@ -111,12 +111,12 @@ HOMES = ("residents.blender.api", "angen_addon.api.home")
 
 
 def installed(name: str) -> bool:
-    """Whether the folder that contains the module `name` is installed."""
+    """Return whether the top-level folder of the module `name` is installed."""
     return find_spec(f".{name.partition('.')[0]}", __package__) is not None
 
 
 def installation(house: str) -> str:
-    """Return the command that installs the folder `house`, which the extension's zip leaves out."""
+    """Return the shell command that installs the folder `house`, which the extension lacks."""
     return f'pip install "angen-sensors[{EXTRAS[house]}]"'
 
 

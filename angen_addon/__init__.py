@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All code of the sensors that needs Blender."""
+"""The code of the sensors that needs Blender."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run a verb of the command line with the bpy package: `python -m angen_addon VERB HOME.blend`.
+"""The command `angen` with the bpy package: `python -m angen_addon VERB HOME.blend`.
 
-A verb is the command to run, such as `simulate`.
+VERB is a subcommand, such as `simulate`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ USAGE = """usage: {0} {{{1}}} HOME.blend [options]
 def main(arguments: list[str]) -> int:
     """Run the command line and return its exit status.
 
-    `arguments` are the words after the program's name: the verb, the blend file and the options.
+    `arguments` are the words after the program's name: the subcommand, the blend file and the
+    options.
     """
     for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
@@ -95,17 +96,16 @@ def main(arguments: list[str]) -> int:
 
 
 def _has_jobs(options: list[str]) -> bool:
-    """Return whether the option `--jobs` is given with more than one process."""
     line = " ".join([*options, ""]).replace("--jobs=", "--jobs ")
     return "--jobs " in line and "--jobs 1 " not in line
 
 
 @contextmanager
 def _on_one_core(is_wanted: bool) -> Iterator[None]:
-    """Restrict this process to one core while Blender loads, if `is_wanted`.
+    """Context manager: if `is_wanted`, restrict this process to one CPU core; on exit, lift that.
 
-    Blender starts as many threads as it finds cores. If several processes did this, their threads
-    would wait for each other at every frame, and a run would take half as long again.
+    Blender starts as many threads as it finds cores. With several processes, the threads would wait
+    for each other at every frame, and a run would take half as long again.
     """
     if not is_wanted or not hasattr(os, "sched_setaffinity"):
         yield
@@ -120,10 +120,10 @@ def _on_one_core(is_wanted: bool) -> Iterator[None]:
 
 @contextmanager
 def _ended_by_ctrl_c() -> Iterator[None]:
-    """End the process at Ctrl-C while Blender starts and opens the file.
+    """Context manager: Ctrl-C ends the process at once while Blender starts and opens the file.
 
-    An exception that is raised inside one of Blender's handlers is lost, so that the command would
-    go on.
+    Blender drops exceptions that are raised inside its handlers, so KeyboardInterrupt could be
+    lost.
     """
     before = signal.signal(signal.SIGINT, lambda *_: _give_up())
     try:
@@ -133,7 +133,6 @@ def _ended_by_ctrl_c() -> Iterator[None]:
 
 
 def _give_up() -> NoReturn:
-    """Report that the command was interrupted, and end the process."""
     note(INTERRUPTED)
     leave_hard(1)
 

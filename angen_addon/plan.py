@@ -76,13 +76,13 @@ def group_by_storey(
             floor = max(below, default=sensor.height)
         found.append((floor, sensor))
     found.sort(key=lambda pair: (pair[0], pair[1].name))
-    return [_level(group) for group in grouped(found, lambda pair: pair[0])]
+    return [_make_storey(group) for group in grouped(found, lambda pair: pair[0])]
 
 
 def grouped(found: Iterable[T], height: Callable[[T], float]) -> list[list[T]]:
-    """Group items into storeys; the items must be sorted by their `height` (m).
+    """Group items into storeys. The items must be sorted by their `height` (m).
 
-    Items of one storey are less than STOREY_M higher than its first item.
+    An item starts a new storey if it is STOREY_M or more above the first item of the last storey.
     """
     groups: list[list[T]] = []
     for one in found:
@@ -93,7 +93,7 @@ def grouped(found: Iterable[T], height: Callable[[T], float]) -> list[list[T]]:
 
 
 def around(rings: Sequence[float]) -> Array:
-    """Return points (n, 3) in m around an origin, from which rays start.
+    """Return points (n, 3) in m, relative to an origin, from which to cast rays.
 
     They are the origin itself, and DIRECTIONS points on a level circle of each radius in `rings`.
     """
@@ -102,8 +102,8 @@ def around(rings: Sequence[float]) -> Array:
     return np.array([(0.0, 0.0, 0.0), *ring])
 
 
-def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
-    """Return the storey of sensors. Each comes with the height of the floor below it."""
+def _make_storey(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
+    """Return a storey with these sensors; each comes with the height (m) of the floor below it."""
     counted = Counter(round(floor / GRAIN_M) for floor, _ in group)
     # Of two equally frequent heights take the upper one: the other is the underside of a thing
     # that is sunk into the floor.
@@ -114,10 +114,9 @@ def _level(group: list[tuple[float, SensorInPlan]]) -> SensorStorey:
 
 
 def _floor_below(home: EvaluatedHome, uid: Uid, sensor: SensorInPlan) -> float | None:
-    """Return the height in m of the floor below a sensor: the height that most rays hit.
+    """Return the height (m) of the floor below a sensor, or None if nothing is below.
 
-    The rays go down from points around the sensor. Of two equally frequent heights return the lower
-    one, and None if no ray hits anything.
+    The floor is the height that most rays hit; of two equally frequent heights, the lower one.
     """
     here = np.array([[*sensor.at, sensor.height]])
     up = np.array([[0.0, 0.0, 1.0]])
@@ -140,7 +139,7 @@ BUNDLE = 0
 
 
 def sensor_in_plan(home: EvaluatedHome, sensor: Sensor) -> tuple[Uid, SensorInPlan] | None:
-    """Return a sensor's session uid, and the sensor as the plan shows it.
+    """Return a sensor's session uid, and the sensor as the floor plan shows it.
 
     The sensor's `height` is above the world's origin. Return None if the sensor is switched off.
     Raise `AngenError` if its parameters are wrong.
@@ -206,7 +205,7 @@ RUG_M, DEPTH_M = 0.06, 0.25
 def shapes_at(
     home: EvaluatedHome, floor: float, height: float, area: tuple[Array, Array]
 ) -> tuple[PlanShape, ...]:
-    """Return what the plan shows of the building and the furniture of a storey.
+    """Return the building and the furniture of a storey as shapes in the floor plan.
 
     Parameters
     ----------
@@ -215,12 +214,12 @@ def shapes_at(
     floor, height
         Heights of the floor and of the horizontal cut above the world's origin, in m.
     area
-        Two opposite corners (2,) of the part that the plan shows, in m.
+        Two opposite corners (2,) of the area that the plan shows, in m.
 
     Returns
     -------
     tuple of PlanShape
-        Sections of the solids that the cut goes through, and outlines of those below it, in m.
+        Sections of the solids at the cut, and outlines of the solids below it, in m.
     """
     wanted = (home.lo[:, 2] < height) & (home.hi[:, 2] > floor - DEPTH_M)
     wanted &= ((home.lo[:, :2] < area[1]) & (home.hi[:, :2] > area[0])).all(axis=1)
@@ -246,11 +245,13 @@ def _shapes(surface: SolidSurface, floor: float, height: float) -> list[PlanShap
     lines = from_above(points, triangles[low])
     if lines:
         top = float(levels[low].max())
-        found.append(PlanShape("floor" if top - floor < RUG_M else "low", _closed(lines), top))
+        found.append(
+            PlanShape("floor" if top - floor < RUG_M else "low", _sort_outlines(lines), top)
+        )
     return found
 
 
-def _closed(lines: list[Line]) -> tuple[Line, ...]:
+def _sort_outlines(lines: list[Line]) -> tuple[Line, ...]:
     """Return outlines sorted by length, the longest first, so that inner ones are painted last."""
     return tuple(sorted(lines, key=lambda line: -line.length))
 
@@ -287,9 +288,9 @@ BEYOND_M, MARGIN_M, LEAST_M = 4.0, 0.3, 2.0
 
 
 def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[PlanStorey, ...]:
-    """Return the storeys that have sensors, the lowest first, at a whole frame.
+    """Return the storeys that have sensors, at a whole frame, the lowest first.
 
-    This changes the frame if needed, so do not call it in a frame handler. Raise `AngenError` if a
+    This can change the current frame, so do not call it in a frame handler. Raise `AngenError` if a
     sensor's parameters are wrong.
     """
     with at_frame(scene, frame):
@@ -301,9 +302,9 @@ def storeys(scene: Any, sensors: Sequence[Sensor], frame: int) -> tuple[PlanStor
 
 @contextmanager
 def at_frame(scene: Any, frame: int) -> Iterator[None]:
-    """Return a context manager that shows the scene at a whole frame, and then restores the frame.
+    """Context manager: on entry, set the scene to a whole frame; on exit, restore the frame.
 
-    Within its `with` block the handlers of this extension do nothing.
+    In between, the handlers of this extension do nothing.
     """
     before = scene.frame_current, scene.frame_subframe
     if before == (frame, 0.0):
@@ -319,23 +320,23 @@ def at_frame(scene: Any, frame: int) -> Iterator[None]:
 
 
 def _storey(home: EvaluatedHome, storey: SensorStorey) -> PlanStorey:
-    points = np.concatenate([_extent(sensor) for sensor in storey.sensors])
+    points = np.concatenate([_sensor_points(sensor) for sensor in storey.sensors])
     low, high = points.min(axis=0), points.max(axis=0)
     cut = storey.floor + CUT_M
     shapes = shapes_at(home, storey.floor, cut, (low - BEYOND_M, high + BEYOND_M))
-    view = _view(low, high, shapes)
+    view = _shown_area(low, high, shapes)
     return PlanStorey(storey.floor, cut, view, shapes, storey.sensors)
 
 
-def _extent(sensor: SensorInPlan) -> Array:
-    """Return points (n, 2) in m: the place of a sensor and the ends of its rays."""
+def _sensor_points(sensor: SensorInPlan) -> Array:
+    """Return points (n, 2) in m: the position of a sensor and the ends of its rays."""
     return np.concatenate([sensor.at[None], *sensor.fans, *sensor.beams])
 
 
-def _view(low: Array, high: Array, shapes: Sequence[PlanShape]) -> Array:
-    """Return the corners (2, 2) in m of the part that the plan shows.
+def _shown_area(low: Array, high: Array, shapes: Sequence[PlanShape]) -> Array:
+    """Return two opposite corners (2, 2) in m of the area that the plan shows.
 
-    It encloses the points from `low` to `high`, and the walls around them.
+    The area encloses the points from `low` to `high`, and the walls around them.
     """
     within = low - BEYOND_M, high + BEYOND_M
     for shape in shapes:

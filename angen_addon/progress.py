@@ -32,9 +32,9 @@ class Doing:
     Attributes
     ----------
     share
-        How much of the work is done, from 0 to 1.
+        The fraction of the work that is done, from 0 to 1.
     text
-        What is being done now.
+        A text that says what is being done now.
     slow
         Whether the next step takes long. A window then shows this text before the step begins.
     found
@@ -48,14 +48,15 @@ class Doing:
 
 
 class Enough(Exception):
-    """Exception that is thrown into long work to end it early.
+    """Exception that a caller throws into long work (a generator) to end it early.
 
-    The work then gives its best result so far. If it has none, it raises the exception again.
+    The work then returns its best result so far. If it has no result, it raises the exception
+    again.
     """
 
 
 def finished(work: Generator[Any, None, T]) -> T:
-    """Run the work to its end at once, and return what the generator returns."""
+    """Run a generator to its end, and return its return value."""
     while True:
         try:
             next(work)
@@ -65,7 +66,7 @@ def finished(work: Generator[Any, None, T]) -> T:
 
 
 def saying(progress: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
-    """Yield `progress` before each step of the work, and return the result of the work."""
+    """Run a generator; yield `progress` before each of its steps, and return its return value."""
     while True:
         yield progress
         try:
@@ -76,9 +77,9 @@ def saying(progress: S, work: Generator[Any, None, T]) -> Generator[S, None, T]:
 
 
 def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
-    """Run work that is a part of larger work, from the share `low` to the share `high` of that.
+    """Run a generator, and scale the fractions from 0 to 1 that it yields to `low` to `high`.
 
-    Yield the share of the larger work that is done, and return the result of the part.
+    The generator is a part of larger work. Return the return value of the generator.
     """
     while True:
         try:
@@ -90,7 +91,10 @@ def scaled(work: Shares[T], low: float, high: float) -> Shares[T]:
 
 
 def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
-    """Run work that yields shares; yield each share as a `Doing` with this text instead."""
+    """Run a generator that yields fractions, and yield each as a `Doing` with this text.
+
+    Return the return value of the generator.
+    """
     while True:
         try:
             share = next(work)
@@ -101,11 +105,10 @@ def doing(text: str, work: Shares[T]) -> Generator[Doing, None, T]:
 
 
 class TimeLeft:
-    """An estimate of the seconds that the rest of the work takes.
+    """Estimates the seconds that the rest of the work takes.
 
-    It is the mean of two estimates: one from all of the time so far, one from its latter half only.
-    It is given once they agree, because a run can begin with a slow part. An example is the first
-    pictures of the light.
+    The estimate is the mean of two: one from all of the time so far, one from its latter half only.
+    There is no estimate until the two agree, because a run can begin with a slow part.
     """
 
     def __init__(self) -> None:
@@ -115,14 +118,14 @@ class TimeLeft:
         self._sure = False
 
     def note(self, share: float) -> None:
-        """Note how much of the work (0 to 1) is done now."""
+        """Note that a fraction `share` (0 to 1) of the work is done now."""
         elapsed = time.perf_counter() - self._start
         self._noted.append((elapsed, share))
         while self._noted[0][0] < elapsed / 2:
             self._noted.popleft()
 
     def seconds(self) -> float | None:
-        """Return the estimate in seconds; None until the two estimates have agreed once."""
+        """Return the estimate in seconds, or None until the two estimates have agreed once."""
         if not self._noted or not self._noted[-1][1]:
             return None
         (since, before), (elapsed, done) = self._noted[0], self._noted[-1]

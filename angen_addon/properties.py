@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Register Blender's properties, made from the parameter dataclasses of `sensor_logic`."""
+"""Register the Blender properties of sensors, made from the dataclasses of `sensor_logic`."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _warmth_changed(self: Any, context: bpy.types.Context) -> None:
 
 
 def _kind_changed(self: Any, context: bpy.types.Context) -> None:
-    """Give a sensor the update rate of its new kind, unless the user chose another rate."""
+    """Set the update rate to the default of the sensor's new kind, unless the user chose a rate."""
     defaults_of_kinds = {kind.update_rate for kind in KINDS.values()}
     if self.kind != NO_KIND and (
         not self.is_property_set("update_rate") or self.update_rate in defaults_of_kinds
@@ -62,19 +62,19 @@ def _kind_changed(self: Any, context: bpy.types.Context) -> None:
     _settings_changed(self, context)
 
 
-def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
-    """Return the accessors of the property `kind`. They read a number that is unknown as no kind.
+def _none_where_unknown(known_numbers: set[int]) -> dict[str, Any]:
+    """Return getters and setters for the property `kind` that read an unknown number as "no kind".
 
     A newer version of the extension may have written a kind that this version does not know. The
-    object is then no sensor here, but the file keeps its number. Without the accessors Blender
+    object is then no sensor here, but the file keeps its number. Without these functions Blender
     warns at each access.
     """
     if bpy.app.version >= (5, 0):
-        return {"get_transform": lambda _, number, is_set: number if number in numbers else 0}
+        return {"get_transform": lambda _, number, is_set: number if number in known_numbers else 0}
 
     def read(group: Any) -> int:
         number = group.get("kind", 0)
-        return number if number in numbers else 0
+        return number if number in known_numbers else 0
 
     def write(group: Any, number: int) -> None:
         group["kind"] = number
@@ -83,7 +83,6 @@ def _none_where_unknown(numbers: set[int]) -> dict[str, Any]:
 
 
 def _tip(spec: Spec) -> str:
-    """Return the tip of a parameter, with the source of its values."""
     source = f". Source: {spec.source}" if spec.source else ""
     return f"{spec.tip}{source}"
 
@@ -91,7 +90,7 @@ def _tip(spec: Spec) -> str:
 def _blender_property(default: Any, spec: Spec) -> Any:
     """Return the bpy property of one parameter.
 
-    Its hard limits are looser than the valid range. So an invalid value stays, and the panel
+    Its hard limits are looser than the valid range. An invalid value therefore stays, and the panel
     reports it; Blender would change it silently.
     """
     facts: dict[str, Any] = {"name": with_unit(spec.label, spec.unit), "description": _tip(spec)}
@@ -119,7 +118,6 @@ def _blender_property(default: Any, spec: Spec) -> Any:
 
 
 def _group_of(name: str, parameters: type[Parameters]) -> type:
-    """Return a PropertyGroup class with a property for each parameter."""
     known = defaults(parameters)
     return property_group(
         name,
@@ -130,7 +128,6 @@ def _group_of(name: str, parameters: type[Parameters]) -> type:
 
 
 def _sensor_group(groups: dict[str, type]) -> type:
-    """Return the PropertyGroup class of a sensor. `groups` are the classes of the kinds."""
     kinds = [(NO_KIND, "None", "Not a sensor", "NONE", 0)]
     kinds += [(k.identifier, k.label, k.tip, k.icon, k.number) for k in KINDS.values()]
     properties = {

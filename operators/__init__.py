@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators: one file for each thing that a user does."""
+"""The operators of the extension, by topic."""

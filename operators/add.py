@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add a sensor at the 3D cursor (Shift+A, Sensor), and draw the menu of all ways to add one."""
+"""Add a sensor at the 3D cursor, and draw the menu of sensors (Shift+A, Sensor)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def preset_property() -> Any:
 
 
 def preset_of(operator: Any) -> Preset | None:
-    """Return the preset that the operator's properties name, or None if they name none.
+    """Return the preset whose name the operator's property `preset` holds, or None if it is empty.
 
     Raise `AngenError` if the preset is unknown.
     """

@@ -93,7 +93,6 @@ class ANGEN_OT_copy_to_selected(Operator):
 
 
 def _owner(obj: Any, kind: Kind, name: str) -> Any:
-    """Return the property group of an object that has the parameter `name`."""
     return obj.angen_sensor if name == RATE else getattr(obj.angen_sensor, kind.attribute)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Map where motion detectors notice a motion; show progress, and cancel on Esc."""
+"""Map where motion detectors notice a person, with progress; Esc cancels."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ def has_detector(cls: Any, context: Context) -> bool:
 
 
 def begin_map(context: Context) -> Generator[Doing | CoverageMap, None, None]:
-    """Return a generator that computes a coverage map with the scene's settings."""
+    """Return a generator that computes a coverage map with the scene's settings.
+
+    It yields `Doing` as progress, and the map last.
+    """
     settings = context.scene.angen_coverage
     sensors = all_sensors(context.view_layer)
     chosen = [s for s in sensors if not settings.selected or s.selected]

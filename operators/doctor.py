@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Examine the home for causes of wrong readings."""
+"""Search the home for mistakes that cause wrong readings."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fit a door with an optical switch on its frame, and with a flag on its leaf.
+"""Fit a door with an optical switch on its frame, and with a flag (a thin blade) on its leaf.
 
 While the door is closed, the flag breaks the beam of the switch.
 """
@@ -76,12 +76,12 @@ class ANGEN_OT_door_fit(Operator):
         scale = unit_scale(context.scene)
         matrix = _switch_matrix(leaf, frame.point, scale)
         flag = _new_flag(context, leaf_object, leaf, matrix, scale)
-        sensor = new_sensor(context, KIND, None, f"Switch {_short(leaf_object)}")
+        sensor = new_sensor(context, KIND, None, f"Switch {_short_name(leaf_object)}")
         sensor["door"] = leaf_object.name
         if not (frame.whole and parent_keeping(sensor, frame.object, matrix)):
             sensor.matrix_world = matrix
         context.view_layer.update()
-        problem = _problem(context, sensor, flag, leaf_object, scale)
+        problem = _why_not_working(context, sensor, flag, leaf_object, scale)
         if problem:
             self.report({"WARNING"}, f"'{sensor.name}': {problem}")
         else:
@@ -94,27 +94,27 @@ class ANGEN_OT_door_fit(Operator):
         return {"FINISHED"}
 
 
-def _short(leaf: Any) -> str:
-    """Return a short name of a leaf for its switch and flag, such as "hall" for "Door hall"."""
+def _short_name(leaf: Any) -> str:
+    """Return the leaf's name for use in other names, such as "hall" for "Door hall"."""
     return leaf.name.removeprefix("Door ")
 
 
 def _refuse_fitted(context: Context, leaf: Any) -> None:
-    """Raise `AngenError` if the leaf has a switch already."""
     for obj in context.view_layer.objects:
         if obj.get("door") == leaf.name and obj.angen_sensor.kind == KIND:
             raise AngenError(f"it has the switch '{obj.name}' already: delete that first")
 
 
 def _frame_of(
-    context: Context, leaf_object: Any, frames: list[Any], leaves: list[list[Leaf]], flip: bool
+    context: Context, leaf_object: Any, frames: list[Any], side_groups: list[list[Leaf]], flip: bool
 ) -> tuple[Leaf, SurfacePoint]:
-    """Return the side of the leaf at which to mount the switch, and the surface to mount it on.
+    """Return the side of the door leaf for the switch, and the surface to mount the switch on.
 
-    `leaves` are the possible sides of the leaf. With `flip`, use the side opposite to the best one.
-    Raise `AngenError` if no surface is near the leaf's free upper corner.
+    `side_groups` are groups of possible sides. The first group with a suitable surface is used.
+    With `flip`, use the opposite side. Raise `AngenError` if no surface is near the leaf's free
+    upper corner.
     """
-    for sides in leaves:
+    for sides in side_groups:
         found = [
             (s, hit) for s in sides if (hit := _surface_above(context, leaf_object, frames, s))
         ]
@@ -138,11 +138,7 @@ def _frame_of(
 def _surface_above(
     context: Context, leaf_object: Any, frames: list[Any], leaf: Leaf
 ) -> SurfacePoint | None:
-    """Return a point of the frame above the leaf, in front of all parts of the frame there.
-
-    Three points at the same height are searched. The middle one is moved as far out as the
-    foremost.
-    """
+    """Return a point above the leaf, in front of all parts of the frame, to mount the switch."""
     scale = unit_scale(context.scene)
 
     def passes(obj: Any) -> bool:
@@ -172,22 +168,20 @@ def _surface_above(
 
 
 def _switch_matrix(leaf: Leaf, point: Vector, scale: float) -> Matrix:
-    """Return the world matrix of the switch, with the middle of its beam at `point`.
-
-    On a hinged leaf, the flag swings out between two arms that are side by side. On a sliding leaf,
-    it moves out between an upper and a lower arm.
-    """
+    """Return the world matrix of a switch whose beam has its middle at `point`."""
+    # The flag of a hinged leaf swings out between two arms that are side by side. That of a sliding
+    # leaf moves out between an upper and a lower arm.
     turn = math.pi / 2 if leaf.slides else 0.0
     matrix = place_on(KIND, FORK, point, leaf.out, turn, unit_scale=scale)
     return Matrix.Translation(matrix.col[2].xyz * (GAP / 2 / scale)) @ matrix
 
 
 def _new_flag(context: Context, leaf_object: Any, leaf: Leaf, switch: Matrix, scale: float) -> Any:
-    """Add a thin flag to the leaf. It is in the beam of the switch while the leaf is closed."""
+    """Add a thin flag to the leaf, in the beam of the switch while the door is closed."""
     beam = switch @ Vector((0, 0, -GAP / 2 / scale)) - leaf.corner
     across, over = beam.dot(leaf.out) * scale, beam.dot(leaf.up) * scale
     shape = flag_shape(across, over, leaf.thickness * scale, leaf.slides)
-    flag = bpy.data.objects.new(f"Flag {_short(leaf_object)}", mesh_of(shape, "Flag", scale))
+    flag = bpy.data.objects.new(f"Flag {_short_name(leaf_object)}", mesh_of(shape, "Flag", scale))
     context.collection.objects.link(flag)
     side = Matrix((leaf.up.cross(leaf.out), leaf.out, leaf.up)).transposed()
     world = Matrix.Translation(leaf.corner - leaf.edge * (INSET / scale)) @ side.to_4x4()
@@ -198,8 +192,9 @@ def _new_flag(context: Context, leaf_object: Any, leaf: Leaf, switch: Matrix, sc
 def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Housing:
     """Return the mesh of a flag, in metres, with its origin at the leaf's top edge.
 
-    Its x axis points along the leaf, y out of the leaf's face, and z up. The middle of the beam is
-    `across` metres in front of the face, and `over` metres above the top edge.
+    Its x axis points along the leaf, y out of the leaf's face, and z up. The beam's middle is
+    `across` metres in front of the face, and `over` metres above the top edge. `slides` says
+    whether the leaf slides; otherwise it is hinged.
     """
     shape, half = Housing(), FLAG_THIN / 2
     if slides:
@@ -218,11 +213,8 @@ def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Ho
     return shape.box((-half, high, -FOOT), (half, -thickness, 0.0))
 
 
-def _problem(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) -> str:
-    """Return why the switch does not work: it reads open now, or could never read open.
-
-    The text is empty if the switch works.
-    """
+def _why_not_working(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) -> str:
+    """Return why the switch reads open now, or can never read open; empty if it works."""
     matrix = sensor.matrix_world
     start, beam = matrix.translation, -matrix.col[2].xyz.normalized()
     depsgraph, gap = context.evaluated_depsgraph_get(), GAP / scale

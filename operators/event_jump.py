@@ -20,9 +20,9 @@ from .recording import has_fresh_recording
 
 
 def recorded_track(context: Context) -> tuple[Recording, Track] | None:
-    """Return the recording and the active sensor's track in it.
+    """Return the recording and its track (the updates) of the active sensor.
 
-    Return None if the sensor has no recorded update.
+    Return None if the recording has no update of the sensor.
     """
     sensor, recording = active_sensor(context), state.CACHE.recording(context.scene)
     track = recording.track_of(sensor.uid) if sensor and recording else None
@@ -30,7 +30,7 @@ def recorded_track(context: Context) -> tuple[Recording, Track] | None:
 
 
 def has_recorded_track(cls: Any, context: Context) -> bool:
-    """Poll: whether a fresh recording has updates of the active sensor."""
+    """Poll: whether a recording that matches the scene has updates of the active sensor."""
     sensor = active_sensor(context)
     return (
         is_idle(cls, context)

@@ -18,7 +18,7 @@ from .polls import cancelled
 
 
 def event_at(track: Track, frame: float) -> int | None:
-    """Return the index of the last update up to a frame that made an event, or None."""
+    """Return the index of the last event of a track at or before `frame`; None if there is none."""
     found = [i for i in log_indices(track).tolist() if track.frames[i] <= frame + 1e-4]
     return found[-1] if found else None
 

@@ -56,7 +56,7 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         _, recording, start = self.chosen(context)
         if not self.directory:
             raise AngenError("Choose a folder for the samples")
-        folder = self._folder(Path(bpy.path.abspath(self.directory)))
+        folder = self._make_folder(Path(bpy.path.abspath(self.directory)))
         texts = {
             folder / name: map(self.shown, samples_csv(recording.tracks[sensor], start))
             for sensor, name in file_names(recording.tracks).items()
@@ -64,8 +64,8 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
         write(texts, folder)
         return f"{len(texts)} files in {folder}"
 
-    def _folder(self, chosen: Path) -> Path:
-        """Return the folder for the files: the chosen one, or a new one inside it."""
+    def _make_folder(self, chosen: Path) -> Path:
+        """Return `chosen`, or a new folder inside it if the user has typed a name for one."""
         if not self.folder:
             return chosen
         if Path(self.folder).name != self.folder or self.folder == "..":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Options of all exports of a recording: which sensors, and the date and time of its start."""
+"""Options that all exports of a recording share: the sensors, and the date and time of t = 0."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .recording import has_fresh_recording, is_still_fresh
 
 
 class ExportOptions:
-    """Mix-in of operators that export a fresh recording; subclasses implement `export`."""
+    """Mix-in of operators that export a recording. Subclasses implement `export`."""
 
     # What the operator has.
     layout: Any
@@ -51,11 +51,11 @@ class ExportOptions:
         draw_start(column, context.scene, self.needing())
 
     def needing(self) -> str:
-        """Return the name of the chosen format if it requires a date, else an empty text."""
+        """Return the name of the chosen format if that format needs dates, else an empty text."""
         return ""
 
     def export(self, context: Context) -> str:
-        """Write the files, and return their names for the report; raise `AngenError` on failure."""
+        """Write the files, and return their names for the report. Raise `AngenError` on failure."""
         raise NotImplementedError
 
     def execute(self, context: Context) -> set[str]:
@@ -85,13 +85,13 @@ class ExportOptions:
         return sensors, recording, self._start(context)
 
     def shown(self, text: str) -> str:
-        """Return a CSV text. If the user chose so, it is made safe for spreadsheets."""
+        """Return a CSV text, made safe to open in spreadsheets if the user chose that option."""
         return for_spreadsheets(text) if self.spreadsheet else text
 
     def _start(self, context: Context) -> datetime | None:
-        """Return the date and time of t = 0, or None if there is none.
+        """Return the date and time of t = 0, or None if neither operator nor scene sets it.
 
-        Raise `InputError` if the format requires it.
+        Raise `InputError` if the chosen format needs dates and the start is not set.
         """
         if not self.start:
             start = start_of(context.scene)
@@ -107,9 +107,9 @@ class ExportOptions:
 
 
 def draw_start(layout: Any, scene: Any, needing: str = "") -> None:
-    """Draw the scene's Start in a layout, in red if it is wrong.
+    """Draw the scene's start date in a layout, in red if it is invalid.
 
-    It is wrong if it is no date, or if it is empty although the format `needing` requires it.
+    `needing` is the name of a format that needs dates. With it, an empty date is invalid.
     """
     try:
         start = start_of(scene)

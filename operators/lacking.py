@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Search again for missing libraries and files, and for drivers that Blender blocked."""
+"""Search again for missing libraries and files, and for drivers that Blender disabled."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run an operator's long work in slices of time; show progress, and end it on Esc."""
+"""Run an operator's long work in short time slices, with progress, so that Esc can end it."""
 
 from __future__ import annotations
 
@@ -24,30 +24,28 @@ REDRAW_FACTOR = 9.0
 
 
 class Slices:
-    """The lengths of the slices of time, chosen by how long Blender's redraws take.
-
-    A redraw can take long: if the work changes the scene, Blender evaluates and draws all of it.
-    """
+    """Time slices for long work, which are longer the longer Blender's last redraw took."""
 
     def __init__(self) -> None:
         self._ended: float | None = None
 
     def begin(self) -> float:
-        """Begin a slice, and return its end as a time of `time.perf_counter`."""
+        """Begin a slice, and return the time (`time.perf_counter`) at which it must end."""
         now = time.perf_counter()
         redraw = now - self._ended if self._ended is not None else 0.0
         return now + min(max(redraw * REDRAW_FACTOR, MIN_SLICE), MAX_SLICE)
 
     def end(self) -> None:
-        """End a slice, once its work is done."""
+        """End a slice; call this when its work is done."""
         self._ended = time.perf_counter()
 
 
 class LongWork:
-    """Mix-in of operators whose work is a generator. It yields `Doing`, and last its result.
+    """Mix-in of operators whose work is a generator that yields `Doing` objects and a result.
 
-    In a script the work runs to its end at once. In a window it runs in slices, and Esc throws
-    `Enough` into the generator.
+    A `Doing` holds the progress, and the result comes last. In a script the work runs to its end at
+    once. In a window it runs in time slices. Esc then throws the exception `Enough` into the
+    generator.
     """
 
     # The status bar says what Esc does: "Esc cancels".
@@ -63,11 +61,11 @@ class LongWork:
     _is_slow = False
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:
-        """Return the generator of the work; raise `AngenError` if the work cannot begin."""
+        """Return the generator that does the work. Raise `AngenError` if the work cannot begin."""
         raise NotImplementedError
 
     def _finish(self, context: Context, result: Any) -> set[str] | None:
-        """Show the result, and return the result set of the operator, or None for FINISHED.
+        """Show the result, and return what `execute` will return; None means {"FINISHED"}.
 
         Raise `AngenError` if the work has failed.
         """
@@ -119,7 +117,7 @@ class LongWork:
             raise
 
     def _advance(self) -> Any:
-        """Work for a slice of time; return the last `Doing`, or the result if the work ended."""
+        """Run the generator for one time slice; return its last `Doing`, or its result."""
         until = self._slices.begin()
         result = None
         for result in self._run:
@@ -150,7 +148,6 @@ class LongWork:
                 area.tag_redraw()
 
     def _close(self, context: Context) -> None:
-        """Remove the timer and the progress, and close the generator."""
         if self._timer is None:
             return
         self._run.close()
@@ -162,5 +159,5 @@ class LongWork:
             context.workspace.status_text_set(None)
 
     def cancel(self, context: Context) -> None:
-        """Clean up as `_close` does; Blender calls this when it ends the operator itself."""
+        """Clean up as `_close` does. Blender calls this when it ends the operator itself."""
         self._close(context)

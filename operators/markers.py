@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add timeline markers, one for each event, and remove them."""
+"""Add a timeline marker for each event, and remove the markers again."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_MARKERS = 5000
 
 
 def marked(scene: Any) -> set[str]:
-    """Return the names of the event markers in a scene."""
+    """Return the names of the markers that this extension has added to a scene."""
     return set(scene.angen_timeline.marked.splitlines())
 
 
@@ -43,7 +43,7 @@ def prefix(sensor: str) -> str:
 
 
 def event_name(track: Track, index: int) -> str:
-    """Return the name for the event at update `index`, in the words that panels use."""
+    """Return the text of a marker for the event at update `index` of a track."""
     kind, texts = track.kind, []
     for published in kind.events:
         column = track.columns[published.name]
@@ -103,18 +103,18 @@ class ANGEN_OT_markers_add(Operator):
         return {"FINISHED"}
 
     def _events(
-        self, recording: Recording, sensors: list[Sensor], values: bool
+        self, recording: Recording, sensors: list[Sensor], with_values: bool
     ) -> Iterator[tuple[str, int]]:
         """Yield the name and the whole frame of each marker to add.
 
-        With `values`, events that only publish a measured value have markers too.
+        `with_values` includes events that only publish a measured value, such as a range.
         """
         for sensor in sensors:
             track = recording.track_of(sensor.uid)
             if track is None:
                 continue
             # Several fields can change at the same update.
-            for index in np.unique(shown_rows(track, values)).tolist():
+            for index in np.unique(shown_rows(track, with_values)).tolist():
                 name = prefix(sensor.name) + event_name(track, index)
                 # Blender cuts names at 63 bytes, and `clear` finds markers by name.
                 short = name.encode()[:63].decode(errors="ignore")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure the light at the playhead without a simulation; Esc cancels."""
+"""Measure the light at the current frame without a simulation; Esc cancels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .polls import can_read_scene, needs
 
 
 def light_sensors(context: Context) -> list[Sensor]:
-    """Return the active and the selected light sensors."""
+    """Return the light sensors that are selected, and the active one."""
     active = active_sensor(context)
     handle = active.handle if active is not None else None
     found = simulated(all_sensors(context.view_layer))

@@ -38,7 +38,7 @@ _handles: set[Any] = set()
 
 
 class Preview:
-    """Draws the outline of a housing at the world matrix `matrix`, or nothing if that is None."""
+    """Draws the outline of a housing at the world matrix `matrix`, unless `matrix` is None."""
 
     def __init__(self, context: Context, housing: Housing) -> None:
         self.matrix: Matrix | None = None
@@ -110,11 +110,11 @@ class SurfacePoint(NamedTuple):
     Attributes
     ----------
     point, normal
-        The point, and the surface's normal on the side that the ray came from.
+        The point, and the surface's normal there, towards the start of the ray.
     object
         The object that has the surface.
     whole
-        True if the ray hit the object itself, False if it hit an instance of it.
+        True if the ray hit the object itself, False if it hit an instance of the object.
     """
 
     point: Vector
@@ -140,8 +140,8 @@ def first_surface(
 ) -> SurfacePoint | None:
     """Return the first surface that a ray hits within `length` Blender units, or None.
 
-    The ray goes through objects that sensors ignore, and through objects for which `passes` returns
-    True. With `culled` it also goes through faces that it hits from behind.
+    The ray passes through objects that sensors ignore, and through objects for which `passes`
+    returns True. With `culled`, it also passes through faces whose normal points along the ray.
     """
     direction = direction.normalized()
     start, left = origin.copy(), length
@@ -189,11 +189,10 @@ ENDS = {"RET", "NUMPAD_ENTER"}
 
 
 def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> SurfacePoint | None:
-    """Return the floor below the point `place` of a surface, or None.
+    """Return the floor below the point `place` of the surface `on`, or None.
 
-    The object with the surface `on` counts as a floor only if that surface is steep. Steep surfaces
-    below the point do not count. A ledge, such as the top of a picture frame, counts only if
-    nothing else is below.
+    Steep surfaces do not count. If `on` is not steep, its own object does not count. A ledge, such
+    as the top of a picture frame, counts only if nothing else is below.
     """
     carrier = on.object if on.normal.z > FLOOR_NORMAL_Z else None
     scale = unit_scale(scene)
@@ -222,7 +221,7 @@ def floor_below(scene: Any, depsgraph: Any, place: Vector, on: SurfacePoint) -> 
 def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
     """Return a text with the height of the point `place`.
 
-    If there is a floor, its height above the floor is added.
+    If a floor is given, the text also has the height above the floor.
     """
     scale, lengths = unit_scale(scene), lengths_of(scene)
     height = f"Z {lengths.text(place.z * scale)}"
@@ -233,7 +232,7 @@ def height_text(scene: Any, place: Vector, floor: SurfacePoint | None) -> str:
 
 
 def moved_up(point: Vector, normal: Vector, height: float) -> Vector | None:
-    """Return the point, moved along a surface until it is `height` higher.
+    """Move a point along a surface until it is `height` higher, and return it.
 
     Return None if the surface is level.
     """
@@ -244,15 +243,15 @@ def moved_up(point: Vector, normal: Vector, height: float) -> Vector | None:
 
 
 class TypedLength:
-    """A length that the user types, key by key."""
+    """The text of a length, such as "1.2 m", while the user types it."""
 
     def __init__(self) -> None:
         self.text = ""
 
     def take(self, event: Event) -> bool:
-        """Use a pressed key if it is part of a length, and return whether it is.
+        """Add a pressed key to the text. Return False if the key cannot be part of a length.
 
-        A letter is part of a length only after a number.
+        A letter, as in "m", can only follow a number.
         """
         if event.type == "BACK_SPACE" and self.text:
             self.text = self.text[:-1]
@@ -266,7 +265,7 @@ class TypedLength:
         return True
 
     def metres(self, scene: Any) -> float | None:
-        """Return the length in metres, or None if the typed text is no length.
+        """Return the length in metres, or None if the text is no length.
 
         A number without a unit is in the scene's unit.
         """
@@ -399,7 +398,7 @@ class ANGEN_OT_sensor_place(Operator):
         return {"RUNNING_MODAL"}
 
     def cancel(self, context: Context) -> None:
-        """Remove the preview; Blender also calls this when it ends the operator itself."""
+        """Remove the preview. Blender also calls this when it ends the operator itself."""
         if self._preview is not None:
             self._preview.remove(context)
             self._preview = None
@@ -415,7 +414,7 @@ class ANGEN_OT_sensor_place(Operator):
             self._preview.show(context, matrix, f"{KINDS[self.kind].label}    {text}", keys)
 
     def _place_at(self, context: Context, hit: SurfacePoint) -> tuple[Matrix, str]:
-        """Compute the place on a surface, at the typed height if there is one, and set `location`.
+        """Set `location` to the sensor's position on a surface, at the typed height if any.
 
         Return the matrix of the sensor, and the text for the header.
         """
@@ -443,7 +442,6 @@ def _on(surface: Any) -> str:
 
 
 def _surface_under(context: Context, event: Event) -> SurfacePoint | None:
-    """Return the surface under the mouse, or None."""
     region = context.region
     # `event.mouse_region_x` can belong to an overlapping region: compute it for this one.
     at = (event.mouse_x - region.x, event.mouse_y - region.y)
@@ -463,8 +461,8 @@ def visible_surface(
 ) -> SurfacePoint | None:
     """Return the first surface along a ray that the user can see, or None.
 
-    The user looks through objects shown as wire or bounds, such as a ceiling seen from above. Such
-    an object counts only if nothing is behind it.
+    Objects that the viewport draws as wire or bounds are passed if there is a surface behind them.
+    An example is a ceiling, seen from above.
     """
     hit = first_surface(scene, depsgraph, origin, direction, passes=_is_outline, culled=culled)
     return hit or first_surface(scene, depsgraph, origin, direction, culled=culled)

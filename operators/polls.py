@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Polls that operators share, and how an operator reports an error and cancels."""
+"""Polls that several operators use, and a function that reports an error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def needs(operator: Any, condition: Any, message: str) -> bool:
 
 
 def cancelled(operator: Any, problem: Any) -> set[str]:
-    """Report a problem as an error, and return {"CANCELLED"}."""
+    """Report `problem` as an error, and return {"CANCELLED"}."""
     operator.report({"ERROR"}, str(problem))
     return {"CANCELLED"}
 

@@ -26,7 +26,7 @@ class ANGEN_OT_preset_apply(Operator):
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
-        """Return the tip of a menu item, with the source of its preset."""
+        """Return the tooltip of a menu item, with the source of its preset."""
         obj = stands_for(context.object)
         if is_sensor(obj):
             for preset in KINDS[obj.angen_sensor.kind].presets:

@@ -26,7 +26,7 @@ from .polls import can_read_scene, cancelled, has_editable_collection, needs
 
 
 def active_detector(context: Context) -> Sensor | None:
-    """Return the active motion detector, or None. New detectors get its parameters."""
+    """Return the active sensor if it is a motion detector, else None."""
     active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
     return next((s for s in found if s.kind in MAPPED), None)
@@ -84,7 +84,7 @@ class ANGEN_OT_place_propose(LongWork, Operator):
 
 
 def _has_proposal(cls: Any, context: Context) -> bool:
-    """Poll: whether there is a proposal to accept or discard."""
+    """Poll: whether the scene shows a proposal, which can be accepted or discarded."""
     is_there = shown.proposed(context.scene) or shown.is_of_proposal(context.scene)
     return needs(cls, is_there, "There is no proposal: Propose Places first") and can_read_scene(
         cls, context
@@ -118,9 +118,9 @@ class ANGEN_OT_place_accept(Operator):
 
 
 def accept(context: Context, ghost: Any) -> Any:
-    """Add a motion detector at a proposed place; raise `AngenError` if its preset is unknown.
+    """Add a motion detector at the pose of `ghost`, the empty that marks a proposed position.
 
-    `ghost` is the empty that marks the place.
+    Raise `AngenError` if the proposal's preset is unknown.
     """
     kind, preset = shown.preset_of(ghost.get(shown.PRESET, ""))
     like = context.scene.objects.get(ghost.get(shown.LIKE, ""))

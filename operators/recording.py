@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Clear the recording. Other operators check with these functions that it is not stale."""
+"""Clear the recording. Other operators check here whether the recording matches the scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WAY_OUT = "Simulate again, or undo the change"
 
 
 def why_not_fresh(scene: Any) -> str:
-    """Return why there is no fresh recording, and what to do; empty if there is one."""
+    """Return why no recording matches the scene, and what the user can do; empty if one does."""
     kept = state.CACHE.kept(scene)
     if kept is None:
         return "Simulate first"
@@ -23,15 +23,15 @@ def why_not_fresh(scene: Any) -> str:
 
 
 def has_fresh_recording(operator: Any, context: Context) -> bool:
-    """Poll: whether there is a fresh recording."""
+    """Poll: whether there is a recording, and Blender reported no edit of the scene since."""
     why_not = why_not_fresh(context.scene)
     return needs(operator, not why_not, why_not)
 
 
 def is_still_fresh(operator: Any, context: Context) -> bool:
-    """Return whether the recording is fresh; if it is stale, report that as an error.
+    """Return whether the recording matches the scene; if it does not, report an error.
 
-    This compares the whole scene, because Blender does not report all changes.
+    This compares the whole scene, because Blender does not report all edits.
     """
     scene = context.scene
     kept = state.CACHE.kept(scene)
@@ -47,7 +47,7 @@ UNDONE_IN = {"OBJECT", "POSE"}
 
 
 def can_undo(context: Context) -> bool:
-    """Return whether undo in the present mode restores a recording."""
+    """Return whether Undo would restore a cleared recording in the current mode."""
     return context.mode in UNDONE_IN and bool(context.preferences.edit.use_global_undo)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Select a sensor, and move the 3D view to it and to what it sees."""
+"""Select a sensor, and move the 3D view so that it shows the sensor and what the sensor sees."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ class ANGEN_OT_sensor_show(Operator):
 
 
 def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
-    """Select a sensor and no other object, and move the view to it; it must not be hidden.
+    """Select a sensor and no other object, and move the 3D view to it.
 
-    With `extend`, add it to the selection and leave the view as it is. With `stay`, leave the view
-    as it is if the sensor is in it.
+    The sensor must not be hidden. With `extend`, add it to the selection and leave the view as it
+    is. With `stay`, leave the view as it is if the sensor is in it.
     """
     select(sensor, context, extend)
     obj = sensor.handle
@@ -85,9 +85,9 @@ def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = Fa
 
 
 def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
-    """Make a sensor active, and select it and no other object; it must not be hidden.
+    """Make a sensor active, and select it and no other object. The sensor must not be hidden.
 
-    With `extend`, add it to the selection.
+    With `extend`, the other objects stay selected.
     """
     obj = sensor.handle
     if not extend:
@@ -100,7 +100,7 @@ def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
 
 
 def why_hidden(obj: Any, context: Context) -> str:
-    """Return why an object cannot be selected, and what to do about it; empty if it can be."""
+    """Return why the user cannot select an object, and how to change that; empty if they can."""
     if obj.hide_select:
         return "cannot be selected: tick Selectable in its Object tab, Visibility"
     if not obj.visible_get(view_layer=context.view_layer):
@@ -109,10 +109,9 @@ def why_hidden(obj: Any, context: Context) -> str:
 
 
 def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
-    """Return middle and radius of a sphere around what a sensor sees, in Blender units.
+    """Return centre and radius (Blender units) of a sphere that encloses what a sensor sees.
 
-    The sphere encloses what the viewport draws of the sensor. If it draws nothing, the sphere
-    extends from the sensor over its range.
+    That is what the viewport draws of the sensor. If it draws nothing, it is the sensor's range.
     """
     metres = unit_scale(context.scene)
     matrix = sensor.world_matrix(context.evaluated_depsgraph_get())
@@ -135,7 +134,7 @@ def surroundings(sensor: Sensor, context: Context) -> tuple[Vector, float]:
 
 
 class FreeRegion(NamedTuple):
-    """The main region of a 3D view, and the edges (pixels) of the part that nothing covers."""
+    """The main region of a 3D view, and the left and right edge (pixels) of its uncovered part."""
 
     region: Any
     left: int
@@ -143,7 +142,7 @@ class FreeRegion(NamedTuple):
 
 
 def free_region(area: Any) -> FreeRegion:
-    """Return the main region of an area, and its part that toolbar and sidebar do not cover."""
+    """Return the main region of an area, and the edges of its part that no other region covers."""
     window = next(region for region in area.regions if region.type == "WINDOW")
     left, right = 0, window.width
     for region in area.regions:
@@ -157,7 +156,7 @@ def free_region(area: Any) -> FreeRegion:
 
 
 def is_in_view(obj: Any, context: Context) -> bool:
-    """Return whether an object's origin is in that part of the 3D view which nothing covers."""
+    """Return whether an object's origin is in the uncovered part of the 3D view."""
     window, left, right = free_region(context.area)
     view = context.space_data.region_3d
     at = location_3d_to_region_2d(window, view, obj.matrix_world.translation)
@@ -165,10 +164,7 @@ def is_in_view(obj: Any, context: Context) -> bool:
 
 
 def frame_sphere(context: Context, middle: Vector, radius: float) -> None:
-    """Move the view until it shows a sphere, without a rotation, as View Selected does.
-
-    The sphere is then within the part of the view that nothing covers.
-    """
+    """Pan and zoom until a sphere is in the view's uncovered part, as View Selected does."""
     space = context.space_data
     region = context.region_data or space.region_3d
     if region.view_perspective == "CAMERA":

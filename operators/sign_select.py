@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Select a sensor by a click on its sign, label or housing in a 3D view.
 
-Blender itself would select the object behind a sign. The keymap items here come before Blender's.
-They hand on every click that is not on a sensor.
+A sign is the symbol that the viewport draws for a sensor. Blender itself would select the object
+behind the sign. The keymap items here come before Blender's. They pass on every click that is not
+on a sensor.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ class ANGEN_OT_sign_select(Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
-        """Move the sensor if the mouse is dragged before the button is released."""
+        """Start to move the sensor if the user drags the mouse before releasing the button."""
         if event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}:
             x, y = event.mouse_region_x - self._begin[0], event.mouse_region_y - self._begin[1]
             far = context.preferences.inputs.drag_threshold_mouse
@@ -83,7 +84,7 @@ def _is_press(event: Event) -> bool:
 
 
 def _is_select_button(context: Context, event: Event) -> bool:
-    """Return whether the event's mouse button selects objects in this tool.
+    """Return whether the active tool selects objects with the event's mouse button.
 
     The tool Tweak selects with the left button, whichever button the preferences set.
     """
@@ -94,7 +95,10 @@ def _is_select_button(context: Context, event: Event) -> bool:
 
 
 def sensor_of_housing_at(context: Context, place: tuple[float, float]) -> Sensor | None:
-    """Return the sensor whose housing the user sees at a point (pixels) of the view, or None."""
+    """Return the sensor whose housing is visible at a point of the region, or None.
+
+    `place` is the point in pixels.
+    """
     space, view = context.space_data, context.region_data
     depsgraph = context.evaluated_depsgraph_get()
     way = region_2d_to_vector_3d(context.region, view, place)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulate the sensors over a range of frames with progress; Esc keeps the simulated frames.
+"""Simulate the sensors over a range of frames, with progress; Esc keeps the simulated frames.
 
-Frames of a fresh recording are not simulated again. A run that only overlaps or adjoins the
-recording is extended to all of its frames. The extended run begins at the first frame, because hold
-times, noise and the last scan start anew with each run. In a window the operator asks before it
-replaces a recording that cannot be kept.
+Frames that a recording already has are not simulated again, unless the scene has changed. If the
+range only overlaps or adjoins the recording, the run covers both. It then begins at the first
+frame, because hold times and noise start anew with each run. In a window the operator asks before
+it replaces a recording that cannot be kept.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ class RunPlan:
     Attributes
     ----------
     first, last
-        The frames.
+        The first and the last frame.
     sensors
-        The sensors.
+        The sensors to simulate.
     note
-        A text for the report.
+        A text for the operator's report.
     is_done
-        Whether the recording has these readings already, so that nothing is simulated.
+        Whether the recording already has these readings, so that nothing is simulated.
     question
-        Says which recorded readings are lost, for the user to confirm; empty if none are.
+        A text that says which recorded readings will be lost; empty if none will be.
     """
 
     first: int
@@ -65,9 +65,9 @@ class RunPlan:
 def plan_run(
     first: int, last: int, sensors: Sequence[Sensor], kept: StoredRecording | None
 ) -> RunPlan:
-    """Return how to simulate `sensors` from frame `first` to `last`.
+    """Return what to simulate for the `sensors` and the frames `first` to `last`.
 
-    `kept` is the present recording, or None.
+    `kept` is the stored recording, or None.
     """
     if kept is None:
         return RunPlan(first, last, sensors)
@@ -184,7 +184,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return LongWork.execute(self, context)
 
     def _plan(self, context: Context) -> RunPlan:
-        """Return the plan of this run; raise `AngenError` if its frames are invalid."""
+        """Return the plan for the operator's frames. Raise `AngenError` if they are invalid."""
         scene = context.scene
         first, last = frames_to_run(scene)
         first = first if self.frame_start == FROM_SCENE else self.frame_start
@@ -221,7 +221,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return self._steps(run)
 
     def _steps(self, run: Generator[Progress, None, None]) -> Generator[Any, None, None]:
-        """Simulate, and yield the progress as `Doing`; yield last whether Esc ended the run."""
+        """Simulate; yield the progress as `Doing`, and last whether Esc ended the run (bool)."""
         early = False
         try:
             for now in run:
@@ -242,9 +242,9 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return None if self._store(context, early) else {"CANCELLED"}
 
     def _store(self, context: Context, early: bool) -> bool:
-        """Store the recording and show it at the playhead; return whether it could be stored.
+        """Store the recording and show its readings; return whether it was stored.
 
-        `early` says that Esc ended the run.
+        `early` says whether Esc ended the run.
         """
         scene = context.scene
         # A script may have switched to another scene, to which the recording does not belong.
@@ -280,9 +280,10 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return self._recording.frame_end >= self._recording.frame_start
 
     def _keeps_earlier(self, scene: Any) -> bool:
-        """Return whether the earlier recording stays, after Esc has ended the run.
+        """Return whether to keep the earlier recording, instead of a run that Esc ended.
 
-        It stays if no frame was simulated, or if it is fresh and has all readings of the run.
+        Keep it if no frame was simulated. Also keep it if it matches the scene and has all readings
+        of the run.
         """
         first, last = self._recording.frame_start, self._recording.frame_end
         earlier = state.CACHE.recording(scene)
@@ -304,11 +305,11 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return True
 
     def _updates(self) -> int:
-        """Return the number of recorded updates."""
+        """Return the number of updates in the new recording."""
         return sum(len(track) for track in self._recording.tracks.values())
 
     def cancel(self, context: Context) -> None:
-        """Store the simulated frames; Blender calls this when it ends the operator itself."""
+        """Store the simulated frames. Blender calls this when it ends the operator itself."""
         self._close(context)
         self._store(context, early=False)
 

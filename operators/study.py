@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write a study of the selected sensors' parameters, and open its report.
+"""Write a study file, which varies parameters of the selected sensors, and open the study's report.
 
 `angen study run` runs the study outside Blender.
 """
@@ -36,16 +36,16 @@ from .polls import cancelled, needs
 
 
 class AngenStudyVary(PropertyGroup):
-    """One parameter that the study varies, of some sensors.
+    """One parameter that a study varies, and the sensors that have it.
 
     Attributes
     ----------
     choices
-        The choices of a parameter with choices; the study takes all of them.
+        The values of an enumeration parameter. The study takes all of them.
     shown
-        The choices as the panel shows them.
+        The same values, as labels for the panel.
     angle
-        Whether the parameter is an angle. Its values are then in degrees.
+        Whether the parameter is an angle, so that `first` and `last` are in degrees.
     """
 
     sensors: StringProperty()
@@ -61,7 +61,7 @@ class AngenStudyVary(PropertyGroup):
 
 
 class AngenStudy(PropertyGroup):
-    """The settings of a study. `file` is the study file that was written last or is to be shown."""
+    """The settings of a study. `file` is the study file that was last written or chosen."""
 
     varied: CollectionProperty(type=AngenStudyVary)
     seeds: IntProperty(
@@ -78,7 +78,7 @@ class AngenStudy(PropertyGroup):
 
 # Functions, not methods: Blender 4.2 never frees a PropertyGroup class and what it refers to.
 def fill(row: AngenStudyVary, vary: Vary, kind: Kind) -> None:
-    """Write what a study varies into a row of the property group."""
+    """Copy a `Vary`, which holds a parameter and its values in a study, into a row of the panel."""
     row.name, row.label = vary.key, study_file.label(kind, vary.parameter)
     row.sensors, row.parameter = BETWEEN.join(vary.sensors), vary.parameter
     row.angle, row.whole = vary.angle, vary.whole
@@ -89,7 +89,7 @@ def fill(row: AngenStudyVary, vary: Vary, kind: Kind) -> None:
 
 
 def vary_of(row: AngenStudyVary) -> Vary:
-    """Return what the study varies according to a row of the property group."""
+    """Return the `Vary` (a parameter and its values) that a row of the panel describes."""
     choices = [
         {"True": True, "False": False}.get(choice, choice)
         for choice in row.choices.split(BETWEEN)
@@ -102,14 +102,17 @@ def vary_of(row: AngenStudyVary) -> Vary:
 
 
 def command(file: str) -> str:
-    """Return the shell command that runs a study file; empty without a file."""
+    """Return the shell command that runs a study file; empty if `file` is empty."""
     path = Path(bpy.path.abspath(file))
     study, out = (shlex.quote(str(p)) for p in (path, path.with_suffix("")))
     return f"angen study run {study} --out {out}" if file else ""
 
 
 def varied_sensors(context: Context) -> list[Sensor]:
-    """Return the selected sensors that have the active sensor's kind."""
+    """Return the selected sensors that have the active sensor's kind.
+
+    If there are none, return the active sensor alone.
+    """
     active = active_sensor(context)
     if active is None:
         return []
@@ -200,7 +203,6 @@ class ANGEN_OT_study_write(Operator, ExportHelper):
 
 
 def _has_study_file(cls: Any, context: Context) -> bool:
-    """Poll: whether a study file is chosen."""
     return needs(
         cls, context.window_manager.angen_study.file, "Write a study first, or name the file of one"
     )

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user's presets, which Blender's preset system stores in presets/angen_sensors/KIND.
 
-They are Python files as Blender writes them, with a line for each parameter. This module reads the
-values and does not run the files: a file of an earlier version can name parameters that no longer
-exist.
+A preset is a Python file with a line for each parameter. This module parses the file and does not
+run it. A file of an earlier version can set parameters that no longer exist.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ OWNER = "settings"
 
 
 def folder_of(kind: Kind) -> str:
-    """Return the folder of a kind's presets, relative to Blender's preset folders."""
+    """Return the folder of the presets for a kind, relative to Blender's preset folders."""
     return f"angen_sensors/{kind.attribute}"
 
 
 def user_presets(kind: Kind) -> list[Path]:
-    """Return the files of the user's presets of a kind, sorted by name."""
+    """Return the files of the user's presets for a kind of sensor, sorted by name."""
     folders = (Path(folder) for folder in bpy.utils.preset_paths(folder_of(kind)))
     return sorted(
         (file for folder in folders for file in folder.glob("*.py")), key=lambda f: f.name
@@ -45,10 +44,9 @@ def label_of(file: Path) -> str:
 
 
 def values_in(file: Path) -> dict[str, Any]:
-    """Return the values of a preset's file, by the name of the parameter.
+    """Return the parameter values in a preset's file, by parameter name.
 
-    Raise `OSError` if the file cannot be read. Raise `ValueError` with the reason if it is no
-    preset.
+    Raise `OSError` if the file cannot be read, and `ValueError` if it is no preset.
     """
     values: dict[str, Any] = {}
     try:
@@ -93,10 +91,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
 
     @property
     def preset_values(self) -> list[str]:
-        """The names of the parameters to save.
-
-        Pointers are left out, because they refer to objects of this file.
-        """
+        """The names of the parameters to save: all except pointers to objects of the open file."""
         known = specs(self._kind.parameters)
         return [f"{OWNER}.{name}" for name, spec in known.items() if not spec.pointer]
 
@@ -138,7 +133,7 @@ class ANGEN_OT_user_preset_apply(Operator):
         except (OSError, ValueError) as error:
             return cancelled(self, f"The preset '{self.name}' cannot be read: {error}")
         former = _replace_former(obj, kind, values)
-        unknown = _set(getattr(obj.angen_sensor, kind.attribute), kind, values)
+        unknown = _set_known(getattr(obj.angen_sensor, kind.attribute), kind, values)
         obj.angen_sensor.preset = ""
         if unknown:
             self.report({"WARNING"}, f"Not known in this version, left out: {', '.join(unknown)}")
@@ -149,9 +144,9 @@ class ANGEN_OT_user_preset_apply(Operator):
 
 
 def _replace_former(obj: Any, kind: Kind, values: dict[str, Any]) -> str:
-    """Replace those values that are choices of earlier versions by the present choices.
+    """Replace choices in `values` that only earlier versions knew by their present equivalents.
 
-    Return a text that says so, empty if there are none.
+    Return a text that lists the replacements; empty if there are none.
     """
     known = specs(kind.parameters)
     pairs = [(name, former_choice(known[name], values[name])) for name in values if name in known]
@@ -160,8 +155,8 @@ def _replace_former(obj: Any, kind: Kind, values: dict[str, Any]) -> str:
     return former_text(found)
 
 
-def _set(group: Any, kind: Kind, values: dict[str, Any]) -> list[str]:
-    """Set the values that this version knows, and return the names of all other values."""
+def _set_known(group: Any, kind: Kind, values: dict[str, Any]) -> list[str]:
+    """Set the values that this version knows, and return the names of the other values."""
     known, unknown = specs(kind.parameters), []
     for name, value in values.items():
         spec = known.get(name)

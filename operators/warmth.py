@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Set usual temperatures of objects, and write a detector's lens as text."""
+"""Set typical temperatures of objects, and write a detector's lens as a text."""
 
 from __future__ import annotations
 

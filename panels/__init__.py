@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panels: one file for each place in the interface."""
+"""The panels of the extension, by topic."""

@@ -68,19 +68,16 @@ class ANGEN_PT_coverage_place(ClosedSidebar, Panel):
             row.operator("angen.place_discard", icon="X")
 
 
-def _draw_rooms(layout: UILayout, found: dict, scene: Any, is_fresh: bool) -> None:
-    """Draw the coverage of each room as a table, greyed out if the map is stale.
-
-    `found` are the figures of the map, as `summary` returns them.
-    """
+def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> None:
+    """Draw the coverage of each room as a table, greyed out if the map is out of date."""
     box = layout.box().column(align=True)
-    frame = found.get("frame", scene.frame_current)
+    frame = figures.get("frame", scene.frame_current)
     at = f", frame {frame}" if frame != scene.frame_current else ""
-    box.label(text=f"{found['motion']}, {plural(found['sensors'], 'detector')}{at}")
+    box.label(text=f"{figures['motion']}, {plural(figures['sensors'], 'detector')}{at}")
     if shown.is_of_proposal(scene):
         box.label(text="With the proposed places alone", icon="INFO")
     box.active = is_fresh
-    rooms = found["rooms"]
+    rooms = figures["rooms"]
     if len(rooms) > ROOMS_SHOWN:
         rooms = [*rooms[: ROOMS_SHOWN - 1], rooms[-1]]
     lines = [("Room", "Covered", "Dead m²")]

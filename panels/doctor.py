@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panel of the findings of Examine Home, each with the way to mend it (sidebar)."""
+"""Panel that lists the mistakes which Examine Home found, each with its remedy (sidebar)."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ MOST_ROWS = 16
 
 
 def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
-    """Draw a row for each sensor, as in the table of all sensors; a click shows the sensor."""
+    """Draw a row for each sensor; a click on a row selects the sensor."""
     active = active_sensor(context)
     where = "collection instances"
     if active is not None and active.holders:
@@ -50,7 +50,7 @@ def draw_rows(layout: Any, context: Context, sensors: list[Sensor]) -> None:
 
 
 def draw_instanced(layout: Any, sensor: Sensor) -> None:
-    """Explain the limits of a sensor in an instance.
+    """Draw an explanation of what is not possible with a sensor in a collection instance.
 
     Also draw the button that replaces the instance by library overrides, if that is possible.
     """

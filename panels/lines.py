@@ -55,7 +55,7 @@ def has_name_column() -> bool:
 
 
 def draw_progress(layout: Any, operator: str) -> bool:
-    """If an operator's long work is running, draw its progress; return whether it is running."""
+    """Draw the progress of `operator` if it is running, and return whether it is."""
     working = state.CACHE.working
     if working is None or working[0] != operator:
         return False
@@ -71,10 +71,10 @@ def draw_progress(layout: Any, operator: str) -> bool:
 
 
 def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None = None) -> Any:
-    """Draw a text in a box, broken into lines, and return the box.
+    """Draw a text in a box, broken into lines, and return the box, to which a button can be added.
 
-    The caller can add a button to the box. `click` is an operator and the index to give it. A click
-    on a line then calls the operator.
+    `click` is an operator's name and an index. If it is given, a click on a line calls that
+    operator with the index.
     """
     region = bpy.context.region
     width = region.width if region else USUAL_WIDTH
@@ -96,7 +96,7 @@ def draw_lines(layout: Any, text: str, icon: str, click: tuple[str, int] | None 
 def draw_property(
     layout: Any, scene: Any, owner: Any, name: str, label: str, unit: str = ""
 ) -> None:
-    """Draw a property with its unit: in the field if Blender supports the unit, else in the label.
+    """Draw a property with its unit, in the field if Blender supports the unit, else in the label.
 
     Lengths are stored in metres, and edited in the scene's unit.
     """

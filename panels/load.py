@@ -34,7 +34,7 @@ class _Weight:
             self.layout.label(text=f"{context.object.angen_load.mass:g} kg")
 
     def draw(self, context: Context) -> None:
-        """Draw mass and tolerance of the active object, what they mean, and warnings."""
+        """Draw mass and tolerance of the active object, an explanation of both, and warnings."""
         layout, obj = self.layout, context.object
         column = layout.column()
         column.use_property_split = has_name_column()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings of what 3D views draw of sensors (sidebar and overlays popover)."""
+"""Panel with the settings of what 3D views draw for sensors (sidebar and overlays popover)."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ANGEN_PT_overlay(ClosedSidebar, Panel):
 
 
 def draw_in_popover(self: Any, context: Context) -> None:
-    """Draw these settings in the popover of Blender's overlays, below Blender's own."""
+    """Draw these settings below Blender's own in the popover Viewport Overlays."""
     settings = context.scene.angen_overlay
     column = self.layout.column()
     column.active = context.space_data.overlay.show_overlays

@@ -20,7 +20,7 @@ from .readings import ReadingText, reading_text
 
 
 def sensor_of(obj: Any) -> Sensor | None:
-    """Return the sensor of an object; None if it has no kind."""
+    """Return the sensor that an object is, or None if the object is no sensor."""
     if not is_sensor(obj):
         return None
     return Sensor(obj.name, KINDS[obj.angen_sensor.kind], obj)
@@ -29,7 +29,7 @@ def sensor_of(obj: Any) -> Sensor | None:
 def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     """Draw a sensor's reading, its warnings, and the parameters that its chosen model uses.
 
-    `layout` must span the full width of the region, as subpanels require.
+    `layout` must be as wide as the region, because Blender requires that for subpanels.
     """
     seen = reading_text(sensor, context.scene)
     # Operators drawn here act on the sensor, even if its housing is the active object.
@@ -61,16 +61,16 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
             _draw_parameters(_column(body, enabled), scene, sensor, names)
 
 
-def _draw_origin(layout: Any, seen: ReadingText) -> None:
-    """Draw where the reading comes from, and the value of baked keyframes if there are any."""
-    if seen.origin:
+def _draw_origin(layout: Any, texts: ReadingText) -> None:
+    """Draw where the reading comes from, such as a recording, and the value of baked keyframes."""
+    if texts.origin:
         row = layout.row()
         row.active = False
-        row.label(text=seen.origin, icon="BLANK1")
-    if seen.old:
-        draw_lines(layout, seen.old, "TIME")
-    if seen.keys:
-        text = f"Baked keys say '{seen.keys}': drivers read them. Unbake removes them"
+        row.label(text=texts.origin, icon="BLANK1")
+    if texts.old:
+        draw_lines(layout, texts.old, "TIME")
+    if texts.keys:
+        text = f"Baked keys say '{texts.keys}': drivers read them. Unbake removes them"
         box = draw_lines(layout, text, "KEYFRAME_HLT")
         box.operator("angen.unbake_keyframes", icon="KEYFRAME").selected = True
 

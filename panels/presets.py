@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Menu of presets in the header of a sensor's panel: known parts, and the user's presets."""
+"""Menu of presets in the header of a sensor's panel: commercial parts, and the user's presets."""
 
 from __future__ import annotations
 
@@ -45,7 +45,6 @@ class ANGEN_MT_presets(Menu):
 
 
 def _draw_user_presets(layout: Any, sensor: Any) -> None:
-    """Draw the user's presets, each with a button that removes it."""
     for file in user_presets(sensor.kind):
         row = layout.row(align=True)
         item = row.operator(
@@ -62,13 +61,13 @@ def _draw_user_presets(layout: Any, sensor: Any) -> None:
 
 
 def draw_choice(layout: Any, sensor: Any) -> None:
-    """Draw the button that opens the menu, labelled with the current preset."""
+    """Draw the button that opens the preset menu, with the current preset as its label."""
     text = preset_text(sensor.object) or "Presets"
     layout.menu(ANGEN_MT_presets.bl_idname, text=text, icon="PRESET", translate=False)
 
 
 def draw_presets(layout: Any, context: Context) -> None:
-    """Draw the button that opens the menu, if the active object is a sensor."""
+    """Draw the button that opens the preset menu, if the active object is a sensor."""
     if sensor_of(stands_for(context.object)) is not None:
         layout.menu(ANGEN_MT_presets.bl_idname, text="", icon="PRESET")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texts for the reading of a sensor at the playhead.
+"""Texts for the reading of a sensor at the current frame.
 
 States differ by icon and by word, never by colour alone.
 """
@@ -42,15 +42,15 @@ class ReadingText(NamedTuple):
     problem
         Why the reading is missing or not valid; empty if it is valid.
     fields
-        The published fields; None if unknown.
+        The values that the sensor publishes, by name; None if unknown.
     recorded
-        Whether the reading is from the recording. It is False for a live one.
+        True if the reading is from the recording, False if it is live.
     brief
-        A text for narrow places.
+        A text for narrow columns.
     origin
-        Where the reading comes from.
+        A text that says where the reading comes from.
     old
-        Why the reading is old, and how to get a new one; empty if it is not old.
+        Why the reading is out of date, and how to update it; empty if it is up to date.
     keys
         The value of baked keyframes.
     age
@@ -70,19 +70,19 @@ class ReadingText(NamedTuple):
 
     @property
     def short(self) -> str:
-        """The brief text with the age of the reading, for places of medium width."""
+        """The brief text with the age of the reading, for columns of medium width."""
         return ", ".join(filter(None, (self.brief or self.text, self.age)))
 
 
 class ReadingTexts:
-    """The texts for all sensors at the present playhead. Make a new object for each redraw."""
+    """Makes the texts of the sensors' readings at the current frame; create one for each redraw."""
 
     def __init__(self, scene: Any) -> None:
         self._scene, self._lengths = scene, lengths_of(scene)
         self._playhead = Playhead(scene)
 
     def of(self, sensor: Sensor) -> ReadingText:
-        """Return the texts for a sensor's reading; without a reading, for the reason why."""
+        """Return the texts for a sensor's reading. If there is no reading, the texts say why."""
         if not sensor.settings.enabled:
             return ReadingText("Off", OFF)
         if state.CACHE.running:
@@ -97,16 +97,13 @@ class ReadingTexts:
         return _text_of(sensor.kind, quantity, found, words, self._lengths)
 
     def source(self, sensor: Sensor) -> Any:
-        """Return all that a sensor's icon and `short` text depend on.
-
-        If it equals the one at an earlier redraw, the texts are still the same.
-        """
+        """Return a value that changes whenever the sensor's icon or `short` text may change."""
         source = self._playhead.source(sensor, LEAST_AGE_IN_SHORT)
         return sensor.settings.enabled, state.CACHE.running, state.CACHE.revision, source
 
 
 def reading_text(sensor: Sensor, scene: Any) -> ReadingText:
-    """Return the texts for one sensor's reading; without a reading, for the reason why."""
+    """Return the texts for a sensor's reading. If there is no reading, the texts say why."""
     return ReadingTexts(scene).of(sensor)
 
 
@@ -117,7 +114,7 @@ def _text_of(
     words: tuple[str, str, str],
     lengths: Any,
 ) -> ReadingText:
-    """Return the texts for the reading `found`; `words` are its full text, icon and brief text."""
+    """Combine the reading `found` with `words`: its full text, icon and brief text."""
     text, icon, brief = words
     return ReadingText(
         text,
@@ -162,7 +159,7 @@ def _texts(
 
 
 def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str, str, str] | None:
-    """Return full text, icon and brief text for a detector that is warming up; else None."""
+    """Return full text, icon and brief text if the detector is in its warm-up time, else None."""
     plain = found.origin in (playhead.RECORDED, playhead.LIVE) and not (found.problem or found.old)
     if found.reading is None or not plain or found.reading.active:
         return None
@@ -173,15 +170,15 @@ def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str
 
 
 def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> str:
-    """Return the text for a reading: its state and its main quantity."""
+    """Return a text with the state of a sensor, such as on or off, and its main value."""
     word = kind.active_label if reading.active else kind.idle_label
     return f"{word}, {quantity.text(reading.value, lengths)}"
 
 
 def age_text(found: PlayheadReading, least: float) -> str:
-    """Return how long ago a reading was made; empty if that is less than `least` seconds.
+    """Return how long ago a reading was made, such as "3 s ago"; empty below `least` seconds.
 
-    If the reading belongs to a later frame, return that frame.
+    If the reading is from a later frame than the current one, return that frame instead.
     """
     if found.age < 0.0:
         return f"at frame {found.frame:g}"

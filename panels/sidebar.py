@@ -68,7 +68,7 @@ class ANGEN_PT_simulation_settings(ClosedSidebar, Panel):
 
 
 def draw_frames(layout: UILayout, scene: Scene) -> None:
-    """Draw the range of frames to simulate: the preview range if it is set, else all frames.
+    """Draw the range of frames to simulate: the preview range if it is set, else the scene's range.
 
     The scene's first frame cannot be edited here, because it is the time t = 0.
     """
@@ -83,7 +83,7 @@ def draw_frames(layout: UILayout, scene: Scene) -> None:
 
 
 def draw_lacking(layout: UILayout) -> None:
-    """Draw which files and data are missing, because readings are wrong without them."""
+    """Draw warnings of missing files and data, without which readings are wrong."""
     lacks = state.CACHE.lacks
     if not lacks:
         return
@@ -98,7 +98,7 @@ def draw_lacking(layout: UILayout) -> None:
 
 
 def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) -> None:
-    """Draw whether there is a recording, and whether it is stale."""
+    """Draw whether there is a recording, and whether the scene was edited since."""
     kept = state.CACHE.kept(scene)
     values = "live values" if scene.angen_live else "no values, as Live is off"
     if state.CACHE.running:

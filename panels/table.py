@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Table of all sensors with their readings, which can be sorted and searched.
 
-A click on a row shows the sensor.
+A click on a row selects the sensor.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ NAME_SHARE, NAME_SHARE_WIDE, NAME_SHARE_ACTIVE, ROOM_SHARE = 0.78, 0.5, 0.72, 0.
 
 
 def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ...]:
-    """Return the sort key of a sensor, by name, room, kind or state. Equal ones sort by name.
+    """Return the key that sorts a sensor by NAME, ROOM, KIND or STATE, and then by name.
 
-    `seen` has the texts of its reading, which only the order by state needs.
+    `seen` has the texts of the sensor's reading; only STATE needs them.
     """
     if by == "ROOM":
         # Sensors without a room come last.
@@ -58,9 +58,9 @@ def sort_key(sensor: Sensor, seen: ReadingText | None, by: str) -> tuple[Any, ..
 
 
 def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
-    """Return whether each of the words is part of the sensor's name, room, kind or state.
+    """Return whether each of the words occurs in the sensor's name, room, kind or state.
 
-    `seen` has the texts of its reading, and so the state.
+    `seen` has the texts of the sensor's reading.
     """
     state = seen.text if seen else ""
     text = f"{sensor.name} {sensor.room} {sensor.kind.label} {state}".lower()
@@ -68,7 +68,7 @@ def matches(sensor: Sensor, seen: ReadingText | None, words: str) -> bool:
 
 
 class ANGEN_UL_sensors(UIList):
-    """The objects of a view layer that are sensors."""
+    """A list of the sensors in a view layer."""
 
     def draw_item(
         self,
@@ -111,15 +111,15 @@ class ANGEN_UL_sensors(UIList):
         )
 
     def draw_filter(self, context: Context, layout: Any) -> None:
-        """Draw nothing, because the fields for search and order are above the table."""
+        """Draw nothing, because the panel has its own search and sort fields above the table."""
 
 
 def sorted_and_filtered(
     objects: list[Any], scene: Any, settings: Any, show: int
 ) -> tuple[list[int], list[int]]:
-    """Return two values for each object: its filter flag, and its row in the table.
+    """Return the filter flags and the new order of objects, as `UIList.filter_items` does.
 
-    The flag is `show` if the object matches the search, else 0.
+    The flag of an object is `show` if the object matches the search, else 0.
     """
     found = _matching(map(sensor_of, objects), scene, settings)
     kept = set(found)
@@ -132,7 +132,7 @@ def sorted_and_filtered(
 
 
 def _matching(sensors: Iterable[Sensor | None], scene: Any, settings: Any) -> list[int]:
-    """Return the indices of the sensors that match the search, in the order of the table."""
+    """Return the indices of the sensors that match the search, in the table's sort order."""
     by, words = settings.sort, settings.search
     keys = []
     for number, sensor in enumerate(sensors):
@@ -195,7 +195,7 @@ def _active_index(self: PropertyGroup) -> int:
 
 
 def _show_index(self: PropertyGroup, index: int) -> None:
-    """Select the sensor of a clicked row, and move the view to it unless it is in view."""
+    """Select the sensor of the clicked row. Move the view to the sensor if it is out of view."""
     context = bpy.context
     objects = context.view_layer.objects
     sensor = sensor_of(objects[index]) if 0 <= index < len(objects) else None

@@ -98,7 +98,7 @@ def draw_warmth(layout: Any, owner: Any) -> None:
 
 
 def _draw_inherited(layout: Any, obj: Any) -> None:
-    """Draw which materials, or which collection, also set the temperature of the object."""
+    """Draw which materials, or which collection, set the object's temperature."""
     for material in evaluated_materials(obj):
         if material is not None and material.angen_warmth.use_temperature:
             celsius = material.angen_warmth.temperature
@@ -111,10 +111,7 @@ def _draw_inherited(layout: Any, obj: Any) -> None:
 
 
 def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> None:
-    """Draw warnings of what a pyroelectric detector cannot sense in this scene.
-
-    `seen` has the texts of the detector's reading.
-    """
+    """Draw warnings of what a pyroelectric detector cannot sense in this scene."""
     if not warmth.pyroelectric([sensor]):
         return
     cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
@@ -126,7 +123,7 @@ def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> N
 
 
 def _draw_rate(layout: Any, scene: Any) -> None:
-    """Draw a button that makes the active sensor's update rate high enough for its signal."""
+    """Draw a button that sets the active sensor's update rate as high as its signal needs."""
     frames = scene.render.fps / scene.render.fps_base
     # The lowest rate that is high enough and divides the frame rate.
     rate = max(frames / max(1.0, frames // warmth.ENOUGH_RATE), warmth.ENOUGH_RATE)

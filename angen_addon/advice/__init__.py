@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find what keeps sensors from reading what the user expects, with ways to mend it."""
+"""Find reasons why sensors do not read what the user expects, with remedies."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find what the open file needs but does not have, so that its readings would be wrong.
+"""Find what is missing in the open file, without which readings would be wrong.
 
 These are missing libraries and other files, drivers that fail, and sensors of unknown kinds.
 """
@@ -28,18 +28,18 @@ Lack = tuple[str, str]
 
 
 def lacking(view_layer: Any, light: bool) -> list[str]:
-    """Return a sentence for each thing that is missing.
+    """Return a sentence, with a remedy, for each missing file and each other thing that is missing.
 
-    With `light`, include what only light sensors notice. Evaluate the scene first, because Blender
-    blocks drivers only then.
+    With `light`, include files that only light sensors need. Evaluate the scene before the call,
+    because Blender disables drivers only then.
     """
     return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
 
 
 def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
-    """Yield the problem and the way to mend it, for each thing that is missing.
+    """Yield the problem and its remedy for each missing file and each other thing that is missing.
 
-    With `light`, include what only light sensors notice.
+    With `light`, include files that only light sensors need.
     """
     yield from _unknown_kinds(view_layer)
     yield from _missing_libraries()
@@ -55,7 +55,7 @@ def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
 
 
 def look(view_layer: Any) -> None:
-    """Search for missing things, and store them for the panels to show."""
+    """Update the list of missing files and data that the panels show."""
     sensors = simulated(all_sensors(view_layer))
     if sensors:
         view_layer.update()
@@ -75,10 +75,7 @@ def _unknown_kinds(view_layer: Any) -> Iterator[Lack]:
 
 
 def _stored_kind(obj: Any) -> int:
-    """Return the number of the object's kind as it is stored in the file.
-
-    For a kind that is unknown here, Blender's property would be 0.
-    """
+    """Return the kind's number as stored in the file, even for a kind unknown to the extension."""
     group = stored_settings(obj)
     return int(group.get("kind", 0)) if group is not None else 0
 
@@ -92,7 +89,7 @@ def _missing_libraries() -> Iterator[Lack]:
 
 
 def _missing_data() -> Iterator[Lack]:
-    """Yield the datablocks that a library which exists no longer contains."""
+    """Yield a problem for each library that exists but lacks datablocks which the file links."""
     lost: dict[str, list[str]] = {}
     for collection in (bpy.data.objects, bpy.data.collections, bpy.data.meshes, bpy.data.actions):
         for block in collection:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Advice on what in a scene keeps a sensor from reading what the user expects.
+"""Advice on reasons in the scene why a sensor does not read what the user expects.
 
-It also finds the surfaces that press on pads with the mass of an object.
+The module also finds the surfaces that press on pressure pads with the mass of an object.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..scene.sensors import Sensor, read_parameters
 
 
 def warm_up(sensor: Any, scene: Any) -> Advice | None:
-    """Warn if a motion detector's warm-up lasts longer than the animation."""
+    """Return a warning if a motion detector's warm-up lasts longer than the animation."""
     seconds = getattr(sensor.parameters, "warm_up_time", 0.0)
     frames = scene.frame_end + 1 - scene.frame_start
     length = frames * scene.render.fps_base / scene.render.fps
@@ -36,7 +36,7 @@ def warm_up(sensor: Any, scene: Any) -> Advice | None:
 
 
 def background_sets(scene: Any) -> list[Advice]:
-    """Warn of background sets, whose objects the viewport shows but no sensor sees."""
+    """Return warnings of background sets, whose objects the viewport shows but no sensor sees."""
     sets = [scene]
     while sets[-1].background_set not in (None, *sets):
         sets.append(sets[-1].background_set)
@@ -56,9 +56,9 @@ def background_sets(scene: Any) -> list[Advice]:
 
 
 def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
-    """Warn if a sensor's output can never switch on, or can never switch off.
+    """Return warnings if a sensor's output can never switch on, or can never switch off.
 
-    Parameters outside their limits are reported elsewhere.
+    Return an empty list if a parameter is outside its limits; other code reports that.
     """
     try:
         return read_parameters(sensor, sensor.settings).unreachable(lengths)
@@ -67,7 +67,7 @@ def unreachable(sensor: Sensor, lengths: Lengths) -> list[Advice]:
 
 
 def without_surface(obj: Any) -> Advice | None:
-    """Warn if a pad has no surface to press on."""
+    """Return a warning if a pressure pad has no surface to press on."""
     kind = obj.bl_rna.properties["type"].enum_items[obj.type].name.lower()
     if obj.type not in SURFACE_TYPES:
         return Advice(
@@ -79,7 +79,7 @@ def without_surface(obj: Any) -> Advice | None:
 
 
 def may_be_simulated(obj: Any) -> bool:
-    """Return whether the physics engine moves the object, at this frame or at another one."""
+    """Return whether the physics engine moves the object at any frame."""
     body = obj.rigid_body
     return (
         body is not None
@@ -90,12 +90,15 @@ def may_be_simulated(obj: Any) -> bool:
 
 
 def simulated_bodies(scene: Any) -> Iterator[Any]:
-    """Return the rigid bodies that the physics engine moves; a compound body counts as one."""
+    """Return an iterator over the rigid bodies that the physics engine moves.
+
+    A compound body counts as one.
+    """
     return (obj for obj in rigid_bodies(scene) if may_be_simulated(obj))
 
 
 def sinks(pad: Any, scene: Any) -> Advice | None:
-    """Warn if a pad is an active rigid body that sinks under heavier ones."""
+    """Return a warning if a pressure pad is an active rigid body that sinks under heavier ones."""
     bodies = list(simulated_bodies(scene))
     if pad not in bodies:
         return None
@@ -111,7 +114,7 @@ def sinks(pad: Any, scene: Any) -> Advice | None:
 
 
 def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
-    """Warn if no object other than the pad has a weight with which it can press."""
+    """Return a warning if the scene has no object with a mass that could press on the pad."""
     if any(body != pad for body in simulated_bodies(scene)):
         return None
     if any(has_mass(obj) and obj != pad for obj, _ in with_instanced(view_layer)):
@@ -130,9 +133,9 @@ def weightless(pad: Any, scene: Any, view_layer: Any) -> Advice | None:
 
 
 def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
-    """Warn if all objects that a pad measures have no visible surface.
+    """Return a warning if all objects that a pad is set to measure are hidden.
 
-    Rigid bodies do not count, because physics also moves hidden ones.
+    Rigid bodies do not count, because Blender also simulates hidden ones.
     """
     chosen, group = pad.parameters.partner_object, pad.parameters.partner_collection
     partners = [*([chosen] if chosen else ()), *(group.all_objects if group else ())]
@@ -152,10 +155,10 @@ def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
 
 
 def of_several(advices: dict[str, Advice]) -> str:
-    """Return one line for the advice on several pads, which is given by the pads' names.
+    """Return one line for the advice on several pads; `advices` has the pads' names as keys.
 
-    It has the number of pads, the first names, and the text for the first pad. It says so if other
-    pads have other texts.
+    The line has the number of pads, the first names, and the text for the first pad. It says so if
+    the texts for other pads differ.
     """
     names = list(advices)
     text = uncapitalized(advices[names[0]].text)
@@ -166,7 +169,7 @@ def of_several(advices: dict[str, Advice]) -> str:
 
 
 def outdated_cache(scene: Any) -> Advice | None:
-    """Warn if the rigid-body cache is older than the last edit."""
+    """Return a warning if the rigid-body cache is older than the last edit."""
     world = scene.rigidbody_world
     if not any(simulated_bodies(scene)) or not world.point_cache.is_outdated:
         return None
@@ -177,7 +180,7 @@ def outdated_cache(scene: Any) -> Advice | None:
 
 
 def short_cache(scene: Any) -> Advice | None:
-    """Warn if the rigid-body cache ends before the scene's last frame."""
+    """Return a warning if the rigid-body cache ends before the scene's last frame."""
     if not any(simulated_bodies(scene)):
         return None
     cache = scene.rigidbody_world.point_cache
@@ -192,7 +195,7 @@ def short_cache(scene: Any) -> Advice | None:
 
 
 def opaque_glass(view_layer: Any) -> Iterator[Advice]:
-    """Warn of glass that keeps lamps and the sun from light sensors."""
+    """Yield a warning for each glass that keeps lamps and the sun from light sensors."""
     for name, material in materials.opaque_glass(view_layer).items():
         yield Advice(
             f"Light sensors see no lamp and no sun through the glass '{material}' of '{name}', "
@@ -215,8 +218,8 @@ class Weighed:
     surfaces
         These surfaces.
     apart
-        The surfaces below the object that press with another mass: their own, or that of an object
-        between. Each is paired with the object that has the mass.
+        Surfaces of the object's descendants that press with another mass instead. Each is paired
+        with the object that has that mass.
     """
 
     surfaces: list[Any]
@@ -224,7 +227,7 @@ class Weighed:
 
 
 def weighed_with(obj: Any, view_layer: Any) -> Weighed:
-    """Return the surfaces that press with the mass of `obj`, or would press if it had one."""
+    """Return the surfaces that press on pads with the mass of `obj`, or would if it had one."""
     found = Weighed([], [])
     for surface in _surfaces(view_layer):
         possible = list(candidates(surface))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Usual temperatures of things, and advice where pyroelectric detectors have nothing to sense."""
+"""Typical temperatures of things, and advice if pyroelectric detectors have nothing to sense."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ENOUGH_RATE = 20.0
 
 @dataclass(frozen=True)
 class Usual:
-    """The usual temperature (°C) and the emissivity of one sort of thing, such as a person."""
+    """A sort of thing, such as a person, with its typical temperature (°C) and emissivity."""
 
     identifier: str
     label: str
@@ -51,7 +51,7 @@ USUAL: dict[str, Usual] = {
 
 
 def surfaces_of(obj: Any, view_layer: Any) -> list[Any]:
-    """Return the surfaces of an object: itself, its children, and meshes that it deforms."""
+    """Return the surfaces of an object: itself, its children, and the meshes that it deforms."""
     return [
         other
         for other in view_layer.objects
@@ -60,7 +60,7 @@ def surfaces_of(obj: Any, view_layer: Any) -> list[Any]:
 
 
 def warm(obj: Any, usual: Usual, view_layer: Any) -> tuple[list[Any], list[Any]]:
-    """Give all surfaces of an object their usual temperature.
+    """Set the typical temperature `usual` on all surfaces of an object.
 
     Return the surfaces, and the materials that got the temperature of skin.
     """
@@ -85,7 +85,7 @@ def _set(owner: Any, celsius: float, emissivity: float) -> None:
 
 
 def warm_things(view_layer: Any) -> Iterator[Any]:
-    """Yield the visible surfaces that have a temperature, or whose material has one."""
+    """Yield the visible surfaces with a temperature: their own, a material's or a collection's."""
     parents = collection_parents()
     for obj, handle in with_instanced(view_layer):
         ignored = obj.type not in SURFACE_TYPES or obj.angen_ignored
@@ -101,12 +101,12 @@ def warm_things(view_layer: Any) -> Iterator[Any]:
 
 
 def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Return those sensors that sense warmth."""
+    """Return the sensors among `sensors` that sense heat radiation."""
     return [s for s in sensors if s.kind.requires(WARMTH, s.parameters)]
 
 
 def nothing_warm(view_layer: Any) -> Advice | None:
-    """Warn if nothing in the scene has a temperature."""
+    """Return a warning if no object in the scene has a temperature."""
     if next(warm_things(view_layer), None) is not None:
         return None
     return Advice(
@@ -117,7 +117,7 @@ def nothing_warm(view_layer: Any) -> Advice | None:
 
 
 def too_slow(sensor: Sensor) -> Advice | None:
-    """Warn if a pyroelectric detector updates so rarely that its signal is too low."""
+    """Return a warning if a pyroelectric detector's update rate is too low for its signal."""
     if sensor.settings.update_rate >= ENOUGH_RATE:
         return None
     return Advice(

@@ -2,5 +2,5 @@
 """The Python package `angen_sensors` for scripts and notebooks: homes, their sensors, recordings.
 
 The module `recording` does not need Blender. So a process without Blender can unpickle recordings
-that its worker processes made with Blender.
+that worker processes made with Blender.
 """

@@ -140,7 +140,7 @@ class Home:
 
     @classmethod
     def open(cls, path: Path) -> Self:
-        """Return the home in the file at `path`, which Blender has just opened.
+        """Return the home in the file at `path`, which Blender has already opened.
 
         The home that was open before is closed.
         """
@@ -167,7 +167,7 @@ class Home:
         return [HomeSensor(self, sensor.name) for sensor in self.all_sensors()]
 
     def sensor(self, name: str) -> HomeSensor:
-        """Return the sensor of this name. Raise AngenError if there is none."""
+        """Return the sensor with this name. Raise AngenError if there is none."""
         found = HomeSensor(self, name)
         found._sensor()
         return found
@@ -203,7 +203,7 @@ class Home:
         if kind not in KINDS or kind == NO_KIND:
             raise AngenError(f"kind '{kind}' is unknown; there are {', '.join(KINDS)}")
         chosen_preset = find_preset(KINDS[kind], preset) if preset else None
-        matrix = _placed(at, look, unit_scale(bpy.context.scene))
+        matrix = _world_matrix(at, look, unit_scale(bpy.context.scene))
         obj = new_sensor(bpy.context, kind, chosen_preset, name)
         obj.matrix_world = matrix
         bpy.context.view_layer.update()
@@ -212,8 +212,9 @@ class Home:
     def apply(self, layout: str | Path, remove: bool = False) -> Applied:
         """Add and change sensors to match a layout file.
 
-        With `remove`, delete the sensors that the layout lacks. Return the names of the sensors
-        added, changed, unchanged and removed. Raise AngenError before any change.
+        With `remove`, delete the sensors that are not in the layout. Return the names of the
+        sensors added, changed, unchanged and removed. If the layout is wrong, raise AngenError and
+        change nothing.
         """
         self.all_sensors()
         return apply_layout(Path(layout), remove)
@@ -234,7 +235,8 @@ class Home:
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         progress
-            Called with the share of the work done, 0 to 1. An exception from it ends the run.
+            A function that is called with the fraction of the work done, 0 to 1. If it raises an
+            exception, the run ends.
 
         Raises
         ------
@@ -258,7 +260,7 @@ class Home:
         return Recording(run, {s.name: sensor_facts(s) for s in found}, about(scene))
 
     def save(self, path: str | Path) -> None:
-        """Save a copy of the home, with its last recording. Raise AngenError."""
+        """Save a copy of the home, with its last recording. Raise AngenError if that fails."""
         self.all_sensors()
         check_outputs({"path": Path(path)})
         with Outputs() as outputs:
@@ -266,9 +268,9 @@ class Home:
             outputs.commit()
 
     def _simulated(self, names: Iterable[str] | None) -> list[Sensor]:
-        """Return the enabled sensors with these names; by default all enabled sensors.
+        """Return the enabled sensors that match these names or patterns; by default all of them.
 
-        A name can be a pattern. Raise AngenError if there are none.
+        Raise AngenError if there are none.
         """
         found = simulated(chosen(self.all_sensors(), SensorChoice(tuple(names or ()))))
         if not found:
@@ -276,7 +278,10 @@ class Home:
         return found
 
     def all_sensors(self) -> list[Sensor]:
-        """Return the sensors of the open file, as the add-on's objects. Raise AngenError."""
+        """Return the sensors of the open file, as the add-on's objects.
+
+        Raise AngenError if this home has been closed.
+        """
         if _open is not self:
             raise AngenError(
                 f"{self.path.name} is closed: Blender holds one home at a time; open it again"
@@ -284,7 +289,7 @@ class Home:
         return all_sensors(bpy.context.view_layer)
 
 
-def _placed(at: Sequence[float], look: Sequence[float] | None, metres: float) -> Matrix:
+def _world_matrix(at: Sequence[float], look: Sequence[float] | None, metres: float) -> Matrix:
     """Return the world matrix of a new sensor, in Blender units.
 
     `at` is its position in metres, and `look` the direction in which it looks. `metres` is the

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Opens a home for scripts, in a process that has Blender as a module."""
+"""Open a home for scripts, in a process that has the bpy module."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 def open_home_file(path: str | Path, module: str = "angen_addon.api.home") -> Home:
-    """Open a blend file, and return its home.
+    """Open a blend file, and return its home. Raise AngenError if it cannot be opened.
 
-    `module` names the module of the extension whose class `Home` is used. Raise AngenError.
+    `module` is the name of the module whose class `Home` is used.
     """
     file = Path(path)
     problem = unreadable(file)

@@ -36,7 +36,10 @@ class EventRow(NamedTuple):
 
 
 class Recording:
-    """The readings of a run; they can be pickled, and remain after their home is closed."""
+    """The readings of a run.
+
+    A recording can be pickled, and stays usable after its home is closed.
+    """
 
     def __init__(self, run: Run, sensors: dict[str, SensorFacts], about: dict[str, str]) -> None:
         self._run = run
@@ -70,9 +73,10 @@ class Recording:
         return found
 
     def to_pandas(self) -> Any:
-        """Return the events as a `pandas.DataFrame`: typed times, `value` as text and as `number`.
+        """Return the events as a `pandas.DataFrame`, with the time in s as a float.
 
-        Raise AngenError if pandas is not installed.
+        Each value is given as text in the column `value`, and as a float in `number`. Raise
+        AngenError if pandas is not installed.
         """
         try:
             import pandas
@@ -89,7 +93,7 @@ class Recording:
         faults: str | Path | None = None,
         truth: str | Path | None = None,
     ) -> list[str]:
-        """Write the run in a format of `angen convert`.
+        """Write the recording in one of the formats of `angen convert`.
 
         Parameters
         ----------
@@ -100,7 +104,7 @@ class Recording:
         start
             The date and time of t = 0.
         faults
-            A faults file; its faults are added to the log.
+            A faults file. Its faults, such as lost messages, are added to the log.
         truth
             The file that then lists the changes made by faults; by default PATH.truth.csv.
 
@@ -134,23 +138,11 @@ class Recording:
         truth: str | Path | None,
         start: datetime | None,
     ) -> tuple[Log, dict[Path, str]]:
-        """Return the log of the run with faults added, and the list of changes by its path.
+        """Return the log of the run with faults added, and the list of these faults.
 
-        Parameters
-        ----------
-        out
-            The file that the log will be written to.
-        faults
-            The faults file; None to add no faults.
-        truth
-            The file for the list of changes; by default beside `out`.
-        start
-            The date and time of t = 0; by default a fixed date.
-
-        Raises
-        ------
-        AngenError
-            If the faults file is invalid, or names an unknown sensor.
+        The list is a text, in a dict with the path of its file as key. `out` is the file of the
+        log, and `truth` the file of the list. Raise AngenError if the faults file is invalid, or
+        names an unknown sensor.
         """
         chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         chosen.check_names(self._sensors)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make new sensors: presets of parts, housings, and placing on surfaces."""
+"""Add sensors: their presets, their housings, and their poses on surfaces."""

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Housings of new sensors, and the ways in which sensors stand on a surface.
+"""Housings of new sensors, and the axes of sensors on a surface.
 
 A housing has the real size of its part, and lines that show where the sensor looks. The lines are
 edges without faces, so that no ray hits them and no render shows them.
 
 All lengths are in m, in the sensor's axes. A sensor looks from the origin along −Z with +Y up, and
-its housing is behind the origin. The beam of a switch starts at the origin along −Z. Its fork is
-open towards −Y, and stands on a surface on its +Y side. A pad lies on z = 0, with its upper side
-towards +Z.
+its housing is behind the origin. The beam of an optical switch starts at the origin along −Z. Its
+fork is open towards −Y, and stands on a surface on its +Y side. A pressure pad lies on z = 0, with
+its upper side towards +Z.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ VIEW_EDGES = [
 class Housing:
     """The mesh of a housing: points in m, faces of closed bodies, and edges without faces.
 
-    Faces and edges have the indices of their points. Faces look outwards.
+    Faces and edges are tuples of point indices. The normals of faces point outwards.
     """
 
     points: list[Point] = field(default_factory=list)
@@ -74,8 +74,8 @@ class Housing:
     def lathe(self, profile: Sequence[tuple[float, float]]) -> Housing:
         """Add a body of revolution about Z.
 
-        `profile` holds the radius and the z of each of its rings, upwards. A radius of 0 at an end
-        makes a point.
+        `profile` holds the radius and the z of each of its rings, in order of z. A radius of 0 at
+        an end makes a point.
         """
         points: list[Point] = []
         rings: list[list[int]] = []
@@ -115,28 +115,28 @@ class Housing:
         return self
 
     def outline(self) -> list[tuple[int, int]]:
-        """Return all edges as pairs of indices, once each. The edges of faces are included."""
+        """Return all edges, including those of faces, as pairs of point indices, each once."""
         found = {tuple(sorted(e)) for e in self.edges}
         for face in self.faces:
             found |= {tuple(sorted(e)) for e in zip(face, face[1:] + face[:1], strict=True)}
         return sorted(found)  # type: ignore[arg-type]
 
     def reach(self, axes: Matrix, normal: Vector) -> float:
-        """Return how far (m) the body extends from its origin against the direction of `normal`.
+        """Return how far (m) the rotated body extends from its origin along −`normal`.
 
-        `axes` (3, 3) rotate the body.
+        `axes` (3, 3) is the rotation.
         """
         solid = {i for face in self.faces for i in face}
         return max((-normal.dot(axes @ Vector(self.points[i])) for i in solid), default=0.0)
 
 
 def looking(housing: Housing) -> Housing:
-    """Add to a housing the lines that show where the sensor looks."""
+    """Add to a housing the lines that show in which direction the sensor looks."""
     return housing.lines([tuple(c * VIEW_LENGTH for c in p) for p in VIEW_POINTS], VIEW_EDGES)  # type: ignore[misc]
 
 
 def pad(side: float, thickness: float, length: float = 0.0) -> Housing:
-    """Return a flat box, square without `length`. Its origin is the middle of its underside."""
+    """Return a flat box, which is square if `length` is 0. Its origin is below its middle."""
     x, y = side / 2, (length or side) / 2
     return Housing().box((-x, -y, 0.0), (x, y, thickness))
 
@@ -147,7 +147,7 @@ def marker() -> Housing:
 
 
 def mesh_of(housing: Housing, name: str, unit_scale: float) -> bpy.types.Mesh:
-    """Return a new mesh of a housing in its real size; `unit_scale` is metres in a Blender unit."""
+    """Return a new mesh of a housing in real size; `unit_scale` is metres in a Blender unit."""
     mesh = bpy.data.meshes.new(name)
     points = [tuple(c / unit_scale for c in point) for point in housing.points]
     mesh.from_pydata(points, housing.edges, housing.faces)
@@ -164,12 +164,19 @@ Stand = Callable[[Vector, Callable[[Vector], Vector]], tuple[Vector, Vector]]
 
 
 def looking_out(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Return the axes of a sensor that looks away from the surface, +Y as far up as possible."""
+    """Return the Y and Z axis of a sensor that looks along the surface's normal.
+
+    `up` is a function that returns the unit vector at right angles to its argument, as far up as
+    possible.
+    """
     return up(normal), -normal
 
 
 def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Return the axes of a sensor that looks away from the surface; from a wall, horizontally."""
+    """Return the Y and Z axis of a sensor that looks along the normal; on a wall, horizontally.
+
+    `up` is as in `looking_out`.
+    """
     level = Vector((normal.x, normal.y, 0.0))
     if abs(normal.z) < math.sin(WALL) and level.length > 0:
         return looking_out(level.normalized(), up)
@@ -177,20 +184,23 @@ def looking_level(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vecto
 
 
 def lying(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Return the axes of a sensor that lies on the surface, with +Z away from it."""
+    """Return the Y and Z axis of a sensor that lies on the surface, with +Z along the normal.
+
+    `up` is as in `looking_out`.
+    """
     return up(normal), normal
 
 
 def beside_it(normal: Vector, up: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
-    """Return the axes of a sensor that stands with its +Y side on the surface and looks along it.
+    """Return the Y and Z axis of a sensor mounted on its +Y side, which looks along the surface.
 
-    On a wall it looks horizontally.
+    On a wall it looks horizontally. `up` is as in `looking_out`.
     """
     return -normal, normal.cross(up(normal))
 
 
 def parent_keeping(obj: Any, parent: Any, world: Matrix) -> bool:
-    """Parent `obj` to `parent`, with the world matrix `world` at any scale or shear of the parent.
+    """Parent `obj` to `parent`, and give `obj` the world matrix `world`.
 
     If the parent's matrix has no inverse, only set the world matrix, and return False.
     """

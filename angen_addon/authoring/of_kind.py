@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The housing of a kind of sensor, and the matrix of a sensor at a point of a surface.
+"""The housing of each kind of sensor, and the matrix of a sensor on a surface.
 
 Nothing here reads the scene. Lengths are in Blender units.
 """
@@ -20,7 +20,7 @@ FOLLOWED = 0.3
 
 
 def housing_of(kind: str, preset: str = "") -> Housing:
-    """Return the housing of a kind's preset; without a preset, the kind's default housing."""
+    """Return the housing (the sensor's body) for a preset of a kind, or by default for the kind."""
     housings = appearance_of(KINDS[kind]).housings
     return housings.get(preset, housings.get("", marker))()
 
@@ -38,7 +38,7 @@ def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector
         Angle about the normal, in radians.
     along
         Directions that orient the sensor on a level surface, such as the axes of the surface's
-        object. The first that is nearly parallel to the surface is used.
+        object. The first that is not nearly parallel to the normal is used.
 
     Returns
     -------
@@ -52,9 +52,9 @@ def axes_on(kind: str, normal: Vector, turn: float = 0.0, along: Iterable[Vector
 
 
 def _guide(forward: Vector, directions: Iterable[Vector]) -> Vector:
-    """Return a unit vector at right angles to `forward`, towards one of the directions.
+    """Project a direction onto the plane at right angles to `forward`; return a unit vector.
 
-    It is the first direction that has enough length at right angles to `forward`.
+    The direction is the first of `directions` that is not nearly parallel to `forward`.
     """
     for direction in directions:
         if direction.length == 0:
@@ -82,7 +82,7 @@ def place_on(
     kind
         Identifier of the kind.
     housing
-        Its housing.
+        The housing of the sensor.
     point, normal
         A point of the surface, in Blender units, and the surface's normal there.
     turn, along

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make new sensors, and apply presets of known parts."""
+"""Add sensors, and apply presets, which have the parameters of commercial parts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SAME_KIND_OF_VALUE: dict[type, tuple[type, ...]] = {
 
 
 def find_preset(kind: Kind, identifier: str) -> Preset:
-    """Return the preset of a kind with this identifier. Raise `AngenError` if it is unknown."""
+    """Return the preset of a kind with this identifier. Raise `AngenError` if there is none."""
     known = {preset.identifier: preset for preset in kind.presets}
     if identifier not in known:
         hint = f"choose one of {', '.join(known)}" if known else "this kind has no presets"
@@ -34,7 +34,7 @@ def find_preset(kind: Kind, identifier: str) -> Preset:
 
 
 def apply(obj: Any, preset: Preset) -> None:
-    """Set those parameters of a sensor that the preset has values for, and no others."""
+    """Set the parameters of a sensor for which the preset has values; leave the others."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     for name, value in preset.values.items():
         setattr(group, name, value)
@@ -42,16 +42,16 @@ def apply(obj: Any, preset: Preset) -> None:
 
 
 def is_applied(obj: Any, preset: Preset) -> bool:
-    """Return whether the parameters of a sensor have the preset's values."""
+    """Return whether the parameters of a sensor have the values of the preset."""
     group = getattr(obj.angen_sensor, KINDS[obj.angen_sensor.kind].attribute)
     return all(_same(getattr(group, name), value) for name, value in preset.values.items())
 
 
 def preset_of(obj: Any) -> tuple[Preset | None, bool]:
-    """Return the preset of a sensor, and whether its values were edited since it was applied.
+    """Return the preset of a sensor or None, and whether its values were edited since.
 
-    If the edited values equal those of other presets, return the other preset with most values, as
-    not edited.
+    If the edited values match other presets, return the one that sets the most parameters, and
+    False.
     """
     settings = obj.angen_sensor
     presets = KINDS[settings.kind].presets
@@ -64,7 +64,7 @@ def preset_of(obj: Any) -> tuple[Preset | None, bool]:
 
 
 def preset_text(obj: Any) -> str:
-    """Return the name of a sensor's preset; "(edited)" follows if it was edited.
+    """Return the name of a sensor's preset, followed by "(edited)" if a value was edited.
 
     The text is empty if the sensor has no preset.
     """
@@ -91,9 +91,9 @@ def select_only(context: Context, *objects: Any) -> None:
 
 
 def new_sensor(context: Context, kind: str, preset: Preset | None, name: str = "") -> Any:
-    """Add a sensor at the origin, in the active collection; make it selected and active.
+    """Add a sensor at the origin, in the active collection, select it and return its object.
 
-    `kind` is the identifier of its kind. Return the object.
+    `kind` is the identifier of the kind. The sensor becomes the active object.
     """
     label = KINDS[kind].label.partition(" (")[0]
     housing = housing_of(kind, preset.identifier if preset else "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: the options of `angen`, and its verbs, which work without a window.
+"""The command line `angen`: its options, and its subcommands, which work without a window.
 
-A verb is a subcommand of `angen`, such as `simulate`.
+The code calls a subcommand, such as `angen simulate`, a verb.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`blender HOME.blend --command angen VERB …`: runs the verbs without a window."""
+"""`blender HOME.blend --command angen VERB …`: runs the subcommands of `angen` without a window."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ INTERRUPTED = "interrupted; nothing was written"
 
 
 def run_command(arguments: list[str], program: str = "blender FILE.blend --command angen") -> int:
-    """Run a verb on the open file, and return the exit status.
+    """Run a subcommand of `angen` on the open file, and return the exit status.
 
-    `arguments` begin with the name of the verb. `program` is what the help shows before them.
+    `arguments` begin with the name of the subcommand. `program` is the text before it in the help.
     """
     fill_closed_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):

@@ -19,7 +19,7 @@ from .parser import Parser, path
 def main(arguments: list[str], program: str) -> int:
     """Compare two logs, and return the exit status.
 
-    `arguments` are those after the verb. `program` is what the help shows before the verb. Raise
+    `arguments` are those after `compare`. `program` is the text before `compare` in the help. Raise
     SystemExit if the arguments are wrong.
     """
     options = make_parser(program).parse_args(arguments)
@@ -43,7 +43,6 @@ def main(arguments: list[str], program: str) -> int:
 
 
 def _write_output(text: str) -> int:
-    """Write to standard output; return the exit status."""
     if sys.stdout is None:
         return _fail("standard output is closed: redirect it to a file", FAILED)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -68,7 +67,7 @@ def _fail(text: str, status: int) -> int:
 
 
 def make_parser(program: str) -> Parser:
-    """Return the parser of the options of `angen compare`."""
+    """Return the argument parser of `angen compare`."""
     parser = Parser(
         prog=f"{program} compare",
         description="Compare two logs: how long and how often their sensors are on.",

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages to the user on standard error, and the early end of a command.
+"""Print messages to standard error, and end a command early.
 
-Standard output is kept free of messages, since it has the events. A command ends early if it calls
-`leave_hard`, or by Ctrl-C and other signals.
+Standard output is kept free of messages, because the events are written there. A command ends early
+by a call of `leave_hard`, or by Ctrl-C and other signals.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 def note(text: str) -> None:
-    """Print a message for the user as one line on standard error."""
+    """Print a message for the user on one line of standard error."""
     write_message(f"angen: {' '.join(text.split())}\n")
 
 
@@ -46,8 +46,8 @@ def write_message(text: str, stream: TextIO | None = None) -> None:
 def leave_hard(status: int) -> NoReturn:
     """End the process at once, without the clean-up of Python and Blender.
 
-    Before, write what is left of the output, and remove Blender's temporary folder. If drivers have
-    run Python, the clean-up of Blender's module would crash or hang.
+    First flush the output, and remove Blender's temporary folder. If drivers have run Python, the
+    clean-up of Blender's module would crash or hang.
     """
     bpy = sys.modules.get("bpy")
     folder = Path(bpy.app.tempdir) if bpy is not None else None
@@ -71,14 +71,13 @@ SIGNALS = {
 
 
 class Interrupt:
-    """A context manager for Ctrl-C and other signals that end a command.
+    """Context manager that handles Ctrl-C and other signals that end a command.
 
-    A signal is only noted, and the next call of `check` raises KeyboardInterrupt. An exception at
-    the time of the signal could be lost, since Blender drops those in a frame handler. A second
-    signal raises at once.
+    At a signal it raises nothing: Blender would drop an exception raised in a frame handler.
+    Instead, the next call of `check` raises KeyboardInterrupt. A second signal raises at once.
 
-    `leave` is a function that ends the process. It is called during `watched` work that does not
-    call `check` soon after a signal.
+    `leave` is a function that ends the process. It is called if work inside `watched` does not call
+    `check` soon after a signal.
     """
 
     def __init__(self, leave: Callable[[], None]) -> None:
@@ -109,7 +108,7 @@ class Interrupt:
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Return a context manager for work during which the process may be ended at any point.
+        """Context manager for work during which a signal may end the process at any point.
 
         Such work must not have written any output yet.
         """

@@ -31,7 +31,7 @@ from .parser import Parser, path
 def main(arguments: list[str], program: str) -> int:
     """Convert an event log, and return the exit status.
 
-    `arguments` are those after the verb. `program` is what the help shows before the verb. Raise
+    `arguments` are those after `convert`. `program` is the text before `convert` in the help. Raise
     SystemExit if the arguments are wrong.
     """
     options = make_parser(program).parse_args(arguments)
@@ -67,10 +67,9 @@ def main(arguments: list[str], program: str) -> int:
 
 
 def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
-    """Return the log that the options name, and the names of all known sensors.
+    """Return the log that the options name, and the names of all sensors in the log or the home.
 
-    These are the sensors of the home and those in the log. Raise InputError, or OSError if a file
-    cannot be read.
+    Raise InputError if a file is wrong, and OSError if it cannot be read.
     """
     home = read_home(options.home) if options.home else home_beside(options.events)
     sensors = home.sensors
@@ -106,11 +105,9 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
 def _activities(
     options: argparse.Namespace, start: datetime, home: HomeFile
 ) -> list[LoggedActivity]:
-    """Return the activities to write into the log.
+    """Return the activities to write into the log, with the labels that the format uses.
 
-    They come from the file in the options, else from the folder of the events if that has simulated
-    days, else there are none. Each has the label that the format uses for it. Raise InputError, or
-    OSError if a file cannot be read.
+    They come from the file in the options, or else from simulated days beside the log.
     """
     beside = options.events / "activities.csv"
     found = options.activities or (beside if home.days and beside.is_file() else None)
@@ -126,7 +123,7 @@ def _zone(name: str) -> ZoneInfo:
 
 
 def make_parser(program: str) -> Parser:
-    """Return the parser of the options of `angen convert`."""
+    """Return the argument parser of `angen convert`."""
     parser = Parser(
         prog=f"{program} convert",
         description="Write an event log in the format of another tool; needs no Blender.",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The home in the open file, for verbs: its sensors, what it lacks, and a run over its frames.
+"""The open home, for subcommands: its sensors, its missing files, and a simulation of its frames.
 
 Advice is printed before the run, and progress during the run, both on standard error.
 """
@@ -54,10 +54,6 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:
-    """Print advice on pyroelectric detectors.
-
-    It is on homes without anything warm, and on update rates that are too slow.
-    """
     found = warmth.pyroelectric(simulated(sensors))
     cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
     if cold:
@@ -69,7 +65,6 @@ def _advise_on_warmth(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_warm_up(sensors: list[Sensor]) -> None:
-    """Print advice on detectors whose warm-up lasts longer than the animation."""
     for sensor in simulated(sensors):
         late = advice.warm_up(sensor, bpy.context.scene)
         if late:
@@ -77,7 +72,6 @@ def _advise_on_warm_up(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_pads(sensors: list[Sensor]) -> None:
-    """Print advice on pads, such as pads without a surface and objects without a mass."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     pads = [s for s in simulated(sensors) if s.kind.requires(FORCES)]
     for ask in (
@@ -95,7 +89,6 @@ def _advise_on_pads(sensors: list[Sensor]) -> None:
 
 
 def _advise_on_parameters(sensors: list[Sensor]) -> None:
-    """Print advice on sensors with parameters by which the output never switches on, or off."""
     for sensor in simulated(sensors):
         for found in advice.unreachable(sensor, lengths_of(bpy.context.scene)):
             note(f"'{sensor.name}': {uncapitalized(found.text)}")
@@ -121,7 +114,7 @@ class ProgressLine:
         self._last: Progress | None = None
 
     def show(self, progress: Progress) -> None:
-        """Print the progress, unless it was printed only a short time before."""
+        """Print the progress, if the last print was long enough ago or a slow step begins."""
         self._left.note(progress.share)
         self._last = progress
         now = time.perf_counter()
@@ -144,7 +137,7 @@ class ProgressLine:
         write_message(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)
 
     def finish(self, seconds: float, updates: int) -> None:
-        """Print the last line: what was simulated, and how fast.
+        """Print the last line: how much was simulated, and how fast.
 
         `seconds` is the simulated time, and `updates` the number of recorded updates.
         """
@@ -167,10 +160,9 @@ class ProgressLine:
 
 
 def open_home(options: argparse.Namespace) -> None:
-    """Check that Blender has opened a blend file.
+    """Check that Blender has opened a blend file. Raise InputError if it has not.
 
-    If the options trust the file, open it again, this time with its drivers and scripts. Raise
-    InputError if no file is open.
+    If the options trust the file, load it again with its drivers and scripts enabled.
     """
     if not bpy.data.filepath:
         raise InputError(
@@ -189,7 +181,7 @@ def open_home(options: argparse.Namespace) -> None:
 
 
 def sensors_of(options: argparse.Namespace, layout: Path | None = None) -> list[Sensor]:
-    """Return all sensors of the scene; if a layout is given, apply it to the scene first.
+    """Return all sensors of the scene, after applying a layout if one is given.
 
     Print what the home lacks, such as missing files, and store these texts in `options.lacks`.
     Raise InputError if there are no sensors.
@@ -215,7 +207,7 @@ def run_home(
 ) -> Recording:
     """Simulate the frames in the options, and return the recording.
 
-    During the run, `on_progress` is called again and again with the readings recorded until then.
+    During the run, `on_progress` is called repeatedly with the recording so far.
     """
     scene = bpy.context.scene
     print_advice(sensors, options.quiet)
@@ -244,8 +236,8 @@ def run_home(
 def _frames_to_run(options: argparse.Namespace) -> tuple[int, int]:
     """Return the first and the last frame to simulate.
 
-    Print a note if the frames in the options reach beyond the scene's range. Raise InputError if
-    all of them are before the scene's start.
+    Print a note if the frames in the options exceed the scene's range. Raise InputError if all of
+    them are before the scene's start.
     """
     scene = bpy.context.scene
     first, last = options.frames or (scene.frame_start, scene.frame_end)
@@ -265,7 +257,7 @@ def seconds_to_run(options: argparse.Namespace) -> float:
 
 
 def _print_lacks(options: argparse.Namespace, sensors: list[Sensor]) -> None:
-    """Print what the file needs but does not have, except what was printed before."""
+    """Print which files and data the blend file lacks, except those already printed."""
     light = any(sensor.kind.requires(LIGHT) for sensor in simulated(sensors))
     for text in lacking(bpy.context.view_layer, light):
         if text not in options.lacks:

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The verbs of the command line, and the options that several of them have.
-
-A verb is a subcommand of `angen`, such as `simulate`.
-"""
+"""The subcommands of `angen` (called verbs here), and the options that several of them have."""
 
 from __future__ import annotations
 
@@ -21,16 +18,16 @@ T = TypeVar("T")
 
 
 class Verb(NamedTuple):
-    """A verb that works on a blend file.
+    """A subcommand of `angen`, such as `simulate`, that works on a blend file.
 
     Attributes
     ----------
     add
-        A function that adds the parser of the verb. Its arguments are the subparsers to add it to,
-        and a parser with the options that all verbs have.
+        A function that adds the subcommand's parser. Its arguments are argparse's subparsers, and
+        a parser with the options that all subcommands have.
     run
         A function that does the work and returns the exit status. Its arguments are the options,
-        and the `Outputs` to which it adds what is to be written.
+        and an `Outputs`, to which it adds the files to write.
     """
 
     add: Callable[[Any, argparse.ArgumentParser], None]
@@ -38,12 +35,12 @@ class Verb(NamedTuple):
 
 
 def verbs_here() -> list[str]:
-    """Return the names of the installed verbs that work on a blend file."""
+    """Return the names of the installed subcommands that work on a blend file."""
     return [name for name, module in VERBS.items() if installed(module)]
 
 
 def verb_of(name: str) -> Verb:
-    """Return the verb with this name."""
+    """Import and return the subcommand with this name."""
     found: Verb = part(VERBS[name]).VERBS[name]
     return found
 
@@ -57,10 +54,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
-    """Return the verb and its options from the arguments of the command line.
+    """Parse the arguments of the command line; return the subcommand and its options.
 
-    If they are wrong, print the error and raise SystemExit. `program` is what the help shows before
-    the arguments.
+    If they are wrong, print the error and raise SystemExit. `program` is the text before the
+    arguments in the help.
     """
     arguments = list(arguments)
     if "--frames" in arguments[:-1]:
@@ -74,9 +71,9 @@ def parse(arguments: Sequence[str], program: str) -> argparse.Namespace:
 
 
 def make_parser(program: str) -> argparse.ArgumentParser:
-    """Return the parser of all verbs that work on a blend file.
+    """Return the parser of all subcommands that work on a blend file.
 
-    `program` is what the help shows before the arguments.
+    `program` is the program's name in the help.
     """
     parser = Parser(
         prog=program, description="Simulate the ambient sensors of a home in a blend file."
@@ -99,9 +96,9 @@ def make_parser(program: str) -> argparse.ArgumentParser:
 
 
 def lacking(name: str) -> str:
-    """Return a text for the user on how to install the verb `name`.
+    """Return a text that tells the user how to install the subcommand `name`.
 
-    The text is empty if the verb is installed, or if there is no such verb.
+    The text is empty if the subcommand is installed or does not exist.
     """
     folder = WITHOUT_BLENDER.get(name, "").partition(".")[0]
     if not folder or installed(folder):
@@ -110,7 +107,7 @@ def lacking(name: str) -> str:
 
 
 def wrong_verb(name: str) -> str:
-    """Return the error text for a `name` that is not a verb that works on a blend file."""
+    """Return the error text for a `name` that is no subcommand that works on a blend file."""
     if lacking(name):
         return lacking(name)
     if name in WITHOUT_BLENDER:
@@ -120,7 +117,7 @@ def wrong_verb(name: str) -> str:
 
 
 def add_names(parser: argparse.ArgumentParser, what: str = "sensor") -> None:
-    """Add the option `--sensor`, whose help calls what it selects `what`."""
+    """Add the option `--sensor`; its help calls the selected objects `what`."""
     parser.add_argument(
         "--sensor",
         action="append",
@@ -131,7 +128,7 @@ def add_names(parser: argparse.ArgumentParser, what: str = "sensor") -> None:
 
 
 def add_choice(parser: argparse.ArgumentParser) -> None:
-    """Add the options that select sensors, which all verbs that simulate have."""
+    """Add the options that select sensors, such as `--kind`, to a parser."""
     add_names(parser)
     parser.add_argument(
         "--kind",
@@ -148,14 +145,14 @@ def add_choice(parser: argparse.ArgumentParser) -> None:
 
 
 def choice_of(options: argparse.Namespace) -> SensorChoice:
-    """Return the selection of sensors in the options of `add_choice`."""
+    """Return the sensor selection that the options of `add_choice` describe."""
     return SensorChoice(tuple(options.sensor), tuple(options.kind), not options.no_light)
 
 
 def argument_type(read: Callable[[str], T]) -> Callable[[str], T]:
-    """Return a function that converts an argument for argparse.
+    """Return a function for the parameter `type` of argparse, which converts a text by `read`.
 
-    It calls `read`, and turns an InputError of that function into the error that argparse expects.
+    An InputError of `read` becomes the ArgumentTypeError that argparse expects.
     """
 
     def convert(text: str) -> T:
@@ -175,7 +172,7 @@ def path(text: str) -> Path:
 
 
 def frames(text: str) -> tuple[int, int]:
-    """Return the first and the last frame from an argument FIRST:LAST."""
+    """Return the first and the last frame of an argument FIRST:LAST."""
     wrong = f"'{text}' is not FIRST:LAST, two whole frame numbers such as 1:240"
     with replaced(wrong, ValueError, raised=argparse.ArgumentTypeError):
         first, _, last = text.partition(":")
@@ -195,9 +192,9 @@ def frames(text: str) -> tuple[int, int]:
 
 
 def whole_number(least: int, most: int) -> Callable[[str], int]:
-    """Return a function that converts an argument to a whole number, for argparse.
+    """Return a function for the parameter `type` of argparse, which converts a text to an integer.
 
-    A number that is not from `least` to `most` is an error.
+    An integer that is not from `least` to `most` is an error.
     """
 
     def convert(text: str) -> int:
@@ -212,7 +209,7 @@ def whole_number(least: int, most: int) -> Callable[[str], int]:
 
 
 def tolerance(text: str) -> float:
-    """Return the argument as a number; a negative number is an error."""
+    """Return the argument as a float; a negative number is an error."""
     try:
         value = float(text)
     except ValueError:
@@ -223,9 +220,9 @@ def tolerance(text: str) -> float:
 
 
 def run_options(every: argparse.ArgumentParser) -> Parser:
-    """Return a parser with the options that all verbs that simulate have.
+    """Return a parser with the options of all subcommands that simulate.
 
-    `every` is a parser with the options that all verbs have. They are included.
+    `every` is a parser with the options of all subcommands, which are included.
     """
     run = Parser(add_help=False, parents=[every])
     run.add_argument(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`angen replay EVENTS.csv --mqtt HOST`: publishes the sensors of a log; needs no Blender."""
+"""`angen replay EVENTS.csv --mqtt HOST`: publishes the readings of a log; needs no Blender."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ INTERRUPTED = "interrupted; the sensors are marked unavailable"
 def main(arguments: list[str], program: str) -> int:
     """Replay an event log, and return the exit status.
 
-    `arguments` are those after the verb. `program` is what the help shows before the verb. Raise
+    `arguments` are those after `replay`. `program` is the text before `replay` in the help. Raise
     SystemExit if the arguments are wrong.
     """
     options = make_parser(program).parse_args(arguments)
@@ -94,7 +94,7 @@ def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
     """Return a log with the rooms of its sensors, and the date and time of its start.
 
     The start is None if the log has no dates. `home` is a file with the rooms; by default the one
-    beside the log. Raise InputError, or OSError if a file cannot be read.
+    beside the log. Raise InputError if a file is wrong, and OSError if it cannot be read.
     """
     about = read_home(home) if home else home_beside(events)
     source = read_log(events, about.start)
@@ -104,18 +104,18 @@ def _read(events: Path, home: Path | None) -> tuple[Log, datetime | None]:
 
 
 class LogRange:
-    """The part of a log to replay; all times are in microseconds, as in the log.
+    """The part of a log to replay. All times are in microseconds, as in the log.
 
     Attributes
     ----------
     begin, end
-        The begin and the end of the part.
+        The first and the last time of the part.
     states
-        The value of each channel at the begin.
+        The value of each channel (a field of a sensor) at `begin`.
     again
-        The same values as changes at the begin. They are published when the part is repeated.
+        The same values, as changes at `begin`. They are published when the part is repeated.
     changes
-        The changes after the begin.
+        The changes after `begin`, up to `end`.
     """
 
     def __init__(self, log: Log, begin: int | None, end: int | None) -> None:
@@ -140,10 +140,10 @@ class LogRange:
 
 
 def _time_of(text: str | None, start: datetime | None) -> int | None:
-    """Return the time in the argument of `--from` or `--until`, in µs since the log's start.
+    """Convert an argument of `--from` or `--until` to µs since the log's start.
 
-    Return None without an argument. `start` is the date and time of the log's start; None if it has
-    none. Raise InputError.
+    Return None if `text` is None. `start` is the date and time of the log's start, or None if the
+    log has no dates. Raise InputError if the argument is wrong.
     """
     if text is None:
         return None
@@ -180,7 +180,7 @@ def _forget(options: argparse.Namespace, address: Address, check: Callable[[], N
 
 
 def make_parser(program: str) -> Parser:
-    """Return the parser of the options of `angen replay`."""
+    """Return the argument parser of `angen replay`."""
     parser = Parser(
         prog=f"{program} replay",
         description="Announce the sensors of an event log to an MQTT broker, such as Home "

@@ -33,7 +33,7 @@ from .parser import Verb, argument_type, choice_of, path, run_options
 def simulate(options: argparse.Namespace, outputs: Outputs) -> int:
     """Simulate the home, add all files to `outputs`, and return the exit status.
 
-    Raise AngenError.
+    Raise AngenError if an option is wrong or the home cannot be simulated.
     """
     if options.bake and not options.save:
         raise InputError("--bake needs --save FILE.blend, or the keyframes would be lost")
@@ -89,21 +89,7 @@ def _exports(
 ) -> Exports:
     """Check all output files, and return the logs to write in formats of other tools.
 
-    Parameters
-    ----------
-    options
-        The options of the command.
-    sensors
-        All sensors of the scene.
-    selected
-        The sensors that the options select.
-    faults
-        The faults to add to the logs.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written, or would overwrite a file in use.
+    Raise InputError if a file cannot be written, or would overwrite a file in use.
     """
     files = {"--events": options.events, "--save": options.save, "--report": options.report}
     faults.check_names(sensor.name for sensor in sensors)
@@ -120,7 +106,7 @@ def _exports(
 
 
 def _faults(options: argparse.Namespace) -> Faults:
-    """Return the faults to add to the logs, from the options. Raise InputError."""
+    """Return the faults, such as lost messages, that the options add to the logs."""
     log = options.events or (options.out[0] if options.out else None)
     return Faults(options.faults, options.truth, log)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The smaller verbs that work on a blend file: list, apply, check, explain, doctor."""
+"""The smaller subcommands that work on a blend file: list, apply, check, explain, doctor."""
 
 from __future__ import annotations
 

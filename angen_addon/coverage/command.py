@@ -43,17 +43,16 @@ def add_coverage(verbs: Any, every: argparse.ArgumentParser) -> None:
     `every` is the parser of the options that every command has.
     """
     verb = verbs.add_parser(
-        "coverage", parents=[_common(every)], help="map where motion detectors notice a movement"
+        "coverage",
+        parents=[_common_parser(every)],
+        help="map where motion detectors notice a movement",
     )
     add_names(verb, "motion detector")
 
 
-def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    """Return a parser of the options that `angen coverage` and `angen place` both have.
-
-    These include the options of the parser `every`, which all commands have.
-    """
-    common = argparse.ArgumentParser(add_help=False, parents=[every])
+def _common_parser(parent: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    """Return a parser with the options of `parent` and those that both commands have."""
+    common = argparse.ArgumentParser(add_help=False, parents=[parent])
     common.add_argument(
         "--motion",
         choices=tuple(MOTIONS),
@@ -95,10 +94,10 @@ def _common(every: argparse.ArgumentParser) -> argparse.ArgumentParser:
 
 
 def add_place(verbs: Any, every: argparse.ArgumentParser) -> None:
-    """Add the command `angen place` to `verbs`; the parameters are those of `add_coverage`."""
+    """Add the command `angen place` to `verbs`. The parameters are those of `add_coverage`."""
     place = verbs.add_parser(
         "place",
-        parents=[_common(every)],
+        parents=[_common_parser(every)],
         help="propose places for motion detectors; --save adds them",
     )
     place.add_argument(
@@ -176,7 +175,7 @@ def picture(
     proposed: Sequence[SensorInPlan] = (),
     proposed_kind: str = "",
 ) -> str:
-    """Return the SVG of a map with its detectors; `proposed` detectors are drawn too."""
+    """Return a coverage map as SVG, with its detectors and the `proposed` ones."""
     home = EvaluatedHome(depsgraph)
     chosen = [s for s in sensors if s.name in coverage.sensors]
     seen = [p for p in (sensor_in_plan(home, sensor) for sensor in chosen) if p is not None]
@@ -215,14 +214,13 @@ def _height(home: EvaluatedHome, sensors: Sequence[Sensor], name: str) -> float:
 
 
 def _check_files(options: argparse.Namespace) -> None:
-    """Raise `AngenError` if one of the output files cannot be written."""
     check_outputs({"--csv": options.csv, "--picture": options.picture, "--save": options.save})
     if options.picture is not None and options.picture.suffix.lower() != ".svg":
         raise InputError(f"--picture: {options.picture.name} must end in .svg")
 
 
 def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
-    """Compute the map that the options describe, and print a table of its rooms."""
+    """Compute the map that the options describe. Store its table and files in `outputs`."""
     selected = chosen(list(sensors), SensorChoice(tuple(options.sensor)))
     for sensor in selected:
         if options.sensor:
@@ -244,7 +242,7 @@ def _coverage(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: O
 
 
 def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outputs) -> None:
-    """Search the places that the options describe, and print a table of them."""
+    """Propose detectors as the options describe. Store the table and files in `outputs`."""
     if options.like and options.preset:
         raise AngenError("--like and --preset both set the parameters: give only one of them")
     like = chosen(list(sensors), SensorChoice((options.like,)))[0] if options.like else None
@@ -277,7 +275,7 @@ def _place(options: argparse.Namespace, sensors: Sequence[Sensor], outputs: Outp
 
 
 def plan_marks(proposal: Proposal) -> list[SensorInPlan]:
-    """Return the proposed detectors as the floor plan shows them."""
+    """Return the proposed detectors in the form that the floor plan draws."""
     floor = float(proposal.map.cells.at[0, 2])
     return [
         SensorInPlan(name, c.pose.origin[:2], -c.pose.axes[:2, 2], float(c.pose.origin[2]) - floor)
@@ -286,7 +284,7 @@ def plan_marks(proposal: Proposal) -> list[SensorInPlan]:
 
 
 def _run_with_progress(run: Iterator[Any], options: argparse.Namespace) -> Any:
-    """Run a generator with progress on standard error, and return what it yields last.
+    """Run a generator with progress on standard error, and return the last item that it yields.
 
     Raise `KeyboardInterrupt` at Ctrl-C.
     """
@@ -314,9 +312,10 @@ PLACE_COLUMNS = ("name", "room", "on", "x_m", "y_m", "z_m", "yaw_deg", "gain_m2"
 
 
 def _place_rows(proposal: Proposal) -> list[tuple[str, ...]]:
-    """Return a row of texts for each proposed place.
+    """Return a row of texts for each proposed detector.
 
-    Its last column is the floor (m²) that the place adds to what the places before it cover.
+    The last column is the floor area (m²) that the detector adds to the area covered by the rows
+    above.
     """
     covered, area = proposal.map.covered, proposal.map.cells.size**2
     before = np.zeros(len(proposal.map.cells), bool)
@@ -332,7 +331,7 @@ def _place_rows(proposal: Proposal) -> list[tuple[str, ...]]:
 
 
 def places_csv(proposal: Proposal) -> str:
-    """Return the CSV file of the proposed places."""
+    """Return the poses of the proposed detectors as the text of a CSV file."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(PLACE_COLUMNS)
@@ -341,16 +340,12 @@ def places_csv(proposal: Proposal) -> str:
 
 
 def _table_of_places(proposal: Proposal) -> str:
-    """Return the table of the proposed places and the summary, for a terminal."""
     heads = ("place", "room", "on", "x", "y", "z", "yaw °", "adds m²")
     return "\n".join([*aligned([heads, *_place_rows(proposal)]), proposal.summary() + ".\n"])
 
 
 def _with_outputs(work: Callable[..., None]) -> Callable[[argparse.Namespace, Outputs], int]:
-    """Return a function that first checks the output files, and then calls `work`.
-
-    The function takes the parsed options and the outputs, and returns the exit status.
-    """
+    """Return a function that checks the output files, calls `work` and returns the exit status."""
 
     def run(options: argparse.Namespace, outputs: Outputs) -> int:
         _check_files(options)

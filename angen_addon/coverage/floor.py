@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the free floor of a home: the cells where a body has room to move, and their rooms."""
+"""Find the free floor of a home: the cells where a body can move, and the rooms of the cells.
+
+Functions that return `Steps` are generators, so that long work can be ended between its steps.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,7 @@ Steps = Generator[None, None, T]
 
 @dataclass(frozen=True)
 class Grid:
-    """The cells (nx × ny) of a storey, row by row.
+    """A rectangular grid of nx × ny square cells on the floor of a storey.
 
     Attributes
     ----------
@@ -71,7 +74,7 @@ class Grid:
 def cast_along(
     home: EvaluatedHome, points: Array, direction: Array, length: float
 ) -> Steps[tuple[Array, NDArray[np.int64]]]:
-    """Cast rays in one direction, CASTS_AT_ONCE rays in a step of the work.
+    """Cast parallel rays. This generator yields after every CASTS_AT_ONCE rays.
 
     Parameters
     ----------
@@ -105,19 +108,19 @@ def cast_along(
 
 
 def free_ways(home: EvaluatedHome, points: Array, direction: Array, length: float) -> Steps[Array]:
-    """Return how far (n,) in m nothing is in the way from points (n, 3) along one direction.
+    """Generator that returns the distances (n,) in m from points (n, 3) to the first obstacle.
 
-    The distances are at most `length`.
+    The distances are measured along `direction`, and are at most `length`.
     """
     ranges, _ = yield from cast_along(home, points, direction, length)
     return ranges
 
 
 def floors(home: EvaluatedHome, grid: Grid, start: float) -> Steps[Array]:
-    """Return the heights (n,) in m of the first surface below a point of each cell.
+    """Generator that returns the height (n,) in m of the first surface below each cell.
 
-    The points are at the height `start`. All heights are above the floor of the storey. A height is
-    infinite if nothing is below the point.
+    The search begins at the height `start`. All heights are above the storey's floor, and infinite
+    if nothing is below.
     """
     deep = start + PIT_M
     ranges = yield from free_ways(home, grid.at(start), np.array([0.0, 0.0, -1.0]), deep)
@@ -127,11 +130,11 @@ def floors(home: EvaluatedHome, grid: Grid, start: float) -> Steps[Array]:
 def passable(
     home: EvaluatedHome, grid: Grid, height: float, among: Mask | None = None
 ) -> Steps[tuple[Mask, Mask]]:
-    """Return for which pairs of neighbouring cells nothing is between their centres.
+    """Generator that returns which pairs of neighbouring cells have no obstacle in between.
 
-    The first array (nx − 1, ny) is for neighbours along x, the second (nx, ny − 1) along y.
-    `height` is the height of the centres above the floor. With `among` (nx, ny), only pairs of
-    these cells are tested; all others count as blocked.
+    The first mask (nx − 1, ny) is for neighbours along x, the second (nx, ny − 1) along y. Rays are
+    cast between the cells' centres, at `height` above the floor. If a mask `among` (nx, ny) is
+    given, all pairs with a cell outside of it count as blocked.
     """
     points = grid.at(height).reshape(*grid.shape, 3)
     included = np.ones(grid.shape, bool) if among is None else among
@@ -153,10 +156,11 @@ def passable(
 def flood(
     seeds: NDArray[np.int64], allowed: Mask, ways: tuple[Mask, Mask]
 ) -> Steps[NDArray[np.int64]]:
-    """Return the labels (nx, ny) of cells after a flood fill from the labelled cells `seeds`.
+    """Generator that flood-fills labels from the cells `seeds`, and returns the labels (nx, ny).
 
-    A label of 0 is none. Labels spread to `allowed` cells along `ways`, which `passable` returns.
-    If two labels reach a cell in the same step, the cell gets the smaller one.
+    A label of 0 is none. Labels spread only to `allowed` cells, and only between neighbours for
+    which `ways`, the masks of `passable`, are true. If two labels reach a cell in the same step,
+    the cell gets the smaller one.
     """
     labels = np.where(allowed, seeds, 0)
     none = np.iinfo(np.int64).max
@@ -185,7 +189,7 @@ ASKEW = np.array([0.1234, 0.2345, 0.9642]) / np.linalg.norm([0.1234, 0.2345, 0.9
 
 
 class Volume:
-    """An object whose mesh encloses a room, and so marks it."""
+    """An object whose mesh encloses a room. The user adds it to mark the room."""
 
     def __init__(self, home: EvaluatedHome, obj: Any) -> None:
         self.name = room_of(obj) or obj.name
@@ -196,7 +200,7 @@ class Volume:
         self._tree = BVHTree.FromPolygons(points, [tuple(p.vertices) for p in obj.data.polygons])
 
     def holds(self, points: Array) -> Mask:
-        """Return which of the points (n, 3) are inside the mesh, as a mask (n,).
+        """Return a mask (n,) of the points (n, 3) that are inside the mesh.
 
         A ray from a point inside leaves the mesh through an odd number of faces.
         """
@@ -207,10 +211,7 @@ class Volume:
 
 
 def volumes(home: EvaluatedHome) -> list[Volume]:
-    """Return the meshes that mark rooms, sorted by name.
-
-    Meshes that Blender does not evaluate are left out; the doctor reports them.
-    """
+    """Return the meshes that mark rooms and that Blender evaluates, sorted by name."""
     marks = [
         obj
         for obj in home.depsgraph.view_layer.objects
@@ -229,7 +230,7 @@ def volumes(home: EvaluatedHome) -> list[Volume]:
 
 @dataclass(frozen=True)
 class Labels:
-    """The rooms of the cells.
+    """The rooms of a grid's cells.
 
     Attributes
     ----------
@@ -238,8 +239,8 @@ class Labels:
     names
         The names of the rooms.
     guessed
-        A mask (nx, ny): the cells of rooms that are open to another room. No wall shows the end of
-        such a room, only the distances from the sensors of both rooms do.
+        A mask (nx, ny) of cells in rooms without a wall to another room. The border between two
+        such rooms follows only from the distances to their sensors.
     """
 
     number: NDArray[np.int64]
@@ -250,9 +251,9 @@ class Labels:
 def labels_of(
     home: EvaluatedHome, grid: Grid, members: Sequence[Sensor], marked: Sequence[Volume]
 ) -> Steps[Labels]:
-    """Return the rooms of the cells of a storey.
+    """Generator that returns the rooms of a storey's cells.
 
-    `members` are the sensors of the storey, and `marked` its meshes that mark rooms.
+    `members` are the sensors of the storey, and `marked` the meshes that mark its rooms.
     """
     names = sorted({v.name for v in marked} | {s.room or NO_ROOM for s in members})
     floor_there = ((yield from floors(home, grid, OVER_M)) < np.inf).reshape(grid.shape)
@@ -284,10 +285,10 @@ def labels_of(
 def _open_rooms(
     number: NDArray[np.int64], loose: Mask, ways: tuple[Mask, Mask]
 ) -> NDArray[np.int64]:
-    """Return the numbers of rooms that are open to another room.
+    """Return the numbers of rooms that no wall separates from another room.
 
-    Two rooms are open to each other if neighbouring cells of them have no wall between. `ways` are
-    the results of `passable`.
+    `number` (nx, ny) is the room of each cell, and `loose` the mask of the cells to compare. `ways`
+    are the masks of `passable`.
     """
     rooms = np.where(loose, number, 0)
     found = []
@@ -301,9 +302,9 @@ def _open_rooms(
 
 
 def _cells_near(home: EvaluatedHome, points: Array, sensor: Sensor) -> Steps[list[int]]:
-    """Return the numbers of the cells near a sensor that level rays from below it reach.
+    """Generator that returns the numbers of nearby cells that horizontal rays from a sensor reach.
 
-    The rays start a little in front of the wall that the sensor is on.
+    The rays start below the sensor, a little in front of its wall.
     """
     matrix = sensor.world_matrix(home.depsgraph)
     at = np.array(matrix.translation) * home.metres
@@ -340,7 +341,7 @@ def cells_of(
     size: float,
     rooms: Sequence[str] = (),
 ) -> Generator[Doing, None, Cells]:
-    """Return the cells where the body of a motion has room.
+    """Generator that returns the cells of the floor where a body has room for a motion.
 
     Parameters
     ----------
@@ -349,7 +350,7 @@ def cells_of(
     sensors
         The sensors of the home. Their rooms tell which cells belong to which room.
     motion
-        The motion.
+        The body and its motion.
     size
         Side of a cell in m.
     rooms
@@ -395,9 +396,9 @@ def cells_of(
 def storeys_of(
     home: EvaluatedHome, sensors: Sequence[Sensor], marked: Sequence[Volume]
 ) -> list[tuple[float, list[Sensor]]]:
-    """Return the height of the floor of each storey in m, with the sensors of the storey.
+    """Return pairs of a storey's floor height in m and its sensors, the lowest first.
 
-    `marked` are the meshes that mark rooms.
+    `marked` are the meshes that mark rooms. Raise `AngenError` if no room is known.
     """
     inside = [s for s in sensors if s.kind.in_room]
     seen = [p for p in (sensor_in_plan(home, sensor) for sensor in inside) if p is not None]
@@ -426,8 +427,8 @@ def _grid(
 ) -> Grid:
     """Return the grid of a storey.
 
-    It has the meshes that mark rooms, and the surroundings of the sensors up to BEYOND_M, as far as
-    the home extends.
+    It covers the meshes that mark rooms, and BEYOND_M around each sensor, but nothing outside the
+    home.
     """
     near = [np.array(s.world_matrix(home.depsgraph).translation)[:2] * home.metres for s in members]
     low = np.array([p - BEYOND_M for p in near] + [v.lo[:2] for v in marked]).min(axis=0)
@@ -450,7 +451,7 @@ def _grid(
 def _storey_cells(
     home: EvaluatedHome, grid: Grid, labels: Labels, motion: Motion, number: int
 ) -> Steps[Cells]:
-    """Return the cells in the rooms of a storey where the body of the motion has room."""
+    """Generator that returns the cells in a storey's rooms with room for the body's motion."""
     top = min(motion.top + 0.02, OVER_M)
     limit = max(motion.bottom, RUG_M)
     in_room = labels.number > 0
@@ -478,10 +479,7 @@ def _storey_cells(
 
 
 def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
-    """Return how far a body can move from points on the floor, in m, in 8 directions: shape (n, 8).
-
-    The points are `at` (n, 3). The way must be free over all of the body's height.
-    """
+    """Generator that returns the free distance (n, 8) in m from points (n, 3) in 8 directions."""
     low, high = max(motion.bottom, RUG_M), motion.top
     heights = np.linspace(low, high, max(2, int(np.ceil((high - low) / EVERY_M)) + 1))
     reach = (motion.step if motion.walks else 0.0) + max(
@@ -498,7 +496,6 @@ def _clearance(home: EvaluatedHome, at: Array, motion: Motion) -> Steps[Array]:
 
 
 def _join(parts: Sequence[Cells], size: float) -> Cells:
-    """Return the cells of all storeys as one `Cells`."""
     names: tuple[str, ...] = sum((part.room for part in parts), ())
     if not parts:
         return Cells(size, np.empty((0, 3)), (), np.empty(0, np.intp), np.empty((0, DIRECTIONS)))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The coverage map of the detectors of a scene at the present frame.
+"""Compute the coverage map of a scene's motion detectors at the current frame.
 
-The operator, the command line and the tests all use the generator `cover`. A view (`DetectorView`)
-tells how strongly a detector notices a motion.
+The operator, the command line and the tests all use the generator `cover`. A `DetectorView`
+computes how strongly one detector notices a motion.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def cover(
     size: float,
     rooms: Sequence[str] = (),
 ) -> Generator[Doing | CoverageMap, None, None]:
-    """Make the map of the `chosen` detectors.
+    """Compute the coverage map of the `chosen` detectors.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def cover(
     Raises
     ------
     AngenError
-        If a cell size, a detector or a room is wrong.
+        If the cell size, a detector or a room is wrong.
     """
     check_cell(size)
     chosen = detectors(chosen)
@@ -179,7 +179,7 @@ def strengths(
 ) -> Iterator[Doing | CoverageMap]:
     """Compute how strongly each detector notices the motion in each cell and direction.
 
-    `views` are by the name of the detector. Yield the progress, and last the map.
+    `views` has a `DetectorView` by name of the detector. Yield the progress, and last the map.
     """
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
@@ -193,16 +193,16 @@ def strengths(
 
 
 def whole_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
-    """Return the exact map, as `strengths` yields it last."""
+    """Return the exact map that `strengths` computes."""
     *_, last = strengths(views, cells, motion)
     assert isinstance(last, CoverageMap)
     return last
 
 
 def upper_bound_map(views: Mapping[str, DetectorView], cells: Cells, motion: Motion) -> CoverageMap:
-    """Return a map that covers at least the cells of the exact map, and perhaps more.
+    """Return a map that covers at least the cells of the exact map.
 
-    Making it is far quicker than making the exact map.
+    It is far quicker to compute than the exact map.
     """
     start, cell, direction = cells.starts()
     found = np.zeros((len(views), len(cells), DIRECTIONS), np.float32)
@@ -212,7 +212,7 @@ def upper_bound_map(views: Mapping[str, DetectorView], cells: Cells, motion: Mot
 
 
 def check_cell(size: float) -> None:
-    """Raise `AngenError` if cells with sides of `size` (m) are too small or too large."""
+    """Raise `AngenError` if `size`, the side of a cell in m, is too small or too large."""
     if not SMALLEST_CELL <= size <= LARGEST_CELL:
         raise AngenError(
             f"the cell is {size:g} m: it must be from {SMALLEST_CELL:g} m to {LARGEST_CELL:g} m"

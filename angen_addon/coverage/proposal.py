@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Propose poses for detectors in rooms, among candidates on walls and below ceilings.
+"""Propose poses for motion detectors, chosen among candidates on walls and below ceilings.
 
 The work is a generator that yields its progress.
 """
@@ -47,7 +47,7 @@ NOTHING_MET = -1
 
 @dataclass(frozen=True)
 class Candidate:
-    """A possible pose of a detector, in m, with its room; `on` is "wall" or "ceiling"."""
+    """A possible pose (m) of a detector, and the room; `on` is "wall" or "ceiling"."""
 
     pose: Pose
     room: str
@@ -66,7 +66,7 @@ class Candidate:
 def candidates(
     home: EvaluatedHome, cells: Cells, mounting: str, height: float, spacing: float
 ) -> Steps[list[Candidate]]:
-    """Return candidate poses for the rooms of `cells`, about `spacing` m apart.
+    """Generator that returns candidate poses for the rooms of `cells`, about `spacing` m apart.
 
     `mounting` is WALL, CEILING or BOTH. On walls the poses are `height` m above the floor.
     """
@@ -81,7 +81,7 @@ def candidates(
 def _on_walls(
     home: EvaluatedHome, cells: Cells, height: float, spacing: float
 ) -> Steps[list[Candidate]]:
-    """Return the candidates on walls, `height` m above the floor."""
+    """Generator that returns candidates on walls, `height` m above the floor."""
     spots: dict[tuple[Any, ...], tuple[float, Array, Array, str]] = {}
     for angle in np.arange(8) * math.pi / 4:
         way = np.array([math.cos(angle), math.sin(angle), 0.0])
@@ -106,17 +106,16 @@ def _on_walls(
 
 
 def _wall_spots(
-    home: EvaluatedHome, cells: Cells, height: float, way: Array
+    home: EvaluatedHome, cells: Cells, height: float, direction: Array
 ) -> Steps[list[tuple[Array, Array, int]]]:
-    """Return the places on walls that level rays hit.
+    """Generator that returns points on walls, each with the wall's normal and a cell's number.
 
-    A ray starts `height` m above each cell, in the direction `way`. For each place return the
-    point, the normal of the wall, and the number of the cell.
+    They are the hits of rays along `direction` that start `height` m above each cell.
     """
-    side = np.array([-way[1], way[0], 0.0]) * ASIDE_M
+    side = np.array([-direction[1], direction[0], 0.0]) * ASIDE_M
     start = cells.at + np.array([0.0, 0.0, height])
-    first, met = yield from _cast_from(home, start, way)
-    second, beside = yield from _cast_from(home, start + side, way)
+    first, met = yield from _cast_from(home, start, direction)
+    second, beside = yield from _cast_from(home, start + side, direction)
     found = []
     wall = _mounting_test(home, height + cells.at[:, 2], cells.at[:, 2] + WALL_M)
     ok = (first < FAR_M) & (second < FAR_M) & (met == beside)
@@ -125,19 +124,19 @@ def _wall_spots(
         row = met[i]
         if row < 0 or not wall(row, i):
             continue
-        tangent = side + way * (second[i] - first[i])
+        tangent = side + direction * (second[i] - first[i])
         normal = np.array([-tangent[1], tangent[0], 0.0]) / np.linalg.norm(tangent)
-        if normal @ way > 0.0:
+        if normal @ direction > 0.0:
             normal = -normal
-        found.append((start[i] + way * first[i], normal, i))
+        found.append((start[i] + direction * first[i], normal, i))
     return found
 
 
 def _mounting_test(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
-    """Return a function that says whether a solid can hold a detector above a cell.
+    """Return a function that takes a solid's row and a cell's number, and returns a bool.
 
-    It gets the row of the solid and the number of the cell. `heights` are the heights of the
-    detector for each cell. A solid must reach up to `tops`, so that low furniture is no wall.
+    It is True if the solid can hold a detector above the cell. `heights` are the heights of the
+    detector for each cell. The solid must reach up to `tops`.
     """
     lo, hi, solids = home.lo, home.hi, home.caster.solids.solids
     still: dict[int, bool] = {}
@@ -153,22 +152,22 @@ def _mounting_test(home: EvaluatedHome, heights: Array, tops: Array) -> Any:
 
 
 def _cast_from(
-    home: EvaluatedHome, start: Array, way: Array
+    home: EvaluatedHome, starts: Array, direction: Array
 ) -> Steps[tuple[Array, NDArray[np.int64]]]:
-    """Cast rays from points (n, 3) in the direction `way`.
+    """Generator that casts rays along `direction` from the points `starts` (n, 3).
 
     Return the ranges (n,) in m and the rows (n,) of the solids that are hit, −1 for none.
     """
-    ranges, numbers = yield from cast_along(home, start, way, FAR_M)
+    ranges, numbers = yield from cast_along(home, starts, direction, FAR_M)
     by_number = {solid.number: solid.row for solid in home.caster.solids.solids}
     met = np.array([by_number.get(n, NOTHING_MET) for n in numbers.tolist()], np.int64)
     return ranges, met
 
 
 def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
-    """Return the pose of a detector that is at a point of a wall and looks horizontally.
+    """Return the pose of a detector at a point of a wall that looks horizontally.
 
-    It is turned from the wall's normal by `turn` (rad).
+    Its direction is the wall's normal, rotated by `turn` (rad).
     """
     c, s = math.cos(turn), math.sin(turn)
     look = np.array([normal[0] * c - normal[1] * s, normal[0] * s + normal[1] * c, 0.0])
@@ -177,8 +176,7 @@ def _level_pose(at: Array, normal: Array, turn: float) -> Pose:
 
 
 def _under_ceilings(home: EvaluatedHome, cells: Cells, spacing: float) -> Steps[list[Candidate]]:
-    """Return the candidates below ceilings."""
-    chosen = _spread(cells, spacing)
+    chosen = _spread_cells(cells, spacing)
     at = cells.at[chosen] + np.array([0.0, 0.0, CEILING_FROM_M])
     up = np.array([0.0, 0.0, 1.0])
     ranges, met = yield from _cast_from(home, at, up)
@@ -199,10 +197,10 @@ def _under_ceilings(home: EvaluatedHome, cells: Cells, spacing: float) -> Steps[
     return made
 
 
-def _spread(cells: Cells, spacing: float) -> Sequence[int]:
+def _spread_cells(cells: Cells, spacing: float) -> Sequence[int]:
     """Return the numbers of cells that are about `spacing` m apart.
 
-    For each square with this side, it is the cell nearest to the middle.
+    Each is the cell nearest to the middle of a square with this side.
     """
     found: dict[tuple[Any, ...], tuple[float, int]] = {}
     for i, at in enumerate(cells.at):
@@ -226,7 +224,7 @@ NEXT_BEST = 4
 
 @dataclass(frozen=True)
 class Wish:
-    """The detectors to place.
+    """How many detectors to propose, of which kind, and where.
 
     Attributes
     ----------
@@ -245,7 +243,7 @@ class Wish:
     seed
         The seed of the random choice among equally good candidates.
     beside
-        Whether to count only the floor that the present detectors do not cover.
+        Whether to count only the floor that the home's existing detectors do not cover.
     """
 
     count: int
@@ -267,17 +265,17 @@ class Proposal:
     Attributes
     ----------
     chosen
-        The chosen candidates, first the one that adds most covered floor.
+        The chosen candidates, first the one that adds the most covered floor.
     names
         The names of the proposed detectors.
     choice
-        How much floor the chosen candidates cover, in cells, and an upper bound of any choice.
+        The number of cells that the chosen candidates cover, and an upper bound for any choice.
     map
-        The map of the chosen candidates.
+        The coverage map of the chosen candidates.
     tried
         The number of candidates.
     before
-        The number of cells that the present detectors cover already.
+        The number of cells that the home's existing detectors cover already.
     """
 
     chosen: tuple[Candidate, ...]
@@ -302,7 +300,7 @@ class Proposal:
 def propose(
     depsgraph: Any, sensors: Sequence[Sensor], wish: Wish, motion: Motion, size: float
 ) -> Generator[Doing | Proposal, None, None]:
-    """Search for the places where new detectors together cover the most floor.
+    """Search for the poses with which new detectors together cover the most floor.
 
     Parameters
     ----------
@@ -311,7 +309,7 @@ def propose(
     sensors
         All sensors of the home. Their rooms tell which cells belong to which room.
     wish
-        The detectors to place.
+        The detectors to propose.
     motion
         The motion that they should notice.
     size
@@ -325,7 +323,7 @@ def propose(
     Raises
     ------
     AngenError
-        If there is no place, or a setting is wrong.
+        If there is no possible pose, or a setting is wrong.
     Enough
         If the caller threw it in before the exact coverage of any candidate was computed.
     """
@@ -363,10 +361,10 @@ def propose(
 
 
 class _Search:
-    """The search for the candidates that together cover the most floor.
+    """Searches for the candidates that together cover the most floor.
 
-    An upper bound of a candidate's coverage is far quicker to compute than the exact coverage.
-    Exact coverages are computed only for candidates that are among the best by their upper bounds.
+    An upper bound of a candidate's coverage is far quicker to compute than the exact coverage. So
+    only candidates with high upper bounds are computed exactly.
     """
 
     def __init__(
@@ -387,12 +385,12 @@ class _Search:
         self._share = 0.0
 
     def view(self, candidate: Candidate) -> DetectorView:
-        """Return the view of a detector at a candidate's pose."""
+        """Return the `DetectorView` of a detector with a candidate's pose."""
         wish = self._wish
         return self._views.at(wish.kind, wish.parameters, candidate.pose, wish.rate)
 
     def run(self) -> Generator[Doing, None, ChosenPlaces]:
-        """Run the search; yield the progress and return the choice."""
+        """Run the search; yield the progress, and return the best choice."""
         for i, candidate in enumerate(self._found):
             view = self.view(candidate)
             self._sets[i] = upper_bound_map({"": view}, self._cells, self._motion).covered[0]
@@ -411,13 +409,13 @@ class _Search:
                 return replace(best, bound=max(choice.bound, best.covered))
 
     def _choose(self, rows: NDArray[np.intp]) -> ChosenPlaces:
-        """Return the best choice among the candidates `rows`."""
+        """Return the best choice among the candidates with the indices `rows`."""
         wish = self._wish
         choice = choose(self._sets[rows], wish.count, self._weights, wish.seed)
         return replace(choice, chosen=tuple(int(rows[i]) for i in choice.chosen))
 
     def _look_closely(self, choice: ChosenPlaces) -> Iterator[Doing]:
-        """Compute the exact coverage of the chosen candidates and of those that come next."""
+        """Compute the exact coverage of the chosen and the next best candidates, with progress."""
         worth = np.where(self._exact, -1.0, self._sets @ self._weights)
         next_best = np.argsort(-worth, kind="stable")[:NEXT_BEST].tolist()
         for i in dict.fromkeys([*choice.chosen, *next_best]):
@@ -428,7 +426,7 @@ class _Search:
             self._exact[i] = True
             known = np.flatnonzero(self._exact)
             best = float((self._sets[known] @ self._weights).max())
-            looked = len(known) / (len(known) + self._left(choice))
+            looked = len(known) / (len(known) + self._count_remaining(choice))
             self._share = max(self._share, 0.05 + self._first + (0.95 - self._first) * looked)
             yield Doing(
                 self._share,
@@ -437,11 +435,11 @@ class _Search:
                 found=True,
             )
 
-    def _left(self, choice: ChosenPlaces) -> int:
-        """Estimate for how many candidates the exact coverage must still be computed.
+    def _count_remaining(self, choice: ChosenPlaces) -> int:
+        """Estimate for how many more candidates the exact coverage must be computed.
 
-        These are the ones that may add more floor than the weakest chosen candidate. What that one
-        adds is taken as SHRINKS times its upper bound.
+        These may add more floor than the weakest chosen candidate. The exact gain of the weakest is
+        estimated as SHRINKS times its upper bound.
         """
         *others, weakest = choice.chosen
         free = np.where(self._sets[others].any(axis=0), 0.0, self._weights)
@@ -449,16 +447,12 @@ class _Search:
         return int(((gains > gains[weakest] * SHRINKS) & ~self._exact).sum())
 
     def _percent(self, worth: float) -> str:
-        """Return the covered floor in percent as a text, if new detectors add `worth` cells.
-
-        The floor that present detectors cover is included.
-        """
+        """Return the covered floor in percent, if new detectors cover `worth` more cells."""
         before = float((self._weights == 0.0).sum())
         return f"{100 * min(1.0, (worth + before) / len(self._cells)):.0f} %"
 
 
 def _check(wish: Wish) -> None:
-    """Raise `AngenError` if a setting of `wish` is wrong."""
     if wish.count < 1:
         raise AngenError(f"the number of detectors is {wish.count}: it must be at least 1")
     if not 0.1 <= wish.spacing <= 5.0:

@@ -76,10 +76,9 @@ def _group() -> type:
 
 
 def motion_of(identifier: str, height: float) -> Motion:
-    """Return the motion of this identifier.
+    """Return the motion with this identifier, for a body of `height` m; 0 means the usual height.
 
-    If `height` is not 0, it is the motion of a body of that height in m. Raise `AngenError` if the
-    motion is impossible at this height.
+    Raise `AngenError` if the motion is impossible at this height.
     """
     motion = MOTIONS[identifier]
     if height == 0.0:
@@ -88,7 +87,7 @@ def motion_of(identifier: str, height: float) -> Motion:
 
 
 def room_names(text: str) -> tuple[str, ...]:
-    """Return the names in a text with commas between them."""
+    """Return the names in a comma-separated text."""
     return tuple(name for name in (part.strip() for part in text.split(",")) if name)
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Show coverage maps and proposals in the scene, and store their figures for the panels.
 
-A map is a mesh with a square for each cell, and a proposed detector is an empty. The figures are
-numbers, such as the coverage of each room.
+A map is a mesh with a square for each cell. A proposed detector is shown as an empty. The figures
+are numbers such as the coverage of each room.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ CORNERS = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5,
 def show_map(scene: Any, coverage: CoverageMap) -> Any:
     """Show a map in the scene, in place of an earlier map of the same motion; return its object.
 
-    No sensor sees the object, no render shows it, and no click selects it.
+    The object is ignored by sensors, hidden in renders, and not selectable.
     """
     name = f"{COLLECTION} {coverage.motion.label.lower()}"
     remove(scene, coverage.motion.identifier)
@@ -58,9 +58,9 @@ def is_map(obj: Any) -> bool:
 
 
 def remove(scene: Any, motion: str = "") -> int:
-    """Remove the maps of a motion, and return their number; without a motion, remove all maps.
+    """Remove the coverage maps of a motion, by default of all motions; return their number.
 
-    All maps include those that are hidden while a proposal is shown.
+    By default, maps that are hidden while a proposal is shown are removed too.
     """
     shown = [
         obj for obj in scene.objects if is_map(obj) and (not motion or obj[COVERAGE_MARK] == motion)
@@ -136,10 +136,10 @@ LIKE, PRESET = "angen_like", "angen_preset"
 
 
 def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = "") -> list[Any]:
-    """Show empties at the proposed poses, and the map that the proposed detectors would have.
+    """Show an empty at each proposed pose, and the coverage map of the proposed detectors.
 
-    They replace those of an earlier proposal. Once accepted, the detectors get the parameters of
-    the sensor `like`, or else of the `preset`. Both are names.
+    They replace an earlier proposal. If the user accepts the detectors, they get the parameters of
+    the sensor named `like`, or else of the preset. Return the empties.
     """
     discard(scene)
     made = []
@@ -161,7 +161,7 @@ def show_proposal(scene: Any, proposal: Proposal, like: str = "", preset: str = 
 
 
 def proposed(scene: Any) -> list[Any]:
-    """Return the empties of a proposal, sorted by name."""
+    """Return the empties that show proposed detectors, sorted by name."""
     found = [obj for obj in scene.objects if obj.get(COVERAGE_MARK) == PROPOSAL]
     return sorted(found, key=lambda obj: obj.name)
 
@@ -181,12 +181,12 @@ BEFORE, ASIDE = "angen_coverage_before", "ASIDE "
 
 
 def is_of_proposal(scene: Any) -> bool:
-    """Return whether the map shown is the map of a proposal."""
+    """Return whether the map in the scene is that of a proposal."""
     return BEFORE in scene
 
 
 def put_aside(scene: Any, motion: str) -> None:
-    """Hide the map of this motion, and keep its figures, until `bring_back` restores them."""
+    """Hide the map of this motion and store its figures, until `bring_back` restores them."""
     for obj in scene.objects:
         if is_map(obj) and obj[COVERAGE_MARK] == motion:
             obj[COVERAGE_MARK] = ASIDE + motion
@@ -196,7 +196,7 @@ def put_aside(scene: Any, motion: str) -> None:
 
 
 def bring_back(scene: Any) -> None:
-    """Remove the map of a proposal, and restore the map that `put_aside` hid, if there is one."""
+    """Remove a proposal's map, and restore the map that `put_aside` hid, if there is one."""
     if not is_of_proposal(scene):
         return
     before = json.loads(scene.pop(BEFORE))
@@ -211,10 +211,9 @@ def bring_back(scene: Any) -> None:
 
 
 def accept_map(scene: Any) -> None:
-    """Make the map of an accepted proposal the map of the home.
+    """Make the map of an accepted proposal the map of the home, and mark it as out of date.
 
-    The map is stale from now on: it lacks the other detectors of the home, and places may have been
-    moved or left out.
+    The map lacks the home's other detectors, and the user may have moved some of the new ones.
     """
     if is_of_proposal(scene):
         remove(scene, ASIDE + json.loads(scene.pop(BEFORE))["motion"])
@@ -264,7 +263,7 @@ SETTINGS = ("motion", "height", "cell", "rooms", "selected")
 
 
 def keep(scene: Any, coverage: CoverageMap) -> None:
-    """Store the figures of a map of the present scene, and the settings that it was made with."""
+    """Store the figures of a map, and the settings with which it was made, in the scene."""
     rooms = [
         (room.name, room.cells * room.area, room.share, room.dead * room.area)
         for room in [*coverage.rooms(), coverage.total()]
@@ -285,11 +284,11 @@ def _settings(scene: Any) -> dict[str, Any]:
 
 
 def summary(scene: Any) -> dict[str, Any] | None:
-    """Return the figures of the last map, or None.
+    """Return the stored figures of the last map, or None if there are none.
 
-    They are `motion`, the number of `sensors`, and `rooms`: for each the name, the area in m², the
-    coverage, and the area of cells that no detector covers, in m². All rooms together come last.
-    The key `frame` and the key `settings` are missing in files of earlier versions.
+    The keys are `motion`, `sensors` (their number) and `rooms`. A room has a name, its area in m²,
+    its coverage (0 to 1), and its uncovered area in m². The last entry is for all rooms together.
+    Files of earlier versions lack the keys `frame` and `settings`.
     """
     if KEY not in scene:
         return None
@@ -301,7 +300,7 @@ def summary(scene: Any) -> dict[str, Any] | None:
 
 
 def why_stale(scene: Any) -> str:
-    """Return why the map is stale, in a few words; empty while it is fresh."""
+    """Return why the map no longer matches the scene, in a few words; empty if it matches."""
     found = summary(scene)
     if found is None:
         return ""
@@ -316,27 +315,27 @@ def why_stale(scene: Any) -> str:
 
 
 def forget(scene: Any) -> None:
-    """Remove the stored figures of the last map, and what `put_aside` stored."""
+    """Remove all stored figures of maps, also those that `put_aside` stored."""
     for key in (KEY, FollowedMap.KEY, BEFORE):
         scene.pop(key, None)
 
 
 class _Marking:
-    """Draws the map as outlines once it is stale.
+    """Draws the map as wire when it no longer matches the scene.
 
-    Undo does not restore this, so it is checked again after each undo.
+    Undo does not restore the display type, so it is checked again after each undo.
     """
 
     def wants_rays(self, scene: Any) -> bool:
-        """Return False, since the mark needs no rays."""
+        """Return False, because drawing the map needs no rays."""
         return False
 
     def follow(self, scene: Any, view_layer: Any, depsgraph: Any) -> None:
-        """Draw the map as stale or fresh after a frame change."""
+        """Check after a frame change whether the map still matches the scene."""
         self.note_edit(scene)
 
     def note_edit(self, scene: Any) -> None:
-        """Draw the map as stale or fresh after an edit."""
+        """Draw the map as wire if it no longer matches the scene, else textured."""
         if KEY not in scene:
             return
         look = "WIRE" if why_stale(scene) else "TEXTURED"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find mistakes in a home that give its sensors wrong readings, each with the way to mend it."""
+"""Find mistakes in a home that cause wrong sensor readings, with a remedy for each."""
 
 from __future__ import annotations
 
@@ -45,19 +45,19 @@ CHECKS: dict[str, Check] = {
 
 
 def examine(scene: Any, view_layer: Any, depsgraph: Any) -> list[Finding]:
-    """Return the findings of all checks of an evaluated scene."""
+    """Run all checks on an evaluated scene, and return their findings."""
     home = Examined(scene, view_layer, depsgraph)
     return [Finding(name, *found) for name, check in CHECKS.items() for found in check(home)]
 
 
 def findings() -> list[Finding]:
-    """Return the findings in the scene of the present context."""
+    """Run all checks on the current scene, and return their findings."""
     context = bpy.context
     return examine(context.scene, context.view_layer, context.evaluated_depsgraph_get())
 
 
 def as_text(found: list[Finding], as_json: bool) -> str:
-    """Return two lines for each finding: what is wrong, and the way to mend it.
+    """Return two lines for each finding: what is wrong, and how to mend it.
 
     With `as_json`, return a JSON list of the findings instead.
     """
@@ -68,7 +68,7 @@ def as_text(found: list[Finding], as_json: bool) -> str:
 
 
 def count(found: list[Finding]) -> str:
-    """Return the number of findings in words."""
+    """Return the number of findings as a text for the user."""
     return f"{plural(len(found), 'thing')} to mend" if found else "nothing to mend was found"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of a building: its size, walls that rays pass, doors, files and names."""
+"""Checks of a building: its size, openings in its walls, doors, files and names."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ WALL_LONG, WALL_THIN, WALL_HIGH, LOW = 1.5, 0.4, 0.3, 1.9
 UPRIGHT = 2.4
 # Metres in other units that files often have.
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}
-# The penalty that `_unlikely` adds for units in which homes are rarely drawn.
+# The penalty that `_unit_penalty` adds for units in which homes are rarely drawn.
 RARE = {"inches": 1.5, "feet": 1.5}
 BUNDLE = -40
 DIRECTIONS = 600
@@ -46,7 +46,7 @@ SIDES = ("+X", "-X", "+Y", "-Y", "above", "below")
 
 
 def scale(home: Examined) -> Iterator[Found]:
-    """Report a home that is some 100 times too large or too small, or too low to walk in."""
+    """Yield a finding if the home is some 100 times too large or small, or too low to walk in."""
     lo, hi = home.home.lo, home.home.hi
     is_finite = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
     if not is_finite.any():
@@ -68,9 +68,9 @@ def scale(home: Examined) -> Iterator[Found]:
 
 
 def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
-    """Report a home whose walls have about half their real height, as in many files for games.
+    """Yield a finding if the walls have about half of a real height, as in many files for games.
 
-    `size` (n, 3) is the size of the home's objects in m.
+    `size` (n, 3) is the size of each object in m.
     """
     along, across = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
     walls = (along > WALL_LONG) & (across < WALL_THIN) & (size[:, 2] > WALL_HIGH)
@@ -90,7 +90,7 @@ def _length(metres: float) -> str:
 
 def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
     if large:
-        unit = min(UNITS, key=lambda name: _unlikely(name, whole, things))
+        unit = min(UNITS, key=lambda name: _unit_penalty(name, whole, things))
         return (
             f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
             "Units), or scale all of it by that and apply the scale"
@@ -103,18 +103,17 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
     )
 
 
-def _unlikely(unit: str, whole: float, things: float) -> float:
-    """Return a penalty for the guess that a home was drawn in this unit.
+def _unit_penalty(unit: str, length: float, object_size: float) -> float:
+    """Return how unlikely (0 or more) it is that the home was drawn in this unit.
 
-    With the unit, the home's length `whole` and the size `things` of its median object are compared
-    with usual ones.
+    `length` is the length of the home, and `object_size` the size of its median object.
     """
-    size = math.log(whole * UNITS[unit] / USUAL) ** 2
-    return size + math.log(things * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
+    size = math.log(length * UNITS[unit] / USUAL) ** 2
+    return size + math.log(object_size * UNITS[unit] / USUAL_THING) ** 2 + RARE.get(unit, 0.0)
 
 
 def hidden_but_rendered(home: Examined) -> Iterator[Found]:
-    """Report objects that are hidden from sensors and viewport, but shown in renders."""
+    """Yield a finding if objects are hidden in the viewport but shown in renders."""
     hidden = [
         obj.name
         for obj in home.view_layer.objects
@@ -134,13 +133,13 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
 
 
 def background_sets(home: Examined) -> Iterator[Found]:
-    """Report background sets: the viewport shows their objects, but no sensor sees them."""
+    """Yield a finding for each background set, since no sensor sees the objects in it."""
     if home.sensors:
         yield from advice.background_sets(home.scene)
 
 
 def without_faces(home: Examined) -> Iterator[Found]:
-    """Report meshes without faces."""
+    """Yield a finding if visible meshes have edges but no faces."""
     bare = []
     for obj in home.shown():
         if obj.type == "MESH" and not obj.is_instancer:
@@ -158,7 +157,7 @@ def without_faces(home: Examined) -> Iterator[Found]:
 
 
 def flattened(home: Examined) -> Iterator[Found]:
-    """Report surfaces of scale 0 along an axis, because rays go through them.
+    """Yield a finding if surfaces have scale 0 along an axis, because rays pass through them.
 
     Surfaces with keyframes of their scale are left out: they may be meant to shrink.
     """
@@ -178,7 +177,7 @@ def flattened(home: Examined) -> Iterator[Found]:
 
 
 def holes(home: Examined) -> Iterator[Found]:
-    """Report rooms through whose openings rays leave the home."""
+    """Yield a finding for each side, such as "above", on which rays leave rooms and the home."""
     directions = _all_directions()
     open_to: dict[str, list[str]] = {}
     for sensor in [s for s in home.sensors if s.kind.in_room]:
@@ -188,7 +187,7 @@ def holes(home: Examined) -> Iterator[Found]:
         met = home.home.caster.cast_met(sensor.uid, BUNDLE, origins, directions, far)[1]
         out = met == NOTHING
         if out.mean() > OPEN:
-            open_to.setdefault(_side(directions[out]), []).append(sensor.name)
+            open_to.setdefault(_main_side(directions[out]), []).append(sensor.name)
     for side, sensors in open_to.items():
         place = side if side in {"above", "below"} else f"towards {side}"
         yield (
@@ -209,7 +208,7 @@ def _all_directions() -> Array:
 
 
 def _reach(home: Examined, origin: Array) -> float:
-    """Return a distance in Blender units beyond which the home has no surface."""
+    """Return the length (Blender units) of a ray from `origin` that ends outside the home."""
     lo, hi = home.home.caster.solids.lo, home.home.caster.solids.hi
     is_finite = np.isfinite(lo).all(axis=1) & np.isfinite(hi).all(axis=1)
     if not is_finite.any():
@@ -218,8 +217,8 @@ def _reach(home: Examined, origin: Array) -> float:
     return 2.0 * float(np.abs(corners - origin).max()) + 1.0
 
 
-def _side(directions: Array) -> str:
-    """Return the side, such as "above", towards which most of the directions lead."""
+def _main_side(directions: Array) -> str:
+    """Return the side, such as "above", to which most of the directions (n, 3) point."""
     axis = np.abs(directions).argmax(axis=1)
     counts = [
         int(((axis == number // 2) & ((directions[:, number // 2] < 0) == bool(number % 2))).sum())
@@ -246,10 +245,7 @@ NEAR = 0.5
 
 
 def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
-    """Yield each leaf of a door with the corners `lo` and `hi` (3,) of its bounds.
-
-    The bounds are along the world's axes, in m.
-    """
+    """Yield each door leaf with its bounding box: the corners (3,) in world space, in m."""
     for obj, matrix in home.seen:
         if obj.type != "MESH" or not WORD.search(obj.name) or PART.search(obj.name):
             continue
@@ -263,12 +259,12 @@ def leaves(home: Examined) -> Iterator[tuple[Any, Array, Array]]:
 
 
 def without_hinges(home: Examined) -> Iterator[Found]:
-    """Report door leaves that rotate, or would rotate, about their middle."""
+    """Yield a finding if door leaves would rotate about their middle instead of a hinge."""
     bad = []
     for leaf, *_ in leaves(home):
         moved = [part for part in chain(leaf) if any(motion_paths(part))]
         slides = moved and not any("rotation" in path for path in motion_paths(moved[0]))
-        if not slides and _is_middle(leaf, moved[0] if moved else leaf, home):
+        if not slides and _is_in_middle(leaf, moved[0] if moved else leaf, home):
             bad.append(leaf.name)
     if bad:
         yield (
@@ -280,7 +276,7 @@ def without_hinges(home: Examined) -> Iterator[Found]:
 
 
 def standing_still(home: Examined) -> Iterator[Found]:
-    """Report the doors that have a switch, if none of them ever moves."""
+    """Yield a finding if no door that has a door contact or switch ever moves."""
     switches = [
         np.array(s.world_matrix(home.depsgraph).translation, np.float64) * home.metres
         for s in home.sensors
@@ -302,8 +298,8 @@ def standing_still(home: Examined) -> Iterator[Found]:
         )
 
 
-def _is_middle(leaf: Any, pivot: Any, home: Examined) -> bool:
-    """Return whether the origin of the object `pivot` is near the middle of the leaf's width."""
+def _is_in_middle(leaf: Any, pivot: Any, home: Examined) -> bool:
+    """Return whether the object `pivot` has its origin near the middle of the leaf's width."""
     corners = np.array(leaf.bound_box, np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     place = leaf.evaluated_get(home.depsgraph).matrix_world.inverted_safe() @ (
@@ -323,13 +319,13 @@ def _scale(obj: Any) -> Array:
 
 
 def missing_data(home: Examined) -> Iterator[Found]:
-    """Report missing libraries and files, failing drivers, and sensors of unknown kinds."""
+    """Yield a finding for each missing file, failing driver and sensor of an unknown kind."""
     for text, mend in lacking.lacks(home.view_layer, bool(home.requiring(LIGHT))):
         yield capital(text), capital(mend)
 
 
 def same_names(home: Examined) -> Iterator[Found]:
-    """Report sensors with the same name, which cannot be told apart in a log."""
+    """Yield a finding for each name that several sensors have, so that logs mix them up."""
     for name, count in Counter(sensor.name for sensor in home.sensors).items():
         if count > 1:
             files = [s.library or "this file" for s in home.sensors if s.name == name]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene that the checks examine, and the findings of the checks."""
+"""The scene that the checks examine, and the findings that they yield."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ MOVED_WITHOUT_KEYS: list[Callable[[Any, Any], list[Any]]] = []
 
 @dataclass
 class Examined:
-    """An evaluated scene, and what the checks need of it."""
+    """The evaluated scene that the checks for mistakes examine."""
 
     scene: Any
     view_layer: Any
@@ -58,12 +58,12 @@ class Examined:
 
     @property
     def unplaced(self) -> list[Sensor]:
-        """The sensors that are switched on and that Blender does not evaluate."""
+        """The sensors that are switched on but that Blender does not evaluate."""
         found = simulated(all_sensors(self.view_layer))
         return [sensor for sensor in found if sensor not in self.sensors]
 
     def requiring(self, *needs: str) -> list[Sensor]:
-        """Return the sensors of kinds that read one of these quantities, such as `kind.RAYS`."""
+        """Return the sensors that read at least one of these quantities, such as `kind.RAYS`."""
         return [s for s in self.sensors if any(s.kind.requires(need) for need in needs)]
 
     @cached_property
@@ -83,9 +83,9 @@ class Examined:
 
     @cached_property
     def seen(self) -> list[tuple[Any, Array]]:
-        """The visible objects that sensors do not ignore, with their world matrices (4, 4).
+        """The visible objects that sensors do not ignore, each with its world matrix (4, 4).
 
-        An object that is instanced has an entry for each instance.
+        An instanced object has an entry for each instance.
         """
         found = []
         for instance in self.depsgraph.object_instances:
@@ -97,7 +97,7 @@ class Examined:
         return found
 
     def shown(self) -> list[Any]:
-        """Return the visible objects with a surface, each once."""
+        """Return the visible objects that have a surface, without repetition."""
         return list(dict.fromkeys(obj for obj, _ in self.seen if obj.type in SURFACE_TYPES))
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of the places of sensors, of pads and of light.
+"""Checks of the poses of sensors, of pressure pads and of light.
 
-They also report if nothing in the scene moves, presses or shines that the sensors could notice.
+They also find scenes in which nothing moves, presses or shines that the sensors could notice.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ BY_LIGHT_ALONE = ("LIGHT", "MATERIAL", "WORLD", "CAMERA", "NODETREE", "TEXTURE",
 
 
 def nothing_moves(home: Examined) -> Iterator[Found]:
-    """Report the sensors that notice movement, if nothing moves and no resident acts."""
+    """Yield a finding if the scene has sensors of movement, but nothing that moves."""
     sensors = home.requiring(RAYS, WARMTH, POSES)
     if sensors and not home.moved_without_keys and not _moves(home):
         yield (
@@ -60,7 +60,6 @@ def nothing_moves(home: Examined) -> Iterator[Found]:
 
 
 def _moves(home: Examined) -> bool:
-    """Return whether anything in the scene moves."""
     if frames_to_step_from(home.scene):
         return True
     owners = [evaluated.original for evaluated in home.depsgraph.ids]
@@ -72,7 +71,7 @@ def _moves(home: Examined) -> bool:
 def _is_animated(datablock: Any) -> bool:
     """Return whether keyframes, strips or drivers of a datablock move something.
 
-    Lamps and materials do not count, nor do the outputs of sensors.
+    Animation of lamps, materials and sensor outputs does not count.
     """
     if getattr(datablock, "animation_data", None) is None or datablock.id_type in BY_LIGHT_ALONE:
         return False
@@ -81,7 +80,7 @@ def _is_animated(datablock: Any) -> bool:
 
 
 def keys_that_do_not_play(home: Examined) -> Iterator[Found]:
-    """Report keyframes, strips and drivers that have no effect in the scene's frames."""
+    """Yield a finding for each reason why keyframes, strips or drivers have no effect."""
     scene = home.scene
     found: dict[tuple[str, str], list[str]] = {}
     for owner in dict.fromkeys(evaluated.original for evaluated in home.depsgraph.ids):
@@ -92,7 +91,7 @@ def keys_that_do_not_play(home: Examined) -> Iterator[Found]:
 
 
 def inside_walls(home: Examined) -> Iterator[Found]:
-    """Report sensors inside something solid."""
+    """Yield a finding for each sensor that is inside a solid object."""
     for sensor in home.requiring(RAYS, WARMTH, LIGHT):
         inside = _surrounded_by(home, sensor)
         if inside:
@@ -104,9 +103,9 @@ def inside_walls(home: Examined) -> Iterator[Found]:
 
 
 def _surrounded_by(home: Examined, sensor: Sensor) -> str:
-    """Return the name of the solid that a sensor is inside, or an empty text.
+    """Return the name of the solid that a sensor is inside; empty if it is inside none.
 
-    Two opposite rays from the sensor both hit this solid nearby, and each leaves it through an odd
+    Two opposite rays from the sensor both hit this solid nearby. Each ray leaves it through an odd
     number of faces. The directions of the faces' normals do not matter.
     """
     matrix = sensor.world_matrix(home.depsgraph)
@@ -129,7 +128,7 @@ def _surrounded_by(home: Examined, sensor: Sensor) -> str:
 
 
 def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) -> int:
-    """Return how many faces of a solid a ray crosses; 0 if they are too many to count."""
+    """Return how many faces of a solid a ray crosses, or 0 if there are too many to count."""
     inverse = home.home.caster.solids.inverse[solid.row]
     tree = solid.geometry.tree(home.depsgraph)
     point = inverse[:3, :3] @ origin + inverse[:3, 3] - solid.geometry.pivot
@@ -139,10 +138,7 @@ def _crossings(home: Examined, solid: Solid, origin: Array, direction: Array) ->
 
 
 def looks_into_something(home: Examined) -> Iterator[Found]:
-    """Report sensors that look into something nearer than their range min.
-
-    Sensors do not see what is nearer than that.
-    """
+    """Yield a finding for each sensor with an obstacle nearer than the least range that it sees."""
     for sensor in home.requiring(RAYS):
         try:
             sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
@@ -170,7 +166,7 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
 
 
 def slits(home: Examined) -> Iterator[Found]:
-    """Report slits that rays of a motion detector pass, although its real beam would not."""
+    """Yield a finding for each slit that a detector's rays pass, but a real beam would not."""
     for sensor in home.requiring(RAYS):
         if not any(field.quantity == "motion" for field in sensor.kind.events):
             continue
@@ -185,9 +181,9 @@ def slits(home: Examined) -> Iterator[Found]:
                 )
 
 
-def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
-    """Return the slits that rays pass, each as the names of the solids on its two sides."""
-    rays, caster, sensor = sight.rays(home.metres), home.home.caster, sight.sensor
+def _slits(home: Examined, trace: Trace) -> list[tuple[str, str]]:
+    """Return the slits that rays pass through, each as the names of the two solids beside it."""
+    rays, caster, sensor = trace.rays(home.metres), home.home.caster, trace.sensor
     directions, reach = np.ascontiguousarray(rays.directions), rays.reach
     if not len(directions):
         return []
@@ -214,7 +210,7 @@ def _slits(home: Examined, sight: Trace) -> list[tuple[str, str]]:
 
 
 def names_nothing(home: Examined) -> Iterator[Found]:
-    """Report sensors that lack an object which they need, such as contacts without a magnet."""
+    """Yield a finding for each sensor that lacks an object it needs, such as a contact's magnet."""
     for sensor in home.requiring(POSES):
         for name, spec in specs(sensor.kind.parameters).items():
             if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
@@ -226,9 +222,9 @@ def names_nothing(home: Examined) -> Iterator[Found]:
 
 
 def unplaced(home: Examined) -> Iterator[Found]:
-    """Report sensors and other objects that Blender does not evaluate, so that they have no place.
+    """Yield a finding for each sensor that Blender does not evaluate, so that it has no pose.
 
-    The other objects are those that a sensor, a lamp or a resident refers to.
+    The same is done for objects that a sensor, a lamp or a resident refers to.
     """
     for sensor in home.unplaced:
         yield (
@@ -243,10 +239,7 @@ def unplaced(home: Examined) -> Iterator[Found]:
 
 
 def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
-    """Yield each object that a sensor, a lamp or a resident refers to.
-
-    Before the object comes the name of what refers to it.
-    """
+    """Yield pairs: the name of a sensor, lamp or resident, and an object that it refers to."""
     for sensor in home.sensors:
         for name, spec in specs(sensor.kind.parameters).items():
             used = getattr(sensor.parameters, name) if spec.pointer == "Object" else None
@@ -259,7 +252,7 @@ def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
 
 
 def nothing_warm(home: Examined) -> Iterator[Found]:
-    """Report the pyroelectric detectors, if nothing in the scene has a temperature."""
+    """Yield a finding if there are pyroelectric detectors, but no object has a temperature."""
     found = warmth.pyroelectric(home.sensors)
     warning = warmth.nothing_warm(home.view_layer) if found else None
     if warning:
@@ -268,7 +261,7 @@ def nothing_warm(home: Examined) -> Iterator[Found]:
 
 
 def unreachable(home: Examined) -> Iterator[Found]:
-    """Report sensors whose output can never switch on, or can never switch off."""
+    """Yield a finding for each sensor whose output can never switch on, or never off."""
     for sensor in home.sensors:
         for found in sensing.unreachable(sensor, lengths_of(home.scene)):
             text = f"'{sensor.name}': {uncapitalized(found.problem)}"
@@ -283,7 +276,7 @@ GAP = 0.05
 
 
 def advised(home: Examined) -> Iterator[Found]:
-    """Report pads that nothing can press on, and pads that sink under heavier rigid bodies."""
+    """Yield a finding for each pad that nothing can press on, or that sinks under other bodies."""
     for pad in home.requiring(FORCES):
         for warning in (
             advice.without_surface(pad.object),
@@ -296,7 +289,7 @@ def advised(home: Examined) -> Iterator[Found]:
 
 
 def margins(home: Examined) -> Iterator[Found]:
-    """Report active rigid bodies of shape Mesh.
+    """Yield a finding if active rigid bodies have the shape Mesh.
 
     Their collision margin makes them hop on pads, so that the pads' readings are often not valid.
     """
@@ -317,7 +310,7 @@ def margins(home: Examined) -> Iterator[Found]:
 
 
 def hanging_in_the_air(home: Examined) -> Iterator[Found]:
-    """Report pads that hang in the air: no parent, no rigid body, and no surface close below."""
+    """Yield a finding for each pad without parent, rigid body, or surface close below."""
     for pad in home.requiring(FORCES):
         if pad.object.parent is not None or pad.object.rigid_body is not None:
             continue
@@ -341,7 +334,7 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
 
 
 def caches(home: Examined) -> Iterator[Found]:
-    """Report a rigid-body cache that ends before the scene, or is older than the last edit."""
+    """Yield a finding if the rigid-body cache is too short, or older than the last edit."""
     if home.requiring(FORCES):
         yield from filter(None, (advice.short_cache(home.scene), advice.outdated_cache(home.scene)))
 
@@ -356,14 +349,14 @@ USUAL_LUMENS = 800
 
 
 def electrical_watts(home: Examined) -> Iterator[Found]:
-    """Report lamps that shine so strongly that their power is probably the electrical one."""
+    """Yield a finding for each lamp whose power is so high that it is probably electrical."""
     if not home.requiring(LIGHT):
         return
     efficacy = home.scene.angen_luminous_efficacy
     for lamp in _lamps(home):
         data, sun = lamp.data, lamp.data.type == "SUN"
         most, unit = (MOST_SUN, "W/m²") if sun else (MOST_WATTS, "W")
-        power = _peak(data)
+        power = _peak_power(data)
         if power <= most:
             continue
         what = "lx" if sun else "lm"
@@ -378,7 +371,7 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
 
 
 def none_lit(home: Examined) -> Iterator[Found]:
-    """Report the light sensors, if nothing in the scene shines."""
+    """Yield a finding if there are light sensors, but nothing in the scene shines."""
     sensors = home.requiring(LIGHT)
     lit = any(lamp.data.energy > 0 or is_animated(lamp.data, "energy") for lamp in _lamps(home))
     if not sensors or lit or _world_shines(home.scene.world) or _something_shines(home):
@@ -391,13 +384,13 @@ def none_lit(home: Examined) -> Iterator[Found]:
 
 
 def opaque_glass(home: Examined) -> Iterator[Found]:
-    """Report glass that keeps lamps and the sun from light sensors."""
+    """Yield a finding for each glass that keeps lamps and the sun from light sensors."""
     if home.requiring(LIGHT):
         yield from sensing.opaque_glass(home.view_layer)
 
 
 def eevee_cannot_run(home: Examined) -> Iterator[Found]:
-    """Report light sensors that are set to EEVEE where it cannot run."""
+    """Yield a finding if light sensors are set to EEVEE and it cannot run here."""
     sensors = [s for s in home.requiring(LIGHT) if getattr(s.parameters, "engine", "") == "EEVEE"]
     reason = why_no_eevee() if sensors else ""
     if reason:
@@ -406,13 +399,12 @@ def eevee_cannot_run(home: Examined) -> Iterator[Found]:
 
 
 def _lamps(home: Examined) -> list[Any]:
-    """Return the visible lamps."""
     lamps = dict.fromkeys(obj for obj, _ in home.seen if obj.type == "LIGHT")
     return [lamp for lamp in lamps if not is_portal(lamp)]
 
 
-def _peak(lamp: Any) -> float:
-    """Return the greatest power of a lamp: of its present setting and of its keyframes."""
+def _peak_power(lamp: Any) -> float:
+    """Return the greatest power of a lamp: now or at a keyframe."""
     keyed = [point.co[1] for curve in curves(lamp, {"energy"}) for point in curve.keyframe_points]
     return float(max([lamp.energy, *keyed]))
 
@@ -422,14 +414,11 @@ def _world_shines(world: Any) -> bool:
         return False
     if not has_nodes(world):
         return any(part > 0 for part in world.color)
-    return any(_shines(node) for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    return any(_gives_light(node) for node in world.node_tree.nodes if node.type == "BACKGROUND")
 
 
-def _shines(node: Any) -> bool:
-    """Return whether an emission or background node may give light.
-
-    With a linked input it counts as giving light.
-    """
+def _gives_light(node: Any) -> bool:
+    """Return whether an emission or background node gives light, or may do so by a linked input."""
     strength = next((s for s in node.inputs if s.name in {"Strength", "Emission Strength"}), None)
     names = {"Color", "Emission Color", "Emission"}
     colour = next((s for s in node.inputs if s.name in names), None)
@@ -442,7 +431,7 @@ def _shines(node: Any) -> bool:
 
 def _something_shines(home: Examined) -> bool:
     return any(
-        _shines(node)
+        _gives_light(node)
         for obj in home.shown()
         for slot in obj.material_slots
         if slot.material is not None and slot.material.node_tree is not None

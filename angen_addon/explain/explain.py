@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Explain an update of a recording, or the last event before a time."""
+"""Explain an update in a recording, or the last event before a time."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from .replay import replaying
 def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Explanation:
     """Explain update `index` of a sensor in a recording.
 
-    If the output is not active at that update, the explanation also says what would have to change.
+    If the output is off at that update, the explanation also says what would switch it on.
 
-    `scene` must be the scene of the present context. It must not have changed after the run. The
-    frame is restored. Raise `AngenError` if the sensor cannot be read.
+    `scene` must be the scene of the current context, unchanged since the run. The frame is
+    restored. Raise `AngenError` if the sensor cannot be read.
     """
     with replaying(scene, sensor, recording) as replay:
         appearance = appearance_of(sensor.kind)
@@ -39,10 +39,10 @@ def explain(scene: Any, sensor: Sensor, recording: Recording, index: int) -> Exp
 
 
 class Memory:
-    """The last explanation, for the panels to show.
+    """Stores the last explanation, for the panels to show.
 
-    It is valid only for the recording that it was made from. Undo, loading a file and edits discard
-    that recording.
+    It is valid only for the recording from which it was made. Undo, loading a file and edits
+    discard that recording.
     """
 
     def __init__(self) -> None:
@@ -51,11 +51,11 @@ class Memory:
         self._kept: Explanation | None = None
 
     def keep(self, recording: Recording, uid: Uid, explanation: Explanation) -> None:
-        """Store an explanation of a sensor; `uid` is the session uid of the sensor's object."""
+        """Store an explanation for a sensor; `uid` is the session uid of the sensor's object."""
         self._of, self._uid, self._kept = weakref.ref(recording), uid, explanation
 
     def recall(self, recording: Recording, uid: Uid, index: int | None) -> Explanation | None:
-        """Return the stored explanation if it is of update `index` of this sensor, else None."""
+        """Return the stored explanation if it is for update `index` of this sensor, else None."""
         kept = self._kept
         if kept is None or self._of is None or self._of() is not recording:
             return None
@@ -70,10 +70,10 @@ MEMORY = Memory()
 
 
 class ExplainedTime:
-    """The explanation of a sensor at a time (s), for the command `angen explain`.
+    """Explains a sensor's reading at a time (s), for the command `angen explain`.
 
-    First call `run`, which simulates the frames `first` to `last`. Then `text` gives the
-    explanation.
+    First call `run`, which simulates the necessary frames, `first` to `last`. Then `text` returns
+    the explanation.
     """
 
     def __init__(self, scene: Any, sensors: Sequence[Sensor], sensor: Sensor, time: float) -> None:
@@ -99,7 +99,10 @@ class ExplainedTime:
             self.first = clock.frame_and_subframe(schedule.step(earlier))[0]
 
     def run(self) -> Iterator[Progress]:
-        """Simulate the frames. Raise `AngenError` if the sensor is switched off."""
+        """Start the simulation; return the iterator that runs it and yields its progress.
+
+        Raise `AngenError` if the sensor is switched off.
+        """
         if not simulated([self._sensor]):
             raise AngenError(
                 f"'{self._sensor.name}' is switched off, so it publishes nothing: switch it on "
@@ -113,10 +116,10 @@ class ExplainedTime:
         return sum(len(track) for track in self._recording.tracks.values())
 
     def text(self, now: bool = False) -> str:
-        """Return the explanation of the last event up to the given time; call `run` first.
+        """Return the explanation of the last event up to the constructor's `time`.
 
-        With `now`, explain the last update up to that time, event or not. Raise `AngenError` if
-        there is none.
+        Call `run` first. With `now`, explain the last update instead, whether it is an event or
+        not. Raise `AngenError` if there is none.
         """
         track = self._recording.tracks[self._sensor.name]
         # Whether a reading of light is an event depends on earlier updates, which were not run.

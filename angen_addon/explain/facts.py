@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The texts of an explanation, as panels and the command line show them."""
+"""The text of an explanation, as panels and the command line show it."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ Facts = list[tuple[str, str]]
 
 @dataclass(frozen=True)
 class Explanation:
-    """Why a sensor read what it read at one update.
+    """Why a sensor had its reading at one update.
 
     Attributes
     ----------
     sensor
         The name of the sensor.
     index
-        The number of the update in the sensor's track.
+        The index of the update in the sensor's track.
     frame, time
         The frame and the time (s) of the update.
     headline
         The explanation in a sentence.
     facts
-        Details, as pairs of a name and a value.
+        Details, as pairs of a name and a text.
     doubt
-        Why the explanation may be wrong; empty if it is sure.
+        Why the explanation may be wrong; empty if it is certain.
     cause
         The details as numbers, in a class of the sensor's kind such as `PadCause`.
     """
@@ -47,14 +47,14 @@ class Explanation:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that made the reading.
+        """The name of the object that caused the reading.
 
-        It is empty if no object did, or if it is unknown, as for a movement that is over.
+        It is empty if no object did, or if the object is unknown, as for a movement that has ended.
         """
         return self.cause.cause_name if self.cause is not None else ""
 
     def after(self, facts: Iterable[tuple[str, str]]) -> Explanation:
-        """Return a copy of the explanation with `facts` before its own facts."""
+        """Return a copy of the explanation with `facts` inserted before its own facts."""
         return replace(self, facts=(*facts, *self.facts))
 
     def as_text(self) -> str:
@@ -69,11 +69,11 @@ class Explanation:
 
 
 def at_frame(frame: float, time: float) -> str:
-    """Return the text for a frame and its time."""
+    """Return a text such as "frame 12 (0.500 s)"."""
     return f"frame {format_frame(frame)} ({time:.3f} s)"
 
 
 def more_needed(threshold: float, value: float, unit: str) -> str:
-    """Return a text that says how far a value is from the threshold that it must exceed."""
+    """Return a text that compares a value with the threshold that it does not reach."""
     share = f"{percent(value / threshold)} of that" if threshold else "not above it"
     return f"more than {typed(threshold, unit)} is needed, the reading is {share}"

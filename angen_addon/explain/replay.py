@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Go back to updates of a recording, with the same frames, rays and noise as in the run.
+"""Repeat updates of a recording, with the same frames, rays and noise as in the run.
 
-While the run is still on, the last updates are read from its trace instead.
+During a run, its last updates are not repeated but read from the run's trace, which stores the rays
+and hits of each update.
 """
 
 from __future__ import annotations
@@ -31,22 +32,22 @@ from .facts import Explanation, Facts
 
 
 class Replay:
-    """A sensor, taken back to updates of a recording.
+    """Repeats recorded updates of a sensor in the scene, to explain them.
 
     Attributes
     ----------
     track
         The recorded updates of the sensor.
     runner
-        Runs the sensor. It keeps the state of the sensor's model from one replayed update to the
+        Runs the sensor. It keeps the state of the sensor's model from one repeated update to the
         next.
     metres
         Metres in a Blender unit.
     lengths
         Formats lengths in the scene's unit.
     probes
-        What the sensor reads of the scene. The constructor takes those of another replay, to which
-        the home is already known.
+        Answers the sensor's queries, such as ray casts. The constructor can take those of another
+        replay, which have already read the scene.
     """
 
     def __init__(
@@ -77,9 +78,9 @@ class Replay:
 
     @property
     def probes(self) -> Probes:
-        """The probes of the scene, at the last update that was replayed.
+        """The object that answers the sensor's queries, such as ray casts, at the last update.
 
-        Raise `NotRecorded` if the scene cannot go back because the run is still on.
+        Raise `NotRecorded` if the frame cannot change because a run is in progress.
         """
         return self._probes
 
@@ -89,23 +90,26 @@ class Replay:
         return self._trace.hits
 
     def name_of(self, number: int) -> str:
-        """Return the name that users see for the solid `number`."""
+        """Return the name, for users, of the solid (an object that rays hit) with this number."""
         return self._trace.name_of(number)
 
     def step_of(self, index: int) -> int:
-        """Return the step of the clock at which update `index` of the track was made."""
+        """Return the step (a frame or a part of it) of update `index` of the track."""
         clock = self.runner.clock
         return round((self.track.frames[index] - clock.frame_start) * clock.substeps)
 
     def update_number(self, index: int) -> int:
-        """Return the number of update `index` of the track, counted from t = 0."""
+        """Return the number of update `index` of the track, counted from t = 0.
+
+        The track can begin later than t = 0, or have gaps.
+        """
         return self.runner.schedule.last_update(self.step_of(index))
 
     def index_of(self, number: int, index: int) -> int | None:
-        """Return the index in the track of the update with this number.
+        """Convert the number of an update, counted from t = 0, to its index in the track.
 
-        Return None if the recording lacks an update between that one and update `index`. A sensor
-        loses its state in such a gap.
+        Return None if the track has a gap between that update and update `index`. A sensor loses
+        its state in a gap.
         """
         back = self.update_number(index) - number
         if back > index or self.update_number(index - back) != number:
@@ -120,10 +124,10 @@ class Replay:
         return evaluated_depsgraph()
 
     def take_update(self, index: int, frame: int | None = None) -> PendingUpdates | None:
-        """Go back to update `index`, and return what the sensor's model will get.
+        """Set the scene to update `index`, and return the inputs of the sensor's model there.
 
-        Return None if the sensor is now switched off there. `frame` is as in `Probes.look`. Raise
-        `AngenError` if the sensor cannot be read.
+        Return None if the sensor is now switched off at that frame. `frame` is passed to
+        `Probes.look`. Raise `AngenError` if the sensor cannot be read.
         """
         step = self.step_of(index)
         depsgraph = self.evaluate_step(step)
@@ -131,7 +135,7 @@ class Replay:
         return self.runner.take(self.update_number(index), step, depsgraph, self.probes)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Render the light of the update that `take_update` returned, as the run did.
+        """Render the light for an update that `take_update` returned, as in the run.
 
         Raise `AngenError` if it cannot be rendered.
         """
@@ -142,9 +146,9 @@ class Replay:
         taken.give_light(finished(self.probes.measure(*what, alone)))
 
     def take_with_motion(self, index: int) -> PendingUpdates | None:
-        """As `take_update`, for a sensor that also senses how objects move through the frame.
+        """Do what `take_update` does, for a sensor that also senses the motion of objects.
 
-        How they move follows from the frames before and after. Raise `AngenError` if the sensor
+        The motion is computed from the frames before and after. Raise `AngenError` if the sensor
         cannot be read.
         """
         clock = self.runner.clock
@@ -162,9 +166,10 @@ class Replay:
         return taken
 
     def sense_between(self, first: int, last: int) -> None:
-        """Have a swept sensor sense the steps between updates `first` and `last` of the track.
+        """Run a swept sensor at each step between updates `first` and `last` of the track.
 
-        All other sensors sense nothing there.
+        A swept sensor computes what crosses its beam between two frames. Do nothing for other
+        sensors.
         """
         if not self.runner.watches:
             return
@@ -174,9 +179,10 @@ class Replay:
             self.runner.watch(step, depsgraph, self.probes)
 
     def solid_bounds(self, index: int, include_sensor: bool = False) -> dict[str, Array]:
-        """Return the bounds (2, 3) in m of the solids that rays can hit at update `index`, by name.
+        """Return the bounds (2, 3) in m of the solids that rays can hit at update `index`.
 
-        With `include_sensor`, the sensor's own solids are included.
+        The keys are the names of the solids. With `include_sensor`, the sensor's own solids are
+        included.
         """
         depsgraph = self.evaluate_step(self.step_of(index))
         self.probes.look(depsgraph, None)
@@ -196,7 +202,7 @@ class Replay:
 
     @property
     def pose(self) -> Pose:
-        """The sensor's pose at the last update that was replayed."""
+        """The sensor's pose at the last update that was repeated."""
         matrix = self.sensor.world_matrix(evaluated_depsgraph())
         return read_pose(self.sensor, matrix, self.metres)
 
@@ -208,7 +214,7 @@ class Replay:
         doubt: str = "",
         cause: Any = None,
     ) -> Explanation:
-        """Return an explanation of update `index`, to which this adds the frame and the time.
+        """Return an explanation of update `index`, with the sensor's name, the frame and the time.
 
         The other parameters are the attributes of `Explanation`.
         """
@@ -217,11 +223,11 @@ class Replay:
         return Explanation(name, index, frame, time, headline, tuple(facts), doubt, cause)
 
     def explain_off(self, index: int) -> Explanation:
-        """Return the explanation of an update at which the sensor is now switched off."""
+        """Return the explanation for an update at which the sensor is now switched off."""
         return self.explanation(index, "It is switched off at this frame", ())
 
     def _show_outputs_before(self, frame: float) -> None:
-        """Set the outputs of all sensors as drivers saw them in the run just before this frame."""
+        """Set the outputs of all sensors to their values just before this frame, for drivers."""
         for sensor in self._driven:
             track = self._recording.track_of(sensor.uid)
             if track is None:
@@ -236,9 +242,9 @@ class Replay:
 
 
 class Recalled(Replay):
-    """A sensor at the last updates of a run that is still on, read from the trace of the run.
+    """A replay during a run, which reads stored rays and hits instead of changing the frame.
 
-    The scene stays at its frame. A query that the run has not made raises `NotRecorded`.
+    A query that the run has not made raises `NotRecorded`.
     """
 
     def __init__(self, scene: Any, recording: Recording, trace: Trace) -> None:
@@ -257,7 +263,7 @@ class Recalled(Replay):
         return PendingUpdates(self.runner, [step], parameters, updates)
 
     def measure_light(self, taken: PendingUpdates) -> None:
-        """Do nothing, since the trace has the light already."""
+        """Do nothing, because the run has already rendered the light."""
 
     def take_with_motion(self, index: int) -> PendingUpdates | None:
         return self.take_update(index)
@@ -271,10 +277,9 @@ class Recalled(Replay):
 
 @contextmanager
 def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Replay]:
-    """Return a context manager that gives a replay of a sensor.
+    """Context manager: on entry, give a `Replay` of a sensor; on exit, restore frame and outputs.
 
-    The frame may change within its `with` block. Frame and outputs are restored after it, even
-    after an error. Do not use it in a frame handler, nor during a run.
+    In between, the frame may change. Do not use it in a frame handler, nor during a run.
     """
     frame, subframe = scene.frame_current, scene.frame_subframe
     view_layer = bpy.context.view_layer
@@ -302,7 +307,7 @@ def replaying(scene: Any, sensor: Sensor, recording: Recording) -> Iterator[Repl
 def explain_plainly(replay: Replay, index: int) -> Explanation:
     """Explain update `index` of a sensor whose kind has no explanation of its own.
 
-    The explanation has the published fields, the nearest hit and the parameters of the sensor.
+    The explanation lists the published fields, the nearest hit and the parameters of the sensor.
     Raise `AngenError` if the sensor cannot be read.
     """
     pending, kind = replay.take_update(index), replay.sensor.kind
@@ -328,7 +333,6 @@ def explain_plainly(replay: Replay, index: int) -> Explanation:
 
 
 def _nearest(replay: Replay) -> str:
-    """Return the nearest hit of the sensor's rays, as a text."""
     ranges, names = replay.seen
     met = [(length, name) for length, name in zip(ranges.tolist(), names, strict=True) if name]
     if not met:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Apply a layout to the open home: all of it, or nothing."""
+"""Apply a layout, which lists the sensors of a home, to the open home: all of it or nothing."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ SAME_SIZE = 1e-3
 
 
 class Applied(NamedTuple):
-    """What a layout did to the sensors of a home.
+    """The changes that a layout made to the sensors of a home.
 
     Attributes
     ----------
     added, changed, unchanged, removed
-        The names of these sensors.
+        Names of sensors.
     cleared
         The names of removed sensors whose objects stay, such as furniture.
     replaced
-        A sentence on values of older versions that were replaced by present ones; empty if none
-        were.
+        A sentence that lists values of older versions and the present values that replace them;
+        empty without any.
     """
 
     added: list[str]
@@ -54,7 +54,7 @@ class Applied(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The result in a sentence."""
+        """The changes in a sentence."""
         parts = [f"{len(self.added)} added", f"{len(self.changed)} changed"]
         parts += [f"{len(self.removed)} removed"] if self.removed else []
         found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
@@ -64,7 +64,7 @@ class Applied(NamedTuple):
 
 
 def apply_layout(path: Path, remove: bool = False) -> Applied:
-    """Add and change sensors in the present scene to match a layout file.
+    """Add and change sensors in the current scene to match a layout file.
 
     With `remove`, delete the sensors that are not in the layout. If the layout is wrong, raise
     `InputError` and change nothing.
@@ -95,13 +95,13 @@ def apply_layout(path: Path, remove: bool = False) -> Applied:
 
 
 class _Rollback(ExitStack):
-    """Sets properties, and restores their old values at the end of the `with` block.
+    """Context manager: on exit, undo the changes, unless `pop_all` has been called.
 
-    Other changes are undone by callbacks that are added to it. After `pop_all` nothing is undone.
+    Property changes are made by `set`. Other changes are undone by callbacks.
     """
 
     def set(self, owner: Any, name: str, value: Any) -> None:
-        """Set a property; restore the old value if the changes are rolled back."""
+        """Set a property, which the rollback restores."""
         before = getattr(owner, name)
         if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
             before = before.copy()
@@ -117,7 +117,7 @@ def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
         with explained(plan.entry.where(), *wrong):
             _set(plan, obj, rollback)
         if "collection" in plan.moves:
-            _move_to(obj, plan.moves["collection"], rollback)
+            _move_to_collection(obj, plan.moves["collection"], rollback)
     for plan in plans:
         if "parent" in plan.moves:
             _set_parent(objects[id(plan)], plan.moves["parent"], rollback)
@@ -125,7 +125,7 @@ def _make_changes(plans: list[SensorChange], rollback: _Rollback) -> None:
     for plan in sorted(plans, key=lambda plan: len(list(chain(objects[id(plan)])))):
         obj = objects[id(plan)]
         if plan.displaced or (plan.origin is not None and obj.parent and obj.is_editable):
-            _place(plan, obj, rollback)
+            _move_to_pose(plan, obj, rollback)
 
 
 def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
@@ -157,7 +157,7 @@ def _usable_collection() -> Any:
 
 
 def _housing(plan: SensorChange) -> Housing | None:
-    """Return the housing of a new sensor; None if its object is to be an empty."""
+    """Return the housing of a new sensor, or None if the new object must be an empty."""
     kind, values = plan.kind, plan.entry.values
     if "bounds" not in values:
         return housing_of(kind.identifier, values.get("preset", ""))
@@ -171,16 +171,13 @@ def _box(low: list[float], high: list[float]) -> Housing:
     return Housing().box(tuple(low), tuple(high))  # type: ignore[arg-type]
 
 
-def _housing_of_size(kind: Any, wanted: Any) -> Housing | None:
-    """Return the housing of one of the kind's presets that has these bounds, or None.
-
-    `wanted` (2, 3) are the bounds in m.
-    """
+def _housing_of_size(kind: Any, bounds: Any) -> Housing | None:
+    """Return the housing of one of the kind's presets, by its bounds (2, 3) in m, or None."""
     for preset in ("", *(preset.identifier for preset in kind.presets)):
         housing = housing_of(kind.identifier, preset)
         points = np.array([housing.points[i] for face in housing.faces for i in face])
         box = np.array([points.min(0), points.max(0)]) if len(points) else np.zeros((2, 3))
-        if np.abs(box - wanted).max() <= SAME_SIZE * np.abs(wanted).max():
+        if np.abs(box - bounds).max() <= SAME_SIZE * np.abs(bounds).max():
             return housing
     return None
 
@@ -200,11 +197,8 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
         rollback.set(settings, "preset", preset)
 
 
-def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Move an object to the collection with this name, out of all others.
-
-    Without a name, move it to the scene's collection.
-    """
+def _move_to_collection(obj: Any, name: str | None, rollback: _Rollback) -> None:
+    """Link an object to the collection with this name only; without a name, to the scene's."""
     scene = bpy.context.scene
     target = scene.collection if name is None else bpy.data.collections.get(name)
     if target is None:
@@ -225,7 +219,7 @@ def _move_to(obj: Any, name: str | None, rollback: _Rollback) -> None:
 
 
 def _set_parent(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Parent an object to the object with this name, or to none; keep its world matrix."""
+    """Set or clear the parent of an object, and keep its world matrix; `name` is the parent's."""
     bpy.context.view_layer.update()
     world = obj.matrix_world.copy()
     _remember_channels(obj, rollback)
@@ -240,8 +234,8 @@ def _remember_channels(obj: Any, rollback: _Rollback) -> None:
         rollback.set(obj, name, getattr(obj, name))
 
 
-def _place(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
-    """Move an object to the pose that the layout gives, without a change of its scale."""
+def _move_to_pose(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
+    """Move an object to the pose that the layout gives, and keep its scale."""
     assert plan.origin is not None and plan.axes is not None
     origin = (plan.origin / unit_scale(bpy.context.scene)).tolist()
     _remember_channels(obj, rollback)
@@ -265,7 +259,7 @@ def _close(a: Matrix, b: Matrix) -> bool:
 
 
 def _check_done(plans: list[SensorChange]) -> None:
-    """Raise `InputError` if Blender did not make a change, for example because it is locked."""
+    """Raise `InputError` if a change had no effect, for example because a channel is locked."""
     view_layer = bpy.context.view_layer
     view_layer.update()
     again = Planner(Layout([]), view_layer, evaluated_depsgraph())
@@ -288,10 +282,10 @@ def _check_done(plans: list[SensorChange]) -> None:
 
 
 def _delete(sensor: Sensor) -> bool:
-    """Delete a sensor's object and its children, but keep children that are sensors.
+    """Delete a sensor's object and its children, except children that are sensors.
 
-    If the object is more than a sensor, such as furniture, it only stops being a sensor. Return
-    False for such an object, else True.
+    If the object is more than a sensor, such as furniture, it stays and is no longer a sensor.
+    Return False for such an object, else True.
     """
     obj = sensor.object
     if not _is_only_sensor(sensor):
@@ -309,7 +303,7 @@ def _delete(sensor: Sensor) -> bool:
 
 
 def _is_only_sensor(sensor: Sensor) -> bool:
-    """Return whether a sensor's object is an empty, or a mesh with the size of a housing."""
+    """Return whether a sensor's object is an empty, or has the size of a housing of its kind."""
     if sensor.object.type != "MESH":
         return bool(sensor.object.type == "EMPTY")
     box = face_bounds(sensor.object.data)

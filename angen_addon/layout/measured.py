@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure the place and the size of a sensor, so that a layout can restore them exactly."""
+"""Measure the pose and the size of a sensor, so that a layout can restore them exactly."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ Numbers = list[float] | None
 def place(sensor: Sensor, depsgraph: Any) -> tuple[Numbers, Numbers]:
     """Return a sensor's location and rotation in the world.
 
-    They are exact if the object's own location and rotation are all that places the sensor. If a
-    parent, a constraint or an instance also does, they are rounded. The steps are as fine as the
-    place can be set again: 10 µm and 1 µrad up to 10 m from the origin.
+    They are exact if only the object's own location and rotation determine the pose. Otherwise, for
+    example with a parent, they are rounded to 10 µm and 1 µrad, up to 10 m from the origin. The
+    pose can be set again with that precision.
 
     Returns
     -------
@@ -61,9 +61,9 @@ def _rounded(values: Any, decimals: int) -> list[float]:
 
 
 def shortest(value: float, metres: float = 1.0) -> float:
-    """Return `value` times `metres` as a decimal number with as few digits as needed, at least 7.
+    """Return `value` times `metres`, rounded to as few digits as needed, at least 7.
 
-    Divided by `metres`, it equals `value` in single precision, in which Blender stores it.
+    The result divided by `metres` equals `value` in single precision, in which Blender stores it.
     """
     found = 0.0
     for digits in (7, 8, 9):
@@ -74,9 +74,9 @@ def shortest(value: float, metres: float = 1.0) -> float:
 
 
 def bounds(sensor: Sensor, depsgraph: Any) -> list[list[float]] | None:
-    """Return the bounds of a sensor's faces along the sensor's axes, in m.
+    """Return the bounds (2, 3) of a sensor's faces in the sensor's space, in m.
 
-    They are the lowest and the highest corner (3,). Return None if the sensor has no faces.
+    They are the lowest and the highest corner. Return None if the sensor has no faces.
     """
     evaluated = sensor.object.evaluated_get(depsgraph)
     if evaluated.type not in SURFACE_TYPES or not evaluated.is_evaluated:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compare a layout with the open home, and find its errors before any change is made."""
+"""Compare a layout with the open home, and find errors before any change is made."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ COLLECTIONS = {"Object": "objects", "Collection": "collections", "Text": "texts"
 
 @dataclass
 class SensorChange:
-    """What a layout changes of one sensor.
+    """The changes that a layout makes to one sensor.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class SensorChange:
     moves
         The names of its new parent and collection, under "parent" and "collection".
     origin, axes
-        Its new pose (3,) in m and (3, 3). Both are None if the layout gives no place.
+        Its new pose: shape (3,) in m, and (3, 3). Both are None if the layout gives no pose.
     angles
         The axes as XYZ Euler angles.
     displaced
@@ -64,14 +64,14 @@ class SensorChange:
 
     @property
     def changes(self) -> bool:
-        """Whether anything is to be changed."""
+        """Whether there is anything to change."""
         return bool(
             self.sensor is None or self.settings or self.parameters or self.moves or self.displaced
         )
 
 
 class Planner:
-    """Compares a layout with the sensors of a view layer at the present frame."""
+    """Compares a layout with the sensors of a view layer at the current frame."""
 
     def __init__(self, layout: Layout, view_layer: Any, depsgraph: Any) -> None:
         self._entries, self._others = layout.sensors, layout.others
@@ -80,10 +80,10 @@ class Planner:
         self._sensors = all_sensors(view_layer)
 
     def changes(self) -> list[SensorChange]:
-        """Return the changes of each sensor of the layout.
+        """Return the change of each sensor in the layout.
 
-        If the layout has settings for all other sensors, their changes follow. Raise `InputError`
-        if the layout is wrong.
+        A layout can also have settings for all sensors that it does not list. Their changes come
+        last. Raise `InputError` if the layout is wrong.
         """
         found = [self.change(entry) for entry in self._entries]
         self._check_parents(found)
@@ -118,7 +118,7 @@ class Planner:
         return found
 
     def sensor(self, entry: LayoutEntry) -> Sensor | None:
-        """Return the sensor with the name that an entry of the layout gives, or None.
+        """Return the sensor that an entry of the layout names, or None if there is none.
 
         Raise `InputError` if several sensors have this name, or if its library is not linked.
         """
@@ -141,7 +141,7 @@ class Planner:
         return found[0] if found else None
 
     def change(self, entry: LayoutEntry) -> SensorChange:
-        """Return what an entry of the layout changes. Raise `InputError` if the entry is wrong."""
+        """Return the change that a layout entry makes. Raise `InputError` if the entry is wrong."""
         sensor = self.sensor(entry)
         taken = None if sensor else self._same_name(entry)
         kind = self._kind(entry, sensor)
@@ -166,9 +166,9 @@ class Planner:
         return change
 
     def _same_name(self, entry: LayoutEntry) -> Any:
-        """Return the ordinary object that has an entry's name and will become a sensor, or None.
+        """Return the object with an entry's name that is not yet a sensor, or None.
 
-        Raise `InputError` if it is not in the view layer.
+        Raise `InputError` if the object is not in the view layer.
         """
         obj = next((o for o in bpy.data.objects if o.name == entry.name and not o.library), None)
         if obj is None or obj in set(self._view_layer.objects):
@@ -187,7 +187,7 @@ class Planner:
         raise entry.error(f"no sensor has this name, and a new one needs a kind; {known}")
 
     def _check_new(self, entry: LayoutEntry) -> None:
-        """Raise `InputError` if no sensor can be added for an entry."""
+        """Raise `InputError` if a new sensor cannot be made from the entry."""
         holder = self._view_layer.objects.get(entry.name.partition("/")[0])
         if "/" in entry.name and holder is not None and is_holder(holder):
             known = [s.name for s in self._sensors if s.holders]
@@ -220,14 +220,14 @@ class Planner:
             return
         change.origin, change.axes, change.angles = self._target(change)
         as_listed = not values.keys() & {"relative_to", "look"}
-        if as_listed and all(_same(values[key], listed.get(key)) for key in given):
+        if as_listed and all(_is_same(values[key], listed.get(key)) for key in given):
             return
         change.displaced = change.sensor is None or not self.has_new_pose(change)
 
     def _object(self, entry: LayoutEntry, key: str, name: str) -> Any:
-        """Return the object with this name; raise `InputError` if there is none.
+        """Return the object with this name. Raise `InputError` if there is none.
 
-        `key` is the key of the entry that has the name.
+        `key` is the entry's key that holds the name, for the error message.
         """
         found = self._view_layer.objects.get(name)
         if found is None:
@@ -236,10 +236,10 @@ class Planner:
         return found
 
     def _target(self, change: SensorChange) -> tuple[Array, Array, Sequence[float]]:
-        """Return the new pose of a sensor, from the place that its entry gives.
+        """Compute the new pose of a sensor from an entry of the layout.
 
-        These are the origin (3,) in m, the axes (3, 3) and the XYZ Euler angles. The angles are
-        empty if the axes stay.
+        Return the origin (3,) in m, the axes (3, 3) and the XYZ Euler angles. The angles are empty
+        if the axes do not change.
         """
         entry, values = change.entry, change.entry.values
         metres = unit_scale(self._depsgraph.scene)
@@ -257,7 +257,7 @@ class Planner:
         if not np.isfinite(place.astype(np.float32) / np.float32(metres)).all():
             raise entry.error("location is too far away: move it nearer to the origin", "location")
         if "look" in values:
-            turned = _looking(axes @ np.array(values["look"], float))
+            turned = _axes_looking(axes @ np.array(values["look"], float))
         elif "rotation" in values:
             if "relative_to" not in values:
                 angles = values["rotation"]
@@ -270,10 +270,7 @@ class Planner:
         return place, turned, tuple(Matrix(turned.tolist()).to_euler("XYZ"))
 
     def _pose(self, sensor: Sensor) -> tuple[Array, Array] | None:
-        """Return the origin (3,) in m and axes (3, 3) of a sensor.
-
-        Return None if it has no direction, as with scale 0.
-        """
+        """Return origin (3,) in m and axes (3, 3) of a sensor, or None if its scale is 0."""
         matrix = np.array(sensor.world_matrix(self._depsgraph))
         try:
             pose = pose_from_matrix(matrix, unit_scale(self._depsgraph.scene))
@@ -282,9 +279,9 @@ class Planner:
         return pose.origin, pose.axes
 
     def has_new_pose(self, change: SensorChange, sensor: Sensor | None = None) -> bool:
-        """Return whether a sensor has the new pose of `change`, within the tolerances.
+        """Return whether a sensor has the new pose of `change`, within tolerances.
 
-        It is `sensor`, or without one the sensor of the change.
+        `sensor` is by default the sensor of the change.
         """
         found = sensor or change.sensor
         now = self._pose(found) if found else None
@@ -325,11 +322,11 @@ class Planner:
         if listed.get("kind", NO_KIND) != kind.identifier:
             change.settings["kind"] = kind.identifier
         for name in COMMON:
-            if name in entry.values and not _same(entry.values[name], listed.get(name)):
+            if name in entry.values and not _is_same(entry.values[name], listed.get(name)):
                 change.settings[name] = entry.values[name]
         wanted = entry.settings(kind)
         for name, value in wanted.items():
-            if name not in listed["parameters"] or not _same(value, listed["parameters"][name]):
+            if name not in listed["parameters"] or not _is_same(value, listed["parameters"][name]):
                 change.parameters[name] = value
         rate = change.settings.get("update_rate", 1.0)
         if not rate > 0.0:
@@ -338,9 +335,9 @@ class Planner:
             self._check_parameters(change, listed)
 
     def _check_parameters(self, change: SensorChange, listed: dict[str, Any]) -> None:
-        """Replace the names of objects in the new parameters by these objects.
+        """Replace the names of objects in the new parameters by the objects.
 
-        Raise `InputError` if an object is missing, or for a problem that the panel would show too.
+        Raise `InputError` if an object is missing, or if the panel would report a problem.
         """
         entry, kind = change.entry, change.kind
         merged = listed["parameters"] | change.parameters
@@ -366,7 +363,7 @@ class Planner:
 
 
 def _check_editable(change: SensorChange) -> None:
-    """Raise `InputError` if something to be changed is linked, animated or driven."""
+    """Raise `InputError` if a property to be changed is linked, animated or driven."""
     sensor, entry = change.sensor, change.entry
     assert sensor is not None
     if sensor.holders:
@@ -389,10 +386,10 @@ def _check_editable(change: SensorChange) -> None:
             raise entry.error(f"{name} is animated or driven: clear that, or leave it out", name)
 
 
-def _same(value: Any, listed: Any) -> bool:
-    """Return whether a value equals the one in `list --json`, up to single precision."""
+def _is_same(value: Any, listed: Any) -> bool:
+    """Return whether two values of `list --json` are equal, floats in single precision."""
     if isinstance(value, list):
-        return isinstance(listed, list) and all(map(_same, value, listed))
+        return isinstance(listed, list) and all(map(_is_same, value, listed))
     numbers = isinstance(value, float) or isinstance(listed, float)
     if numbers and value is not None and listed is not None:
         return bool(np.float32(value) == np.float32(listed))
@@ -407,7 +404,7 @@ def _same_bounds(wanted: Any, listed: Any) -> bool:
 
 
 def _axes(angles: Sequence[float]) -> Array:
-    """Return the axes (3, 3) of XYZ Euler angles."""
+    """Return the rotation matrix (3, 3) of XYZ Euler angles."""
     (a, b, c), identity = angles, np.eye(3)
     turns = [
         identity if not angle else np.array(Matrix.Rotation(angle, 3, axis))
@@ -416,7 +413,7 @@ def _axes(angles: Sequence[float]) -> Array:
     return turns[0] @ turns[1] @ turns[2]
 
 
-def _looking(direction: Array) -> Array:
+def _axes_looking(direction: Array) -> Array:
     """Return the axes (3, 3) of a sensor that looks in this direction, +Y as far up as possible."""
     return np.array(
         Vector(direction / np.linalg.norm(direction)).to_track_quat("-Z", "Y").to_matrix()

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Build the timeline of one person's day from clips and gestures.
 
-Each method of `Actor` appends the next movement: walking, sitting, lying, or work of the hands. A
-person who uses a walking frame leaves the frame behind where it does not fit.
+A clip is a piece of the body's motion. A gesture is a movement added to the poses of clips. Each
+method of `Actor` appends the next movement: walking, sitting, lying, or work of the hands. A person
+who uses a walking frame leaves the frame behind where it does not fit.
 """
 
 from __future__ import annotations
@@ -53,25 +54,25 @@ GRIP = 0.05  # from the handle's point in the leaf to the hand, m
 def working_hands(
     point: Array, yaw: float, began: float, seconds: float, stream: Stream
 ) -> Callable[[float, Array], Array]:
-    """Return a function (sign, times) that gives the positions (n, 3) of a hand at work.
+    """Return a function that gives the positions of a hand at work.
 
-    The sign is +1 for the left hand and −1 for the right one, the times (n,) are in s. The hands
-    move between random spots around a point and are never still.
+    The function takes a sign (+1 for the left hand, −1 for the right one) and times (n,) in s. It
+    returns the hand's positions (n, 3). The hands move between random points around `point`.
 
     Parameters
     ----------
     point : array, shape (3,)
-        The point of work, m.
+        The point at which the person works, m.
     yaw : float
         The direction in which the person looks, rad.
     began, seconds : float
         Start and duration of the work, s.
     stream : Stream
-        The random numbers.
+        Source of the random numbers.
     """
     across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
     nearer = -np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    begins, spots = _spots(seconds, stream)
+    begins, spots = _random_offsets(seconds, stream)
     spots = spots @ np.stack([across, nearer])
 
     def hand(sign: float, times: Array) -> Array:
@@ -91,9 +92,10 @@ def working_hands(
 def hand_on_handle(
     door: Door, here: Array, moves: tuple[float, float], start: float, seconds: float
 ) -> Callable[[Array], Array]:
-    """Return a function of times (n,) that gives the positions (n, 3) of a hand on a handle.
+    """Return a function that gives the positions of a hand on a door handle.
 
-    The hand follows the moving leaf as far as the arm reaches.
+    The function takes times (n,) in s and returns positions (n, 3). The hand follows the moving
+    door leaf as far as the arm reaches.
 
     Parameters
     ----------
@@ -102,7 +104,7 @@ def hand_on_handle(
     here : array, shape (2,)
         Where the person stands, m.
     moves : tuple of 2 floats
-        The opening before and after the movement, rad or m.
+        The leaf's rotation (rad) or shift (m) before and after the movement.
     start, seconds : float
         Start and duration of the movement, s.
     """
@@ -119,12 +121,11 @@ def hand_on_handle(
     return grip
 
 
-def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
-    """Draw random spots for the hands of a working person.
+def _random_offsets(seconds: float, stream: Stream) -> tuple[Array, Array]:
+    """Draw random positions of working hands, as offsets (to the left, towards the body) in m.
 
-    A spot is an offset from the point of work: m to the left, and m towards the body. Return two
-    arrays: the times (n,) at which the hands leave a spot, s, and the spots (n + 1, 2). The first
-    time is 0.
+    Return two arrays: the times (n,) at which the hands move on, in s from 0, and the offsets (n +
+    1, 2).
     """
     begins, spots = [0.0], [(0.0, 0.0), (0.0, 0.0)]
     while (after := begins[-1] + max(stream.log_normal(*SPOT_TIME), MOVE_TIME)) < seconds:
@@ -137,9 +138,9 @@ def _spots(seconds: float, stream: Stream) -> tuple[Array, Array]:
 
 
 def find_seat(place: Place) -> tuple[Array, float]:
-    """Return the point (3,) under the hips of a person who sits at a place, and the yaw.
+    """Return the point (3,) under the hips of a person who sits at a place, and the yaw, rad.
 
-    On a bed, the person sits at the edge.
+    On a bed, the person sits on the edge.
     """
     if place.use != LIE:
         return place.target, place.yaw
@@ -174,8 +175,14 @@ Standpoint = tuple[Array, float]  # position (2,) and yaw (rad) of a standing pe
 class ParkedWalkingFrame:
     """A walking frame that its user has left behind.
 
-    `frame` (4,) is its pose: x, y, z and yaw. `at` (2,) and `yaw` tell where the user stands to
-    take hold of it again.
+    Attributes
+    ----------
+    frame : array, shape (4,)
+        The pose of the walking frame: x, y, z (m) and yaw (rad).
+    at : array, shape (2,)
+        Where the user stands to take hold of it again, m.
+    yaw : float
+        The direction in which the user then looks, rad.
     """
 
     frame: Array
@@ -184,13 +191,20 @@ class ParkedWalkingFrame:
 
 
 def walking_frame_pose(at: Array, yaw: float, floor: float, build: Build) -> Array:
-    """Return x, y, z and yaw of the walking frame of a person who stands at a point (2,)."""
+    """Return x, y, z (m) and yaw (rad) of a person's walking frame.
+
+    The person stands at the point `at` (2,), looks along `yaw`, and is on a floor of height
+    `floor`.
+    """
     placed: Array = walking_frame_poses(at[:1], at[1:2], np.array([yaw]), floor, build)[0]
     return placed
 
 
 def walking_frame_fits(floor: Floor, at: Array, yaw: float, build: Build) -> bool:
-    """Return whether the walking frame of a person at a point (2,) stands on free floor only."""
+    """Return whether all floor under a person's walking frame is free.
+
+    The person stands at the point `at` (2,) and looks along `yaw`.
+    """
     x, y, _, _ = walking_frame_pose(at, yaw, 0.0, build)
     ahead, across = (np.arange(-s, s + 1e-9, SPACING_M) * build.scale for s in SIDES_M)
     u, v = (a.ravel() for a in np.meshgrid(ahead, across))
@@ -204,7 +218,7 @@ def walking_frame_fits(floor: Floor, at: Array, yaw: float, build: Build) -> boo
 def parking_on_path(
     floor: Floor, points: Array, ends: Sequence[Standpoint], build: Build
 ) -> tuple[int, float] | None:
-    """Find the point of a path at which the walking frame is left.
+    """Find the point of a path at which a person leaves the walking frame behind.
 
     Parameters
     ----------
@@ -213,15 +227,15 @@ def parking_on_path(
     points : array, shape (n, 2)
         Closely spaced points of the path, m.
     ends : sequence of Standpoint
-        Where the person will stand at the destination.
+        The positions and yaws of the person at the destination.
     build : Build
         The person's build.
 
     Returns
     -------
     tuple of int and float, or None
-        Index of the point, and the yaw to turn to before leaving the frame. None if the frame fits
-        at the destination, or if it fits nowhere on the last metres of the path.
+        Index of the point, and the yaw to turn to there. None if the walking frame fits
+        at the destination, or nowhere on the last `SEARCH_M` m of the path.
     """
     if all(walking_frame_fits(floor, at, yaw, build) for at, yaw in ends):
         return None
@@ -244,9 +258,9 @@ def parking_on_path(
 
 
 def parking_near(floor: Floor, at: Array, build: Build) -> Standpoint | None:
-    """Return where a person stands next to a point (2,) so that the walking frame fits.
+    """Return the nearest position and yaw at which a person's walking frame stands on free floor.
 
-    This is the nearest such position, and its yaw. Return None if there is none within 1.2 m.
+    The search covers 1.2 m around the point `at` (2,). Return None if it finds no position.
     """
     for point in _points_around(at):
         if floor.clearance[floor.cell(point)] < 0.2:
@@ -259,7 +273,7 @@ def parking_near(floor: Floor, at: Array, build: Build) -> Standpoint | None:
 
 
 def _points_around(at: Array) -> Iterable[Array]:
-    """Yield the point, then points on circles around it."""
+    """Yield the point `at` (2,), then points on growing circles around it."""
     yield at
     for radius in (0.3, 0.6, 0.9, 1.2):
         for k in range(12):
@@ -278,7 +292,7 @@ UNWIND_AFTER = 0.5
 
 
 class Actor:
-    """A person's body, posture and position during a day, and the timeline made of them so far.
+    """A person's state during a day: body, posture, position and the timeline built so far.
 
     Times are in seconds since midnight. `place` is the name of the place where the person is. It is
     empty while the person walks from one place to another.
@@ -307,7 +321,7 @@ class Actor:
     # Position and posture.
 
     def place_at(self, at: Array, yaw: float, storey: int) -> None:
-        """Put the standing person at a point (2,) at once, without walking there."""
+        """Put the person at a point (2,) at once, standing and looking along `yaw`."""
         self.storey = storey
         self.stand = Stance.at(float(at[0]), float(at[1]), yaw, self.build)
         self.pose = self._standing()
@@ -315,12 +329,12 @@ class Actor:
 
     def _standing(self) -> BodyPose:
         return _with_parked_walking_frame(
-            self.parked, standing(self.stand, self.floor, self._walks_as)
+            self.parked, standing(self.stand, self.floor, self._walking_build)
         )
 
     @property
-    def _walks_as(self) -> Build:
-        """The build of the body that walks: without the walking frame if that was left behind."""
+    def _walking_build(self) -> Build:
+        """The person's build, without the walking frame while it is left behind."""
         return self.build if self.parked is None else replace(self.build, frame=False)
 
     @property
@@ -335,16 +349,19 @@ class Actor:
         return np.array(self.stand.centre)
 
     def positions_at(self, times: Array) -> Array:
-        """Return the body's positions (n, 2) at times (n,).
+        """Return the body's positions (n, 2) at times (n,), m.
 
-        For times after the last known position, that position is returned.
+        After the last known position, the position stays the same.
         """
         first = bisect_right(self._track, (float(times.min()), math.inf)) - 1
         track = np.array(self._track[max(first, 0) :])
         return np.column_stack([np.interp(times, track[:, 0], track[:, k]) for k in (1, 2)])
 
     def set_posture(self, posture: str, place: str = "") -> None:
-        """Set posture and place; if either of them changes, end the stay and begin another."""
+        """Set posture and place; if either changes, end the present stay and begin another.
+
+        A stay is a time that the person spends at one place in one posture.
+        """
         if (posture, place) != (self.posture, self.place):
             self.end_stay()
             self.posture, self.place = posture, place
@@ -352,7 +369,7 @@ class Actor:
         self.is_ignored = posture == AWAY or self.build.is_cat
 
     def end_stay(self) -> None:
-        """End the stay at the present place in the present posture, and record it."""
+        """End and record the present stay, a time spent at one place in one posture."""
         if self.now > self._posed_since:
             stay = Stay(self._posed_since, self.now, self.name, self.place, self.posture)
             self.stays.append(stay)
@@ -361,7 +378,7 @@ class Actor:
     # Clips, gestures and walking.
 
     def add_clip(self, seconds: float, pose: Callable[[Array], BodyPose]) -> None:
-        """Append a clip of `seconds` s.
+        """Append a clip of `seconds` s, a piece of motion, to the timeline.
 
         `pose` takes the seconds (n,) since the start of the clip and returns the poses.
         """
@@ -370,7 +387,7 @@ class Actor:
         self.pose = pose(np.array([seconds]))
 
     def stay_until(self, until: float) -> None:
-        """Keep still until a time; do nothing if it is over."""
+        """Keep the body still until a time, s; do nothing if this time has passed."""
         if until <= self.now:
             return
         if (
@@ -383,10 +400,7 @@ class Actor:
         self._keep_still(until)
 
     def _unwind_heading(self) -> None:
-        """Remove whole turns from the heading.
-
-        The body must be still: the numbers change by multiples of 2π, and the pose looks the same.
-        """
+        """Subtract whole turns (2π) from the heading of a body that is still."""
         turn = -2 * math.pi * round(self.stand.yaw / (2 * math.pi))
         left, right = (replace(f, yaw=f.yaw + turn) for f in (self.stand.left, self.stand.right))
         self.stand = Stance(left, right)
@@ -398,7 +412,7 @@ class Actor:
         )
 
     def _keep_still(self, until: float) -> None:
-        """Stay still until a time: extend the last clip if it is still, else append one."""
+        """Append a still clip that ends at a time, or extend the last clip if it is still."""
         pose, gone, clips = self.pose, self.posture == AWAY, self.timeline.clips
         if clips and clips[-1].still and clips[-1].away == gone:
             clips[-1] = replace(clips[-1], end=until)
@@ -410,14 +424,14 @@ class Actor:
         self, seconds: float, rise: float, fall: float,
         apply: Callable[[BodyPose, Array, Array], BodyPose], begins: float = 0.0,
     ) -> None:  # fmt: skip
-        """Add a gesture that starts `begins` seconds after the present time.
+        """Add a gesture, which changes the poses of clips while its weight is above 0.
 
         Parameters
         ----------
         seconds : float
             The duration.
         rise, fall : float
-            The time in which the gesture's weight rises from 0 to 1, and falls to 0 at the end, s.
+            The time in which the weight rises from 0 to 1, and falls to 0 at the end, s.
         apply : callable
             Takes poses, times (n,) and weights (n,), and returns the changed poses.
         begins : float, optional
@@ -427,11 +441,11 @@ class Actor:
         self.timeline.gestures.append(Gesture(start, start + seconds, rise, fall, apply))
 
     def walk(self, path: Array, yaw: float | None) -> None:
-        """Walk along closely spaced points (n, 2), then turn until looking along `yaw` (rad).
+        """Walk along closely spaced points (n, 2), then turn to look along `yaw`, rad.
 
-        If `yaw` is None, do not turn at the end.
+        If `yaw` is None, the person does not turn at the end.
         """
-        build = self._walks_as
+        build = self._walking_build
         steps = footsteps(self.stand, path, yaw, build)
         if len(steps) <= 2:
             return
@@ -464,7 +478,7 @@ class Actor:
     # The walking frame.
 
     def leave_walking_frame(self) -> None:
-        """Let go of the walking frame and leave it here."""
+        """Let go of the walking frame and leave it behind at the present position."""
         yaw = self.stand.yaw
         self.parked = ParkedWalkingFrame(
             walking_frame_pose(self.position, yaw, self.floor, self.build), self.position, yaw
@@ -472,17 +486,17 @@ class Actor:
         self._move_hands_to_frame()
 
     def take_walking_frame(self) -> None:
-        """Take hold of the walking frame that is here."""
+        """Take hold of the walking frame that was left at the present position."""
         self.parked = None
         self._move_hands_to_frame()
 
     def _move_hands_to_frame(self) -> None:
-        """Move the hands from or to the handles of the walking frame."""
+        """Move the hands to the handles of the walking frame, or away from a frame left behind."""
         before, after = self.pose, self._standing()
         self.add_clip(HANDS, lambda t: before.interpolated(after, ease(t / HANDS)))
 
     def seat_approach(self, place: Place) -> tuple[Array, float, Array]:
-        """Return the point (2,) to stand on before sitting down, the yaw there, and the seat (3,).
+        """Return where a person stands before sitting down (2,), the yaw there, and the seat (3,).
 
         A cat stands at the place itself and leaps from there.
         """
@@ -493,13 +507,13 @@ class Actor:
         return seat[:2] + seat_distance(self.build) * ahead, yaw, seat
 
     def _step_to(self, point: Array, yaw: float) -> None:
-        """Walk straight to a point close to the end of the path, as between chair and table."""
+        """Walk straight to a nearby point (2,), then look along `yaw`."""
         path = np.array([self.position, point])
         far = math.hypot(*(path[1] - path[0])) > 0.04
         self.walk(resample(path) if far else path[:1], yaw)
 
     def lie(self, place: Place) -> None:
-        """Lie down on a bed, from sitting on its edge."""
+        """Lie down on a bed; the person must sit on its edge."""
         assert self._seated is not None
         seated, flat = self._seated, lying(self._seated, place.target, place.yaw)
         self.add_clip(LIE_DOWN, lambda t: lying_down(seated, flat, t / LIE_DOWN))
@@ -507,7 +521,7 @@ class Actor:
         self.set_posture(LYING, place.name)
 
     def rest_at(self, place: Place, posture: str) -> None:
-        """Start the day in a posture at a place, without walking there."""
+        """Put the person at a place in a posture at once, as at the start of a day."""
         if self.build.frame:
             floor = self.home.ground.floor(place.storey, {})
             beside = parking_near(floor, place.at[:2], self.build)
@@ -526,7 +540,7 @@ class Actor:
         self.last_place = place.name
 
     def rise(self) -> None:
-        """Get up from a seat or bed and stand before it; do nothing while standing."""
+        """Get up from a seat or bed and stand before it; do nothing if the person stands."""
         if self._seated is None or self._seat is None:
             return
         seated, flat = self._seated, self.pose
@@ -552,7 +566,7 @@ class Actor:
     # Hands.
 
     def shift(self, size: float = 1.0) -> None:
-        """Move a little on the spot; a larger movement takes longer."""
+        """Make a small movement on the spot; a larger `size` makes it wider and slower."""
         slow = math.sqrt(size)
         self.add_gesture(
             2.6 * slow, slow, 1.2 * slow, lambda pose, t, w: shifted(pose, t, w * size)
@@ -560,7 +574,7 @@ class Actor:
         self.stay_until(self.now + 2.6 * slow + 0.1)
 
     def look_around(self, seconds: float = LOOK) -> None:
-        """Look to both sides; a cat only shifts."""
+        """Look to both sides for `seconds` s; a cat makes a small movement instead."""
         if self.build.is_cat:
             self.shift()
             return
@@ -571,9 +585,9 @@ class Actor:
         self.stay_until(self.now + seconds)
 
     def free_hand_for(self, point: Array) -> int:
-        """Return the side (0 left, 1 right) of a hand that can reach for a point.
+        """Return the hand that reaches for a point (3,): 0 left, 1 right.
 
-        This is the hand nearer to the point or, if that hand holds something, the other one.
+        This is the hand nearer to the point, or the other one if that hand holds something.
         """
         x, y = self.pose.pelvis[0, :2]
         yaw = float(self.pose.heading[0])
@@ -610,14 +624,14 @@ class Actor:
         )  # fmt: skip
 
     def touch(self, point: Array) -> float:
-        """Touch a point with a free hand, and return the time of contact."""
+        """Touch a point (3,) with a free hand, and return the time of contact, s."""
         self.move_hand(self.free_hand_for(point), lambda _t: point, 1.8, 0.9, 0.8)
         at = self.now + 0.95
         self.stay_until(self.now + 1.85)
         return at
 
     def work(self, point: Array, seconds: float, stream: Stream) -> None:
-        """Work with both hands around a point, as in washing or cooking; a cat only shifts."""
+        """Work with both hands around a point (3,), as in cooking; a cat makes small movements."""
         if self.build.is_cat:
             self.add_gesture(seconds, min(0.8, seconds / 2), min(0.8, seconds / 2), shifted)
             self.stay_until(self.now + seconds)
@@ -631,31 +645,30 @@ class Actor:
         self.stay_until(self.now + seconds)
 
     def take(self, thing: str, point: Array) -> None:
-        """Touch a thing at a point and take it into the hand."""
+        """Touch an object at a point (3,), such as a cup, and take it into the hand.
+
+        `thing` is the object's name.
+        """
         side = self.free_hand_for(point)
         at = self.touch(point)
         self.hands[thing] = side, at
         self.home.holds.setdefault(thing, []).append(Hold(at, side, person=self.name))
 
     def put(self, thing: str, place: Place) -> None:
-        """Put a thing that the person holds down at a place."""
+        """Put a held object down at a place; `thing` is the object's name."""
         at = self.touch(place.target)
-        self._let_go(thing, at)
+        self._release_object(thing, at)
         self.home.holds[thing].append(Hold(at, None, self.home.put_position(thing, place)))
 
     def drink(self, thing: str) -> None:
-        """Move the hand that holds a cup to the mouth."""
+        """Move the hand that holds a cup to the mouth; `thing` is the cup's name."""
         side, _ = self.hands[thing]
         self.add_gesture(DRINK, 1.1, 1.0, lambda pose, _t, w: drinking(pose, side, w))
         self.home.sips.setdefault(thing, []).append(sip_gesture(self.now))
         self.stay_until(self.now + DRINK + 0.1)
 
-    def _let_go(self, thing: str, at: float) -> None:
-        """Take a thing out of a hand at a time.
-
-        The gesture that poses this hand as carrying is added, from when it took the thing until
-        now.
-        """
+    def _release_object(self, thing: str, at: float) -> None:
+        """Take an object out of the hand at the time `at`, and add the gesture of carrying it."""
         side, since = self.hands.pop(thing)
         carried = Gesture(since - 0.4, at + 0.5, 0.8, 0.7,
                           lambda pose, _t, w: carrying(pose, side, w), steady=True)  # fmt: skip
@@ -664,7 +677,7 @@ class Actor:
     # Doors and drawers.
 
     def move_leaf(self, door: Door, after: float) -> None:
-        """Move a leaf to the opening `after`, with a hand on the handle.
+        """Move a door leaf to the opening `after` (rad or m), with a hand on the handle.
 
         While the leaf opens, the hand follows the first part of the movement. While it closes, the
         hand follows the last part.
@@ -686,20 +699,20 @@ class Actor:
     def finish(self) -> None:
         """End the day: empty the hands, record the last stay, and sort the gestures by start."""
         for thing in list(self.hands):
-            self._let_go(thing, self.now + 1.0)
+            self._release_object(thing, self.now + 1.0)
         self.end_stay()
         # Gestures apply in order: a carrying hand must be posed before it reaches.
         self.timeline.gestures.sort(key=lambda gesture: gesture.start)
 
 
 def sip_gesture(began: float) -> Gesture:
-    """Return a gesture whose weight tells how far a cup is tilted.
+    """Return a gesture whose weight (0 to 1) is how far a cup is tilted.
 
-    The person begins to drink at the time `began`. The gesture does not move the body.
+    The person begins to drink at the time `began`, s. The gesture does not move the body.
     """
     return Gesture(began + 0.5, began + 3.1, 0.9, 0.8, lambda pose, _t, _w: pose)
 
 
 def _with_parked_walking_frame(parked: ParkedWalkingFrame | None, pose: BodyPose) -> BodyPose:
-    """Return the pose; if the walking frame was left behind, it is where it was left."""
+    """Return the pose with the walking frame where it was left; unchanged if it was not left."""
     return pose if parked is None else replace(pose, walker=parked.frame[None])

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Act out one day: turn the segments of a routine into motion of bodies, doors and things.
+"""Act out one day: turn the segments of a routine into motion of bodies, doors and objects.
 
-A day can be acted without acting the days before it. It begins with the activity that is under way
-at midnight, acted from that activity's start. Steps before that only set lamps, doors and things.
+A segment is what a person does from one time to another. A day can be acted without acting the days
+before it. It begins with the activity that is under way at midnight, acted from that activity's
+start. Steps before that only set lamps, doors and carried objects.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def act(
     day: int,
     ground: Ground | None = None,
 ) -> Acted:
-    """Act out the day of this number, counted from 0; see `acting` for the parameters."""
+    """Act out the day with the number `day`; see `acting` for the parameters."""
     return finished(acting(segments, routine, places, residents, draws, day, ground))
 
 
@@ -52,12 +53,12 @@ def acting(
     day: int,
     ground: Ground | None = None,
 ) -> Shares[Acted]:
-    """Act out the day with the number `day`, and yield how much of this is done.
+    """Act out the day with the number `day`, and yield the progress.
 
     Parameters
     ----------
     segments : sequence of Segment
-        The segments of all persons and days, in s since midnight of day 0.
+        What all persons do on all days, in s since midnight of day 0.
     routine : Routine
         The activities and persons.
     places : Places
@@ -69,12 +70,12 @@ def acting(
     day : int
         The number of the day to act, from 0.
     ground : Ground, optional
-        The ground from an earlier call. Its cached paths are used again.
+        The floors from an earlier call, with their cached paths.
 
     Yields
     ------
     float
-        The share of the work that is done.
+        The progress, 0 to 1.
 
     Returns
     -------
@@ -87,25 +88,25 @@ def acting(
         If a step cannot be performed in this home.
     """
     activities = read_activities(routine, places)
-    _check_known(segments, activities, residents, places)
+    _check_segments(segments, activities, residents, places)
     home = HomeInUse(places, ground or Ground(places))
-    plans = {person: _plan(segments, person, day, draws) for person in residents}
+    plans = {person: _segments_of_day(segments, person, day, draws) for person in residents}
     _restore_home(home, segments, activities, plans, day)
     left = home.state()
     people: list[Performer] = []
     for person, build in residents.items():
         begun = min((s.start for s, _ in plans[person]), default=0.0)
         performer = Performer(person, build, home, begun, activities)
-        _begin(performer, segments, day)
+        _put_at_start(performer, segments, day)
         home.people.append(performer)
         people.append(performer)
     first = min((performer.now for performer in people), default=0.0)
     yield from _run_all([(performer, plans[performer.name]) for performer in people])
     home.record_initial_state(left, first)
-    return _acted(home, people)
+    return _collect_acted(home, people)
 
 
-def _check_known(
+def _check_segments(
     segments: Sequence[Segment],
     activities: Mapping[str, ActivitySteps],
     residents: Mapping[str, Build],
@@ -133,13 +134,10 @@ def _check_known(
                 raise step.error("the home has no way out; mark its door as an entrance")
 
 
-def _plan(
+def _segments_of_day(
     segments: Sequence[Segment], person: str, day: int, draws: Draws
 ) -> list[tuple[Segment, Stream]]:
-    """Return the segments of a person's day, in s since that day's midnight.
-
-    Each comes with its random numbers.
-    """
+    """Return what a person does on a day, in s since its midnight, each with its random numbers."""
     mine = [s for s in segments if s.person == person]
     inside = [s for s in mine if s.end > day * DAY and s.start < (day + 1) * DAY]
     found = []
@@ -154,8 +152,7 @@ def _plan(
 # The start of a day.
 
 
-def _before(segments: Sequence[Segment], person: str, day: int) -> list[Segment]:
-    """Return the person's segments that end before the day begins."""
+def _earlier_segments(segments: Sequence[Segment], person: str, day: int) -> list[Segment]:
     return [s for s in segments if s.person == person and s.end <= day * DAY]
 
 
@@ -166,8 +163,8 @@ def _restore_home(
     plans: Mapping[str, list[tuple[Segment, Stream]]],
     day: int,
 ) -> None:
-    """Set lamps, doors and things as the steps before this day have left them."""
-    earlier = [s for person in plans for s in _before(segments, person, day)]
+    """Set lamps, doors and carried objects to the state after all steps of earlier days."""
+    earlier = [s for person in plans for s in _earlier_segments(segments, person, day)]
     for segment in sorted(earlier, key=lambda s: (s.start, s.person)):
         activity_steps = activities.get(segment.activity)
         for step in activity_steps.steps if activity_steps is not None else ():
@@ -180,15 +177,14 @@ def _restore_home(
                 home.things[step.name] = step.at
 
 
-def _begin(performer: Performer, segments: Sequence[Segment], day: int) -> None:
+def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -> None:
     """Put a person where the last segment before the day ends.
 
-    Segments without a place are passed over. If no earlier segment ends at a place, the end of the
-    first later segment with a place is used. If there is none either, the person stands at the
-    first free place that any step names.
+    If no earlier segment ends at a place, use the first later one that does. Without such a
+    segment, the person stands at the first free place that a step names.
     """
     mine = [s for s in segments if s.person == performer.name]
-    count = len(_before(segments, performer.name, day))
+    count = len(_earlier_segments(segments, performer.name, day))
     known = performer.home.places.places
     for number, segment in enumerate([*mine[:count][::-1], *mine[count:]]):
         activity_steps = performer.activities.get(segment.activity)
@@ -215,9 +211,9 @@ def _begin(performer: Performer, segments: Sequence[Segment], day: int) -> None:
 
 
 def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Shares[None]:
-    """Advance the person whose time is earliest, until all are done.
+    """Advance the persons until all have ended, always the one whose time is earliest.
 
-    Of persons with the same time, the first in the list is advanced.
+    Of persons with the same time, the first in the list is advanced. Yield the progress, 0 to 1.
     """
     lives = [performer.live(plan) for performer, plan in people]
     queue = [(performer.now, number) for number, (performer, _) in enumerate(people)]
@@ -236,11 +232,11 @@ def _run_all(people: list[tuple[Performer, list[tuple[Segment, Stream]]]]) -> Sh
         performer.end()
 
 
-def _acted(home: HomeInUse, people: list[Performer]) -> Acted:
-    """Collect the motion of all persons and the changes of the home."""
+def _collect_acted(home: HomeInUse, people: list[Performer]) -> Acted:
+    """Return the motion of all persons, the changes of the home, and what was done."""
     stays = [stay for performer in people for stay in performer.stays]
     done = [
-        _placed(one, stays, performer.activities.get(one.activity))
+        _with_main_place(one, stays, performer.activities.get(one.activity))
         for performer in people
         for one in performer.done
     ]
@@ -253,22 +249,22 @@ def _acted(home: HomeInUse, people: list[Performer]) -> Acted:
         home.swings,
         sorted(home.switches, key=lambda switch: switch.time),
         home.holds,
-        sorted(_of_day(done), key=lambda one: (one.start, one.person)),
-        sorted(_of_day(stays), key=lambda one: (one.start, one.person)),
+        sorted(_cut_to_day(done), key=lambda one: (one.start, one.person)),
+        sorted(_cut_to_day(stays), key=lambda one: (one.start, one.person)),
         home.sips,
     )
 
 
-def _of_day(found: list[T]) -> list[T]:
-    """Return those entries that overlap the day, cut at both midnights."""
+def _cut_to_day(found: list[T]) -> list[T]:
+    """Return the entries that overlap the day, cut at both midnights."""
     inside = [one for one in found if one.end > 0.0 and one.start < DAY]
     return [replace(one, start=max(one.start, 0.0), end=min(one.end, DAY)) for one in inside]
 
 
-def _placed(
+def _with_main_place(
     done: ActedActivity, stays: list[Stay], activity_steps: ActivitySteps | None
 ) -> ActedActivity:
-    """Return the activity with the place where the person spent most of it.
+    """Return the activity with the place at which the person spent most of it.
 
     Places that the activity's steps name are preferred.
     """

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a person walks through the home: through doors, around others, to free places.
 
-Methods that take time are generators. Of all persons, the one whose time `now` is earliest is
-advanced to the next `yield`. So the positions of the others are known when a person looks at them.
-A side of a door is +1 or −1, as `Door.side` returns it.
+Methods that take simulated time are generators. A yield lets other people move: of all persons, the
+one whose time `now` is earliest goes on. So when a person looks, the positions of the others are
+known. A side of a door is +1 or −1, as `Door.side` returns it.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ ROOM_TO_PASS = 0.5
 
 
 class ActivityAbandoned(Exception):
-    """Raised when the time of an activity is over while a person waits for others."""
+    """Raised when an activity's time is over while the person still waits for others."""
 
 
 class Navigator(Actor):
-    """An actor who finds ways, waits for others and shares places and doors with them."""
+    """A person who finds ways through the home, waits for others, and reserves places and doors."""
 
     def __init__(self, name: str, build: Build, home: HomeInUse, now: float) -> None:
         super().__init__(name, build, home, now)
@@ -51,21 +51,21 @@ class Navigator(Actor):
         self._standpoints: list[Standpoint] = []
 
     def wait_briefly(self) -> Process:
-        """Wait a little for others, or step aside for somebody who needs to pass.
+        """Wait `GLANCE` s, or step aside for somebody who needs to pass.
 
         Raises `ActivityAbandoned` if the activity is over.
         """
         if self.now >= self.until:
             raise ActivityAbandoned
-        other = self._who_needs_room()
+        other = self._blocked_person()
         if other is None or not (yield from self._step_aside(other)):
             self.stay_until(self.now + GLANCE)
             yield
 
     def key(self, place: Place) -> str:
-        """Return the string under which this person reserves a place.
+        """Return the name under which this person reserves a place.
 
-        Cats have strings of their own, so that only cats keep cats from a place.
+        Cats have names of their own, so that a cat waits only for cats.
         """
         return f"cat {place.name}" if self.build.is_cat else self.home.reservation_key(place)
 
@@ -93,23 +93,22 @@ class Navigator(Actor):
         self.home.release_all_but(self._key, self)
 
     def _walk_to_place(
-        self, step: ActivityStep, place: Place, leaves: str, short_of: bool = False
+        self, step: ActivityStep, place: Place, earlier_key: str, short_of: bool = False
     ) -> Process:
-        """Walk to where one stands at a place, or, if `short_of`, to where one waits for it.
+        """Walk to a place or, if `short_of`, to a point where the person waits for it.
 
-        `leaves` is the string under which the earlier place is reserved. The reservation ends on
-        the way.
+        On the way, end the reservation named `earlier_key`.
         """
         if self.build.is_cat:
-            doors = self._doors_to(step, place.at[:2], place.storey)
+            doors = self._doors_on_way(step, place.at[:2], place.storey)
             while not all(self.home.stands_open(door, self) for door, _ in doors):
                 yield from self.wait_briefly()
         self.rise()
         goal, yaw = self._waiting_point(step, place) if short_of else (place.at[:2], place.yaw)
-        yield from self.walk_to_point(step, goal, yaw, place.storey, leaves)
+        yield from self.walk_to_point(step, goal, yaw, place.storey, earlier_key)
 
     def walk_to_point(
-        self, step: ActivityStep, goal: Array, yaw: float | None, storey: int, leaves: str = ""
+        self, step: ActivityStep, goal: Array, yaw: float | None, storey: int, earlier_key: str = ""
     ) -> Process:
         """Walk to a point (2,) through doors.
 
@@ -120,33 +119,35 @@ class Navigator(Actor):
         goal : array, shape (2,)
             The point, m.
         yaw : float or None
-            The direction in which to look there, rad; None for any.
+            The direction in which the person looks at the end, rad; None for any.
         storey : int
             The storey's index; 0 is the lowest.
-        leaves : str, optional
-            The string under which the earlier place is reserved. The reservation ends after the
+        earlier_key : str, optional
+            The name under which the earlier place is reserved. The reservation ends after the
             first door that the person has opened, or at the point.
         """
         self.rise()
-        for door, side in self._doors_to(step, goal, storey):
+        for door, side in self._doors_on_way(step, goal, storey):
             if self.home.stands_open(door, self):
                 continue
             spot = self.home.ground.spot_or_estimate(door, side, self.radius)
-            yield from self._walk_leg(step, spot.at, None)
+            yield from self._walk_without_doors(step, spot.at, None)
             yield from self.pass_door(door, side)
-            self._release(leaves)
+            self._release(earlier_key)
             yield
-        yield from self._walk_leg(step, goal, yaw)
-        self._release(leaves)
+        yield from self._walk_without_doors(step, goal, yaw)
+        self._release(earlier_key)
 
     def _release(self, key: str) -> None:
-        """End the reservation of `key`, unless `key` is ""."""
+        """End the reservation named `key`; do nothing if `key` is ""."""
         if key:
             self.home.release(key, self)
             if self._key == key:
                 self._key = ""
 
-    def _doors_to(self, step: ActivityStep, goal: Array, storey: int) -> list[tuple[Door, float]]:
+    def _doors_on_way(
+        self, step: ActivityStep, goal: Array, storey: int
+    ) -> list[tuple[Door, float]]:
         """Return the doors on the way to a point, each with the side from which the person arrives.
 
         Raises `InputError` if there is no way.
@@ -165,14 +166,13 @@ class Navigator(Actor):
         return found
 
     def _waiting_point(self, step: ActivityStep, place: Place) -> tuple[Array, float | None]:
-        """Return the point and yaw where the person waits for a place, clear of all moving leaves.
+        """Return a point (2,) at which the person waits for a place, and a yaw or None.
 
-        The point is before the last door on the way or, without doors, before the place. If there
-        is none, it is where the person is, or just behind the last door but one. A yaw of None is
-        any.
+        The point is before the last door on the way or, without doors, before the place. No door
+        leaf sweeps over it. Without such a point, return the start of the last part of the way.
         """
         ground, home = self.home.ground, self.home
-        doors = self._doors_to(step, place.at[:2], place.storey)
+        doors = self._doors_on_way(step, place.at[:2], place.storey)
         start, goal = self.position, place.at[:2]
         if doors:
             door, side = doors[-1]
@@ -197,8 +197,8 @@ class Navigator(Actor):
                 return point, None
         return start, None
 
-    def _walk_leg(self, step: ActivityStep, goal: Array, yaw: float | None) -> Process:
-        """Walk to a point without opening doors; walk around people who stand in the way."""
+    def _walk_without_doors(self, step: ActivityStep, goal: Array, yaw: float | None) -> Process:
+        """Walk to a point (2,) around other people, without opening doors."""
         yield
         if self.parked is not None and (
             yaw is None or float(np.hypot(*(goal - self.parked.at))) > FETCH_M
@@ -215,7 +215,7 @@ class Navigator(Actor):
             if clash is None:
                 break
             if self.now >= until:
-                self._check_room(clash.who, path)
+                self._check_can_pass(clash.who, path)
                 break
             if clash.is_standing_at(self.now):
                 around = self._path_around(goal, clash.at)
@@ -247,7 +247,6 @@ class Navigator(Actor):
         return rest
 
     def _fetch_walking_frame(self) -> Process:
-        """Walk back to the walking frame, if it was left behind, and take hold of it."""
         if self.parked is None:
             return
         opened = self.home.open_doors(self.storey)
@@ -263,22 +262,21 @@ class Navigator(Actor):
     # People in each other's way.
 
     def _wait(self, path: Array) -> Generator[None, None, bool]:
-        """Wait a moment for others to leave a path (n, 2).
+        """Wait `GLANCE` s for others to leave a path (n, 2); return True after stepping aside.
 
-        If two people wait for each other, the one who has waited less steps aside. Return True if
-        this person has stepped aside.
+        If two people wait for each other, the one who has waited less steps aside.
         """
         if self.wanted_path is None:
             self.waiting_since = self.now
         self.wanted_path = resample(path, 0.1)
-        other = self._who_needs_room()
+        other = self._blocked_person()
         if other is not None and (yield from self._step_aside(other)):
             return True
         self.stay_until(self.now + GLANCE)
         yield
         return False
 
-    def _who_needs_room(self) -> Occupant | None:
+    def _blocked_person(self) -> Occupant | None:
         """Return the person for whom this one should step aside now, or None."""
         other = self.home.longest_waiting(self)
         if other is None or self.now < other.waiting_since + AGREED:
@@ -291,7 +289,7 @@ class Navigator(Actor):
             return None
         return other
 
-    def _check_room(self, other: Occupant, path: Array) -> None:
+    def _check_can_pass(self, other: Occupant, path: Array) -> None:
         """Raise `InputError` if neither this person nor `other` can step aside."""
         if other.is_cornered and self.step is not None and self._spot_aside(other, path) is None:
             raise self.step.error(
@@ -300,7 +298,7 @@ class Navigator(Actor):
             )
 
     def _step_aside(self, other: Occupant) -> Generator[None, None, bool]:
-        """Step aside until the other person has passed, or `PATIENCE` is over.
+        """Step aside until the other person has passed, at most for `PATIENCE` s.
 
         Return False if there is no room to step aside.
         """
@@ -319,9 +317,9 @@ class Navigator(Actor):
         return True
 
     def _spot_aside(self, other: Occupant, wanted_path: Array) -> Array | None:
-        """Return the nearest reachable point off the path (n, 2) of `other`, or None.
+        """Return the nearest reachable point (2,) beside the path of `other`, or None.
 
-        The point can be in the next region, behind a door.
+        The point can be behind a door.
         """
         ground, wanted_path = self.home.ground, resample(wanted_path, 0.1)
         floor = ground.floor(self.storey, self.home.open_doors(self.storey))
@@ -343,7 +341,7 @@ class Navigator(Actor):
     def _can_reach(self, point: Array, other: Occupant) -> bool:
         """Return whether this person can walk to a point, or to the first shut door before it.
 
-        Nobody may be in the way.
+        This is False if somebody is in the way.
         """
         if self.step is None:
             return False
@@ -379,8 +377,8 @@ class Navigator(Actor):
     def _path_through_leaves(self, step: ActivityStep, goal: Array) -> Array:
         """Return the path to a point as if all doors were shut.
 
-        It is for a person between open leaves. Leaves on the path are taken as pushed aside. Raises
-        `InputError` if there is no path either.
+        It is for a person between open door leaves, which are then ignored. Raises `InputError` if
+        there is no path either.
         """
         try:
             return self.home.ground.find_path(self.storey, self.position, goal, self.radius, {})
@@ -403,22 +401,22 @@ class Navigator(Actor):
         return path if self.home.find_clash(self, path, self.build.speed) is None else None
 
     def wait_for_door(self, door: Door) -> Process:
-        """Wait until nobody else is at a door or in its swing, then mark it as used."""
+        """Wait until nobody else uses a door or is in the way of its leaf, then occupy the door."""
         until = self.now + PATIENCE
         while not self.home.can_move(door, self, self.now < until):
             yield from self.wait_briefly()
         self.home.occupy(door, self, math.inf)
 
     def pass_door(self, door: Door, side: float) -> Process:
-        """Walk through a door from `side`.
+        """Walk through a door, starting on the side `side` (+1 or −1).
 
-        Afterwards, shut it if it was shut before, or if it is an entrance.
+        Afterwards, shut the door if it is an entrance or was shut before.
         """
         ground, home = self.home.ground, self.home
         yield from self.wait_for_door(door)
         near = ground.spot_or_estimate(door, side, self.radius)
         if self.step is not None and float(np.hypot(*(near.at - self.position))) > SPACED:
-            yield from self._walk_leg(self.step, near.at, None)
+            yield from self._walk_without_doors(self.step, near.at, None)
         opened, found_open = home.open_doors(self.storey), home.is_open(door)
         if not found_open:
             self._walk(np.array([self.position, near.at]), near.yaw, opened)

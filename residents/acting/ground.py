@@ -36,7 +36,7 @@ Open = Mapping[str, float]
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """Where a person stands to open or shut a door: position (2,) and yaw."""
+    """Where a person stands to open or shut a door: position (2,) in m, and yaw in rad."""
 
     at: Array
     yaw: float
@@ -44,9 +44,16 @@ class Spot:
 
 @dataclass(frozen=True, eq=False)
 class FloorWithPerson(Floor):
-    """A floor with a person as an obstacle: a circle around a point (2,), with a radius in m.
+    """A floor on which a person is an obstacle, too.
 
-    `whole` is the floor without the person.
+    Attributes
+    ----------
+    whole : Floor
+        The floor without the person.
+    point : array, shape (2,)
+        The person's position, m.
+    radius : float
+        The radius of the circle that the person occupies, m.
     """
 
     whole: Floor
@@ -66,11 +73,12 @@ class FloorWithPerson(Floor):
 
 
 class Ground:
-    """The floors of a home with its doors, and the paths on them.
+    """The floors of a home, its doors, and the paths between them.
 
-    All results are cached, also for other days. A day of the sample home takes 2.6 s of CPU to act.
-    Without cached spots it would take 13 s, without floors 9 s, without paths 6 s, and without
-    regions minutes. The Atelier home takes 4 % longer without cached swings.
+    All results are cached and hold for all days. A day of the sample home takes 2.6 s of CPU to
+    act. It would take 13 s without cached results of `spot`, 9 s without `floor`, and 6 s without
+    `find_path`. Without `regions`, it would take minutes. The Atelier home takes 4 % longer if
+    `in_swing` is not cached.
     """
 
     def __init__(self, places: Places) -> None:
@@ -84,7 +92,7 @@ class Ground:
     # Floors.
 
     def floor(self, storey: int, opened: Open) -> Floor:
-        """Return the floor of a storey on which the leaves of doors are obstacles.
+        """Return the floor of a storey on which door leaves are obstacles.
 
         `opened` has the openings of the doors that are open. All other doors are shut.
         """
@@ -94,14 +102,16 @@ class Ground:
             free = floor.free.copy()
             for door in self.places.doors.values():
                 if door.use == DOOR and door.storey == storey:
-                    _block(floor, free, _leaf(door, opened.get(door.name, door.closed)))
+                    _block_cells(
+                        floor, free, _leaf_points(door, opened.get(door.name, door.closed))
+                    )
             self._floors[key] = replace(floor, free=free)
         return self._floors[key]
 
     def regions(self, storey: int, radius: float) -> NDArray[np.int64]:
-        """Return the numbers (nx, ny) of the regions to which the cells belong with all doors shut.
+        """Return the number of each cell's region if all doors are shut, shape (nx, ny).
 
-        Cells where a body with this radius (m) does not fit have the number 0.
+        A region is connected free floor. The number is 0 where a body of `radius` m does not fit.
         """
         key = storey, radius
         if key not in self._regions:
@@ -111,7 +121,7 @@ class Ground:
     def region_at(self, storey: int, point: Array, radius: float) -> int:
         """Return the number of the region at a point, or of the nearest region within a metre.
 
-        Return 0 if there is none.
+        Return 0 if no region is that near.
         """
         regions, floor = self.regions(storey, radius), self.floor(storey, {})
         x, y = floor.cell(point)
@@ -130,10 +140,10 @@ class Ground:
     # Doors.
 
     def spot(self, door: Door, side: float, radius: float) -> Spot | None:
-        """Return the spot on one side of a door from which a person moves it.
+        """Return where a person stands on one side of a door to move it.
 
-        The spot is outside the area that the leaf sweeps, and the handle is in reach from it.
-        Return None if there is no room for a person on that side, as inside a cupboard.
+        The leaf does not sweep over this point, and the handle is in reach. Return None if no
+        person fits on that side, as inside a cupboard.
         """
         key = door.name, side, radius
         if key not in self._spots:
@@ -168,7 +178,7 @@ class Ground:
         return Spot(point, yaw_to(point, first + 0.72 * door.width * along))
 
     def spot_or_estimate(self, door: Door, side: float, radius: float) -> Spot:
-        """Return the spot on one side of a door; without one, estimate it from the door's size."""
+        """Return the result of `spot` or, if that is None, an estimate from the door's size."""
         found = self.spot(door, side, radius)
         if found is not None:
             return found
@@ -183,7 +193,9 @@ class Ground:
         counts = {}
         for side in (1.0, -1.0):
             spot = self.spot(door, side, radius)
-            reached = set() if spot is None else self._reached(door.storey, spot.at, radius)
+            reached = (
+                set() if spot is None else self._reachable_regions(door.storey, spot.at, radius)
+            )
             counts[side] = sum(
                 place.storey == door.storey
                 and self.region_at(place.storey, place.at, radius) in reached
@@ -191,10 +203,12 @@ class Ground:
             )
         return max(counts, key=lambda side: counts[side])
 
-    def _reached(self, storey: int, start: Array, radius: float, outside: bool = False) -> set[int]:
+    def _reachable_regions(
+        self, storey: int, start: Array, radius: float, outside: bool = False
+    ) -> set[int]:
         """Return the numbers of the regions that can be reached from a point through doors.
 
-        With `outside`, entrances count as doors too.
+        With `outside`, also through entrances.
         """
         reached: set[int] = set()
         new = [self.region_at(storey, start, radius)]
@@ -210,9 +224,9 @@ class Ground:
         return reached
 
     def crossing(self, door: Door, side: float, radius: float, opened: Open) -> Array:
-        """Return the corner points (n, 2) of the path through an open door.
+        """Return the corner points (n, 2) of the path through an open door, starting on `side`.
 
-        It leads from the spot on the side `side` to the spot on the other side.
+        It begins and ends at the points where a person stands to move the door.
         """
         ends = [self.spot_or_estimate(door, one, radius).at for one in (side, -side)]
         try:
@@ -225,7 +239,7 @@ class Ground:
             return np.array([ends[0], middle + 0.3 * ahead, middle - 0.3 * ahead, ends[1]])
 
     def in_swing(self, door: Door, point: Array, margin: float) -> bool:
-        """Return whether a leaf passes nearer to a point (2,) than `margin` m while it opens."""
+        """Return whether a door leaf, while it opens, passes within `margin` m of a point (2,)."""
         if door.name not in self._swings:
             stands = [door.line(w) for w in np.linspace(door.closed, door.open, 9)]
             self._swings[door.name] = np.concatenate(stands)
@@ -248,7 +262,7 @@ class Ground:
         radius : float
             Half of the walker's width, m.
         opened : mapping of str to float
-            The openings of the doors that are open.
+            The openings of the open doors, rad or m.
         other : array, shape (2,), optional
             The position of a person to walk around.
 
@@ -277,7 +291,7 @@ class Ground:
     ) -> list[tuple[Door, float]] | None:
         """Return the doors on the cheapest way between two points.
 
-        The cost of a way is its length, and `DOOR_COST_M` for each door that is shut.
+        The cost of a way is its length plus `DOOR_COST_M` for each shut door.
 
         Parameters
         ----------
@@ -288,7 +302,7 @@ class Ground:
         radius : float
             Half of the walker's width, m.
         opened : mapping of str to float
-            The openings of the doors that are open.
+            The openings of the open doors, rad or m.
 
         Returns
         -------
@@ -324,10 +338,9 @@ class Ground:
         return None
 
     def doors_from(self, storey: int, region: int, radius: float) -> list[tuple[Door, float, int]]:
-        """Return the doors that lead out of a region.
+        """Return the doors that lead out of a region: door, side, and number of the next region.
 
-        Each comes with the side on which this region is, and with the number of the region on the
-        other side.
+        The side is that of the door towards this region.
         """
         floor, regions = self.floor(storey, {}), self.regions(storey, radius)
         found = []
@@ -344,9 +357,12 @@ class Ground:
         return found
 
     def nearest_reachable(self, storey: int, start: Array, goal: Array, radius: float) -> Array:
-        """Return the point (2,) nearest to `goal` that can be reached if all doors are opened."""
+        """Return the point (2,) nearest to `goal` that a person at `start` can walk to.
+
+        All doors count as open.
+        """
         regions, floor = self.regions(storey, radius), self.floor(storey, {})
-        reached = self._reached(storey, start, radius, outside=True)
+        reached = self._reachable_regions(storey, start, radius, outside=True)
         cells = np.argwhere(np.isin(regions, sorted(reached)))
         if not len(cells):
             return np.asarray(start)[:2]
@@ -356,10 +372,10 @@ class Ground:
 
 
 def door_axes(door: Door, side: float) -> tuple[Array, Array, Array]:
-    """Return the axes of a shut door on the floor, three arrays (2,).
+    """Return the axes of a shut door on the floor as three arrays (2,).
 
-    They are the hinge's position, the unit vector along the leaf, and the unit vector from the leaf
-    towards `side`.
+    They are the hinge's position (m), and unit vectors along the leaf and from the leaf towards
+    `side`.
     """
     first, last = door.line(door.closed, 2)
     along = (last - first) / max(math.hypot(*(last - first)), 1e-9)
@@ -373,12 +389,12 @@ def _pair(point: Array | None) -> tuple[float, float] | None:
 
 
 def yaw_to(start: Array, end: Array) -> float:
-    """Return the direction from one point to another, rad."""
+    """Return the direction from one point to another as a yaw, rad."""
     return math.atan2(end[1] - start[1], end[0] - start[0])
 
 
 def resample(points: Array, spacing: float = 0.03) -> Array:
-    """Return points (m, 2) at even spacing along corner points (n, 2), n > 1."""
+    """Return points (m, 2) every `spacing` m along corner points (n, 2); n is at least 2."""
     gaps = np.hypot(*np.diff(points, axis=0).T)
     points = points[np.concatenate([[True], gaps > 1e-6])]
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
@@ -387,9 +403,9 @@ def resample(points: Array, spacing: float = 0.03) -> Array:
 
 
 def round_corners(floor: Floor, points: Array) -> Array:
-    """Return closely spaced points (m, 2) along corner points (n, 2), with the corners rounded.
+    """Return closely spaced points (m, 2) along corner points (n, 2), with rounded corners.
 
-    The arcs are quadratic Béziers. They are made smaller where obstacles are near.
+    The arcs are quadratic Béziers, which are smaller near obstacles.
     """
     arcs, t = [points[:1]], np.linspace(0, 1, 9)[:, None]
     for before, corner, after in zip(points, points[1:], points[2:], strict=False):
@@ -398,24 +414,24 @@ def round_corners(floor: Floor, points: Array) -> Array:
         if min(lengths) < 1e-6:
             continue
         trim = min(ROUNDING, 0.48 * lengths[0], 0.48 * lengths[1])
-        room = min(_room(floor, corner[None]), EASY_M + 0.25) - 0.04
+        room = min(_least_clearance(floor, corner[None]), EASY_M + 0.25) - 0.04
         for _ in range(6):
             a, b = corner + into / lengths[0] * trim, corner + away / lengths[1] * trim
             arc = (1 - t) ** 2 * a + 2 * t * (1 - t) * corner + t**2 * b
-            if _room(floor, arc) >= room:
+            if _least_clearance(floor, arc) >= room:
                 break
             trim *= 0.6
         arcs.append(arc)
     return resample(np.concatenate([*arcs, points[-1:]]))
 
 
-def _room(floor: Floor, points: Array) -> float:
+def _least_clearance(floor: Floor, points: Array) -> float:
     """Return the least distance from any of the points (n, 2) to an obstacle, m."""
     cells = np.array([floor.cell(point) for point in points])
     return float(floor.clearance[cells[:, 0], cells[:, 1]].min())
 
 
-def _leaf(door: Door, opening: float) -> Array:
+def _leaf_points(door: Door, opening: float) -> Array:
     """Return closely spaced points (n, 2) along a leaf on the floor."""
     first, last = door.line(opening, 2)
     if opening == door.closed:
@@ -426,7 +442,7 @@ def _leaf(door: Door, opening: float) -> Array:
     return points
 
 
-def _block(floor: Floor, free: NDArray[np.bool_], points: Array) -> None:
+def _block_cells(floor: Floor, free: NDArray[np.bool_], points: Array) -> None:
     """Mark the cells of the mask `free` that have one of the points (n, 2) as not free."""
     index = np.floor((points - floor.low) / floor.size).astype(int)
     index = index[((index >= 0) & (index < free.shape)).all(axis=1)]

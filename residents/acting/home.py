@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The state of a home during a day: open doors, lamps, things and people.
+"""The state of a home during a day: open doors, lamps, carried objects and people.
 
-People reserve places, so that no two of them use the same one. They also check their paths for
-others, so that they do not walk through each other.
+People reserve places, so that no two of them use the same one. They also check their paths, so that
+they do not walk through each other.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ APART, FROM_LEAF, AT_PLACE, SAME_PLACE = 0.42, 0.27, 0.6, 0.3
 
 
 class Occupant(Protocol):
-    """What people know of another person or cat in the home."""
+    """A person or cat in the home, as the other people see it."""
 
     name: str
     now: float
@@ -43,9 +43,16 @@ class Occupant(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Clash:
-    """A person `who` is in the way of another, at the point `at` (2,).
+    """A person who is in the way of another person.
 
-    The person is there from the time `since` until the time `until` at least, s.
+    Attributes
+    ----------
+    at : array, shape (2,)
+        The point at which the person is in the way, m.
+    since, until : float
+        The person is there from `since` until at least `until`, s.
+    who : Occupant
+        The person in the way.
     """
 
     at: Array
@@ -54,7 +61,7 @@ class Clash:
     who: Occupant
 
     def is_standing_at(self, time: float) -> bool:
-        """Return whether the person in the way has stopped walking by a time."""
+        """Return whether the person in the way stands still at a time, s."""
         return self.since <= time
 
 
@@ -73,9 +80,9 @@ class HomeInUse:
     lamps : dict of str to bool
         Whether each lamp that was switched is on.
     things : dict of str to str
-        The place of each thing that was carried.
+        The place of each carried object.
     swings, switches, holds, sips
-        The record of changes, as in `Acted`.
+        The changes so far, as in `Acted`.
     people : list of Occupant
         The persons and cats.
     """
@@ -97,19 +104,19 @@ class HomeInUse:
     # Doors, lamps and things.
 
     def opening(self, door: Door) -> float:
-        """Return the present opening of a leaf; it is 0 as long as nobody has moved the leaf."""
+        """Return the present opening of a door leaf, rad or m; 0 if nobody has moved it."""
         return self.openings.get(door.name, 0.0)
 
     def is_open(self, door: Door) -> bool:
-        """Return whether a leaf is at least a little open."""
+        """Return whether a door leaf is at least a little open."""
         return abs(self.opening(door) - door.closed) > 0.02
 
     def stands_open(self, door: Door, occupant: Occupant) -> bool:
-        """Return whether a door is open, and no other person is using it and about to shut it."""
+        """Return whether a door is open and no other person is using it."""
         return self.is_open(door) and not self._is_busy(door, occupant)
 
     def open_doors(self, storey: int) -> dict[str, float]:
-        """Return the openings of those doors of a storey that are open, by name."""
+        """Return the openings of a storey's open doors, by name."""
         return {
             door.name: self.opening(door)
             for door in self.places.doors.values()
@@ -117,7 +124,7 @@ class HomeInUse:
         }
 
     def record_swing(self, door: Door, start: float, end: float, after: float, person: str) -> None:
-        """Record that a person moves a leaf from its present opening to the opening `after`."""
+        """Record that a person moves a door leaf to the opening `after` (rad or m)."""
         swing = LeafSwing(start, end, self.opening(door), after, person)
         self.swings.setdefault(door.name, []).append(swing)
         self.openings[door.name] = after
@@ -134,9 +141,9 @@ class HomeInUse:
     def record_initial_state(
         self, left: tuple[dict[str, bool], dict[str, float], dict[str, str]], first: float
     ) -> None:
-        """Record the state that earlier days have left: lamps, openings and things as from `state`.
+        """Record the state `left`, a result of `state`, as the state at the start of the day.
 
-        They are recorded as changes without a person, just before the time `first` (s).
+        The record has changes without a person, just before the time `first` (s).
         """
         lamps, openings, things = left
         self.switches += [Switch(first - 1.0, lamp, on, "") for lamp, on in lamps.items()]
@@ -149,38 +156,38 @@ class HomeInUse:
 
     @staticmethod
     def put_position(thing: str, place: Place) -> Array | None:
-        """Return the position (3,) of a thing that is put down at a place.
+        """Return the position (3,) of a carried object after it is put down at a place, m.
 
-        Return None if the thing is put back at its own place, where the blend file has it.
+        Return None at the object's own place, because the blend file has this position.
         """
         return None if place.name == thing else np.array(place.target)
 
     # Reservations.
 
     def reservation_key(self, place: Place) -> str:
-        """Return the string under which a place is reserved.
+        """Return the name under which a place is reserved.
 
-        It is the place's name. In a bath or toilet it is "room" with the room's name, so that one
+        This is the place's name. In a bath or toilet it is "room" and the room's name, so that one
         person reserves the whole room.
         """
         room = place.room.lower()
         return f"room {place.room}" if any(word in room for word in _PRIVATE) else place.name
 
     def is_free(self, key: str, occupant: Occupant) -> bool:
-        """Return whether a person can now reserve `key`, a string from `reservation_key`."""
+        """Return whether a person can now reserve `key`, a name from `reservation_key`."""
         holder = self._reserved.get(key)
         return holder is occupant or (
             holder is None and self._free_from.get(key, -np.inf) <= occupant.now
         )
 
     def reserve(self, key: str, occupant: Occupant) -> None:
-        """Reserve `key`, a string from `reservation_key`, for a person."""
+        """Reserve `key`, a name from `reservation_key`, for a person."""
         self._reserved[key] = occupant
 
     def release(self, key: str, occupant: Occupant) -> None:
-        """End a person's reservation of `key`, if there is one.
+        """End a person's reservation of `key`; do nothing without one.
 
-        Others can reserve it from the releasing person's present time on.
+        Others can reserve `key` from this person's time `now` on.
         """
         if self._reserved.get(key) is occupant:
             del self._reserved[key]
@@ -194,8 +201,8 @@ class HomeInUse:
     def can_move(self, door: Door, occupant: Occupant, patient: bool) -> bool:
         """Return whether a person can move a door now.
 
-        Nobody else may be using it, or standing in its swing. People in the swing who are still
-        walking count only if `patient`.
+        This is False if somebody else uses the door, or stands where its leaf moves. If `patient`
+        is True, it is also False if somebody walks there.
         """
         if self._is_busy(door, occupant):
             return False
@@ -207,7 +214,7 @@ class HomeInUse:
         )
 
     def occupy(self, door: Door, occupant: Occupant, until: float) -> None:
-        """Mark a door as used by a person until a time, so that others wait for it."""
+        """Reserve a door for a person until a time, s, so that others wait."""
         self._busy[door.name] = occupant, until
 
     def _is_busy(self, door: Door, occupant: Occupant) -> bool:
@@ -215,7 +222,7 @@ class HomeInUse:
         return holder is not occupant and until > occupant.now
 
     def longest_waiting(self, occupant: Occupant) -> Occupant | None:
-        """Return the person who has waited longest for `occupant` to make way, or None."""
+        """Return the person who waits longest because `occupant` is in the way, or None."""
         here = occupant.positions_at(np.array([occupant.now]))[0]
         found = [
             other
@@ -226,7 +233,7 @@ class HomeInUse:
         return min(found, key=lambda other: other.waiting_since, default=None)
 
     def will_come_near(self, other: Occupant, occupant: Occupant) -> bool:
-        """Return whether the known path of another person soon comes near to `occupant`."""
+        """Return whether another person's path comes near to `occupant` in the next 3.5 s."""
         times = occupant.now + np.linspace(0.0, 3.5, 8)
         off = other.positions_at(times) - occupant.positions_at(np.array([occupant.now]))
         return other.now > occupant.now and float(np.hypot(*off.T).min()) < 2 * APART
@@ -236,7 +243,7 @@ class HomeInUse:
         return [other for other in self.people if other is not occupant and not other.is_ignored]
 
     def find_clash(self, occupant: Occupant, path: Array, speed: float) -> Clash | None:
-        """Return the first person in the way of `occupant`, who starts to walk now.
+        """Return the first clash on a path that `occupant` begins to walk now.
 
         Parameters
         ----------
@@ -250,7 +257,7 @@ class HomeInUse:
         Returns
         -------
         Clash or None
-            None if nobody is in the way.
+            The first person in the way; None if nobody is.
         """
         others = self._others(occupant)
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])

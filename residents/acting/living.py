@@ -34,7 +34,21 @@ BEFORE = 60.0
 
 
 class Performer(Navigator):
-    """A person who performs activities; `activities` has the steps of each activity by name."""
+    """A person who performs activities during a day.
+
+    Parameters
+    ----------
+    name : str
+        The person's name in the routine.
+    build : Build
+        The person's build.
+    home : HomeInUse
+        The home, shared with the other persons.
+    now : float
+        The time at which the person begins, s since midnight.
+    activities : mapping of str to ActivitySteps
+        The steps of each activity, by its name.
+    """
 
     def __init__(
         self,
@@ -52,13 +66,13 @@ class Performer(Navigator):
         self._out_by: Door | None = None
 
     def start_at(self, place: Place, posture: str) -> None:
-        """Start the day at a place, in a posture."""
+        """Put the person at a place in a posture, and reserve the place."""
         self._key = self.key(place)
         self.home.reserve(self._key, self)
         self.rest_at(place, posture)
 
     def start_away(self) -> None:
-        """Start the day outside the home, in front of an entrance."""
+        """Put the person outside the home, in front of its first entrance."""
         door = self.home.places.entrances[0]
         side = self.home.ground.inner_side(door, self.radius)
         spot = self.home.ground.spot_or_estimate(door, -side, self.radius)
@@ -70,7 +84,8 @@ class Performer(Navigator):
     def live(self, segments: list[tuple[Segment, Stream]]) -> Process:
         """Perform the segments of the day, in order.
 
-        A segment comes with its random numbers. Its times are in s since midnight of this day.
+        A segment is what a person does from one time to another, in s since this day's midnight. It
+        comes with its random numbers.
         """
         for number, (segment, stream) in enumerate(segments):
             if number and segment.end <= self.now + LATE:
@@ -96,19 +111,17 @@ class Performer(Navigator):
         self.finish()
 
     def _begin_activity(self, activity: str) -> None:
-        """Begin an activity, unless it is the one that the person already does."""
         if self._current is None or self._current[0] != activity:
             self._end_activity()
             self._current = activity, self.now
 
     def _end_activity(self) -> None:
-        """End the present activity, and record it as done."""
         if self._current is not None and self.now > self._current[1]:
             activity, start = self._current
             self.done.append(ActedActivity(start, self.now, self.name, activity, ""))
 
     def _perform(self, activity_steps: ActivitySteps, segment: Segment, stream: Stream) -> Process:
-        """Perform the steps of an activity; a person who is away comes home before."""
+        """Perform the steps of an activity; a person who is away comes home first."""
         self.step = activity_steps.steps[0]
         if self.posture == AWAY:
             if activity_steps.posture == AWAY and len(activity_steps.steps) == 1:
@@ -123,7 +136,7 @@ class Performer(Navigator):
     def _repeat_movements(
         self, activity_steps: ActivitySteps, segment: Segment, stream: Stream
     ) -> Process:
-        """Repeat the activity's small movements, with rests between them, until it ends."""
+        """Perform the small movements of an activity, with rests between them, until it ends."""
         times = []
         for number, one in enumerate(activity_steps.meanwhile):
             rest = one.every * one.burst
@@ -145,21 +158,20 @@ class Performer(Navigator):
             if settled is not None and (posture, place) != (self.posture, self.place):
                 yield from self._perform_step(settled, True, stream)
 
-    def _burst(self, one: RepeatedSteps, stream: Stream) -> Process:
-        """Perform a random number of movements in a row, each drawn from the steps of `one`."""
-        for number in range(stream.geometric(one.burst)):
+    def _burst(self, repeated: RepeatedSteps, stream: Stream) -> Process:
+        for number in range(stream.geometric(repeated.burst)):
             if number:
                 self.stay_until(self.now + stream.log_normal(*PAUSE))
                 yield
             if self.now >= self.until:
                 return
-            step = one.steps[stream.weighted_choice([1.0] * len(one.steps))]
+            step = repeated.steps[stream.weighted_choice([1.0] * len(repeated.steps))]
             yield from self._perform_step(step, False, stream)
 
     # Steps.
 
     def _perform_step(self, step: ActivityStep, last: bool, stream: Stream) -> Process:
-        """Perform one step of an activity; `last` tells whether it is the activity's last step."""
+        """Perform one step of an activity; `last` says whether it is the activity's last one."""
         self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
             place = self.home.places.places[step.name]
@@ -201,7 +213,7 @@ class Performer(Navigator):
             self._reach(step, self.home.places.places[step.name].target)
 
     def _reach(self, step: ActivityStep, point: Array) -> None:
-        """Touch a point; raise `InputError` if it is too far away."""
+        """Touch a point (3,); raise `InputError` if it is too far away."""
         off = self._distance_to(point)
         if off > 2 * ARM_WAY:
             raise step.error(
@@ -210,7 +222,6 @@ class Performer(Navigator):
         self.touch(point)
 
     def _take_posture(self, step: ActivityStep, place: Place) -> Process:
-        """Go to a place and take the posture that belongs to the step's word, such as "sit"."""
         posture = POSTURES[step.word]
         if (self.place, self.posture) == (place.name, posture):
             return
@@ -225,7 +236,6 @@ class Performer(Navigator):
             self.lie(place)
 
     def _carry(self, step: ActivityStep) -> Process:
-        """Take a thing, or put it down, as the step says."""
         where = step.at or self.home.things.get(step.name, step.name)
         if step.word == "take" and step.name in self.hands:
             return
@@ -243,7 +253,7 @@ class Performer(Navigator):
             self.home.things[step.name] = where
 
     def _drink(self, step: ActivityStep) -> Process:
-        """Drink from a cup; if the person did not hold it before, take it and put it back."""
+        """Drink from a cup; if it is not in the hand, take it first and put it back afterwards."""
         held = step.name in self.hands
         if not held:
             yield from self._carry(replace(step, word="take"))
@@ -257,7 +267,6 @@ class Performer(Navigator):
         return float(np.hypot(*(point[:2] - self.pose.pelvis[0, :2])))
 
     def _switch(self, step: ActivityStep) -> Process:
-        """Switch a lamp on or off."""
         lamp = self.home.places.lamps[step.name]
         if self.home.lamps.get(lamp.object) is step.on:
             return
@@ -270,7 +279,6 @@ class Performer(Navigator):
         self.home.record_switch(lamp.object, step.on, at, self.name)
 
     def _open_or_close(self, step: ActivityStep) -> Process:
-        """Open or close a door, drawer or curtain."""
         door = self.home.places.doors[step.name]
         after = door.open if step.word == "open" else door.closed
         if abs(self.home.opening(door) - after) < 0.02:
@@ -283,7 +291,7 @@ class Performer(Navigator):
         self.home.occupy(door, self, self.now)
 
     def _spot_at(self, door: Door, step: ActivityStep) -> Spot | None:
-        """Return the spot from which to move a leaf, outside the area that the leaf sweeps."""
+        """Return where the person stands to move a door leaf; raise `InputError` without room."""
         place = self.home.places.places.get(door.name)
         if place is not None:
             return Spot(place.at[:2], place.yaw)
@@ -303,7 +311,6 @@ class Performer(Navigator):
     # Leaving and coming home.
 
     def _leave(self, step: ActivityStep) -> Process:
-        """Leave the home through the nearest entrance."""
         if self.posture == AWAY:
             return
         door, side = self._entrance(step)
@@ -318,7 +325,6 @@ class Performer(Navigator):
         self._out_by = door
 
     def _come_in(self) -> Process:
-        """Come home through the entrance that the person left by."""
         door = self._out_by or self.home.places.entrances[0]
         side = self.home.ground.inner_side(door, self.radius)
         yield from self.wait_for_door(door)
@@ -328,7 +334,7 @@ class Performer(Navigator):
         yield from self.pass_door(door, -side)
 
     def _entrance(self, step: ActivityStep) -> tuple[Door, float]:
-        """Return the nearest entrance, and the side of it that is in the home."""
+        """Return the nearest entrance, and its side (+1 or −1) that is in the home."""
         ground, opened = self.home.ground, self.home.open_doors(self.storey)
         found = []
         for door in self.home.places.entrances:

@@ -32,9 +32,9 @@ class Place:
     Attributes
     ----------
     name, use : str
-        The name of the marked object, and what residents do there: STAND, SIT, LIE, USE or another.
+        The name of the marked object, and its use: STAND, SIT, LIE, USE or another.
     at : array, shape (3,)
-        Where residents stand on the floor before and after.
+        Where residents stand on the floor before and after using the place.
     yaw : float
         The direction in which they look while standing or sitting, rad. Lying, their head points
         in this direction.
@@ -43,7 +43,7 @@ class Place:
     height : float
         The height of `target` above the floor, m.
     room : str
-        The name of the room, "" if it is unknown.
+        The name of the room, or "".
     edge : array, shape (3,), or None
         Where a person sits on a bed before lying down.
     storey : int
@@ -69,11 +69,10 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Door:
-    """A leaf that a hand moves: it turns about a hinge, or slides.
+    """A door, drawer or curtain: a leaf that turns about a hinge or slides.
 
-    An opening is the rotation (rad) or shift (m) of the leaf, compared with the leaf as it is in
-    the blend file. The leaf's own coordinates have their origin at the hinge or, if the leaf
-    slides, at its leading edge.
+    An opening is the leaf's rotation (rad) or shift (m) from its position in the blend file. The
+    origin of the leaf's own coordinates is the hinge or, if the leaf slides, its leading edge.
 
     Attributes
     ----------
@@ -94,7 +93,7 @@ class Door:
     entrance : bool
         Whether the door leads out of the home.
     room : str
-        The name of the room, "" if it is unknown.
+        The name of the room, or "".
     storey : int
         The storey's index; 0 is the lowest.
     """
@@ -116,11 +115,11 @@ class Door:
 
     @property
     def width(self) -> float:
-        """The length of the leaf's box along x, m."""
+        """The length of the leaf along its own x axis, m."""
         return float(self.high[0] - self.low[0])
 
     def moved(self, opening: float) -> Array:
-        """Return the matrix (4, 4) that moves the leaf to `opening` from where the file has it."""
+        """Return the matrix (4, 4) that moves the leaf from where the file has it to `opening`."""
         matrix = np.eye(4)
         if self.slides:
             matrix[:3, 3] = self.axis * opening
@@ -132,18 +131,18 @@ class Door:
         return matrix
 
     def at(self, point: Array, opening: float) -> Array:
-        """Transform points (…, 3) from the leaf's own coordinates to the world, at an opening."""
+        """Transform points (…, 3) from the leaf's own to world coordinates, at an opening."""
         matrix = self.moved(opening)
         world = np.asarray(point, float) @ self.frame.T + self.hinge
         placed: Array = world @ matrix[:3, :3].T + matrix[:3, 3]
         return placed
 
     def handle_at(self, opening: float) -> Array:
-        """Return the position (3,) of the handle at an opening."""
+        """Return the position (3,) of the handle at an opening, m."""
         return self.at(self.handle, opening)
 
     def line(self, opening: float, count: int = 11) -> Array:
-        """Return `count` points (count, 2) on the floor along the middle of the leaf."""
+        """Return points (count, 2) on the floor along the middle of the leaf, at an opening."""
         low, high = self.low, self.high
         points = np.zeros((count, 3))
         points[:, 0] = np.linspace(low[0], high[0], count)
@@ -152,11 +151,11 @@ class Door:
 
     @property
     def middle(self) -> Array:
-        """The middle (2,) of the shut leaf on the floor."""
+        """The middle (2,) of the shut leaf on the floor, m."""
         return self.line(self.closed, 3)[1]
 
     def side(self, point: Array) -> float:
-        """Return +1 for points on the side to which the leaf opens, −1 on the other.
+        """Return the side of the door that a point is on: +1 where the leaf opens to, else −1.
 
         For a leaf that slides, +1 is the side to the left of its x axis.
         """
@@ -178,11 +177,11 @@ class LampPlace:
     Attributes
     ----------
     name : str
-        The name of the marked object, and of the lamp's `Place` if there is one.
+        The name of the marked object; a `Place` for the lamp has the same name.
     object : str
         The name of the lamp's object.
     at : array, shape (3,)
-        The position of the switch, or of the lamp if there is no switch.
+        The position of the switch or, without a switch, of the lamp.
     """
 
     name: str
@@ -192,7 +191,7 @@ class LampPlace:
 
 @dataclass(frozen=True, eq=False)
 class Storey:
-    """A storey of a home.
+    """A storey of a home, with its floor and rooms.
 
     Attributes
     ----------
@@ -215,11 +214,11 @@ class Storey:
     guessed: NDArray[np.bool_] | None = None
 
     def room_at(self, point: Array) -> str:
-        """Return the room at a point (2,) or (3,), or "" if it is unknown."""
+        """Return the name of the room at a point (2,) or (3,), or "" if it is unknown."""
         return self.rooms[int(self.number[self.floor.cell(point)])]
 
     def is_guessed_at(self, point: Array) -> bool:
-        """Return whether the room at a point, (2,) or (3,), was guessed from nearby sensors."""
+        """Return whether the room at a point (2,) or (3,) was guessed from nearby sensors."""
         return self.guessed is not None and bool(self.guessed[self.floor.cell(point)])
 
 
@@ -242,7 +241,7 @@ class Places:
         return tuple(door for door in self.doors.values() if door.entrance)
 
     def room_of(self, name: str) -> str:
-        """Return the room of a place or door, or "" if it is unknown."""
+        """Return the name of a place's or door's room, or "" if it is unknown."""
         found = self.places.get(name) or self.doors.get(name)
         return found.room if found is not None else ""
 
@@ -252,6 +251,6 @@ class Places:
         return tuple(place.name for place in self.places.values() if place.room_guessed)
 
     def storey_at(self, height: float) -> int:
-        """Return the index of the storey on which a person is whose feet are at a height (m)."""
+        """Return the index of the storey of a person whose feet are at a height, m."""
         below = [k for k, storey in enumerate(self.storeys) if storey.height <= height + 0.3]
         return below[-1] if below else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the places that residents cannot reach, and where the way to them ends."""
+"""Find the places that residents cannot reach, and how far residents get on the way there."""
 
 from __future__ import annotations
 
@@ -25,11 +25,19 @@ NARROW, THROUGH = 4.0, 30.0
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """A place that cannot be reached from `start`, which is the name of a door or place.
+    """A place that cannot be reached.
 
-    `way` (n, 2) is the path from there to the reachable point nearest to the place, m. `short` is
-    the distance from that point to the place, m. The path is empty if the place is on another
-    storey.
+    Attributes
+    ----------
+    place : Place
+        The place.
+    start : str
+        The name of the door or place from which the search began.
+    way : array, shape (n, 2)
+        The path from there to the reachable point nearest to the place, m. Empty if the place is on
+        another storey.
+    short : float
+        The distance from that point to the place, m.
     """
 
     place: Place
@@ -39,7 +47,7 @@ class Unreached:
 
     @property
     def nearest(self) -> Array:
-        """The last point (2,) of the path."""
+        """The last point (2,) of the path, m."""
         point: Array = self.way[-1]
         return point
 
@@ -50,15 +58,15 @@ def unreached(places: Places) -> list[Unreached]:
 
 
 def unreached_in_steps(places: Places) -> Shares[list[Unreached]]:
-    """Find the places that an adult cannot reach, and return them sorted by name.
+    """Find the places that an adult cannot reach; yield the progress, 0 to 1.
 
-    Yield the share of the work that is done.
+    Return the places sorted by name.
     """
     found, looked = [], 0
     home = places.entrances[0].storey if places.entrances else None
     for number, storey in enumerate(places.storeys):
         here = [place for place in places.places.values() if place.storey == number]
-        start = _start(places, number, here, storey.floor)
+        start = _start_point(places, number, here, storey.floor)
         if start is None:
             continue
         name, point = start
@@ -73,15 +81,15 @@ def unreached_in_steps(places: Places) -> Shares[list[Unreached]]:
             nowhere = np.empty((0, 2))
             found += [Unreached(place, entrance.name, nowhere, np.inf) for place in here]
         elif lost:
-            ends = _ends(storey.floor, point, lost)
+            ends = _partial_paths(storey.floor, point, lost)
             for place, points in zip(lost, ends, strict=True):
                 short = float(np.linalg.norm(points[-1] - place.at[:2]))
                 found.append(Unreached(place, name, points, short))
     return sorted(found, key=lambda lost: lost.place.name)
 
 
-def _start(
-    places: Places, number: int, here: list[Place], floor: Floor
+def _start_point(
+    places: Places, number: int, candidates: list[Place], floor: Floor
 ) -> tuple[str, Array] | None:
     """Return the name and point (2,) from which a storey's places should be reachable.
 
@@ -90,23 +98,20 @@ def _start(
     for door in places.entrances:
         if door.storey == number:
             return door.name, door.middle
-    if not here:
+    if not candidates:
         return None
     region = regions(floor, BODY_M)
     try:
-        numbers = [int(region[entry(floor, BODY_M, place.at)]) for place in here]
+        numbers = [int(region[entry(floor, BODY_M, place.at)]) for place in candidates]
     except NoPath:
-        return here[0].name, here[0].at[:2]
+        return candidates[0].name, candidates[0].at[:2]
     most = Counter(numbers).most_common(1)[0][0]
-    first = here[numbers.index(most)]
+    first = candidates[numbers.index(most)]
     return first.name, first.at[:2]
 
 
 def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
-    """Return whether a path leads to a place, or at least to a cell near to it.
-
-    That cell is the nearest one to the place where a body fits. It is at most `SQUEEZE_M` away.
-    """
+    """Return whether a path leads to a place, or to a point at most `SQUEEZE_M` from it."""
     try:
         last = floor.middle(entry(floor, BODY_M, place.at))
         find_path(floor, start, place.at[:2], BODY_M)
@@ -115,20 +120,19 @@ def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
     return float(np.linalg.norm(last - place.at[:2])) <= SQUEEZE_M
 
 
-def _ends(floor: Floor, start: Array, lost: list[Place]) -> list[Array]:
-    """Return, for each place in `lost`, the path (n, 2) towards it up to an obstacle.
+def _partial_paths(floor: Floor, start: Array, unreachable: list[Place]) -> list[Array]:
+    """Return, for each place in `unreachable`, the path (n, 2) towards it up to the first obstacle.
 
-    First the cheapest path through obstacles to the place is found. The returned path ends at the
-    last cell of it that can be reached.
+    This is the part that can be reached of the cheapest path through obstacles.
     """
     try:
         first = entry(floor, BODY_M, start)
     except NoPath:
-        return [start[None] for _ in lost]
+        return [start[None] for _ in unreachable]
     region = regions(floor, BODY_M)
-    came = _through(floor, region > 0, first)
+    came = _predecessors(floor, region > 0, first)
     found = []
-    for place in lost:
+    for place in unreachable:
         here = floor.cell(place.at)
         while region[here] != region[first]:
             here = came[here]
@@ -136,7 +140,7 @@ def _ends(floor: Floor, start: Array, lost: list[Place]) -> list[Array]:
     return found
 
 
-def _through(
+def _predecessors(
     floor: Floor, wide: NDArray[np.bool_], first: tuple[int, int]
 ) -> dict[tuple[int, int], tuple[int, int]]:
     """Return, for each cell, the cell before it on the cheapest path from `first` (Dijkstra)."""

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motion of bodies and things on one day as functions of time, and what was acted.
+"""The motion of bodies and objects on one day as functions of time, and what was acted.
 
-Times are seconds from the start of the day, or from the start of a home's own story. They come as
-arrays (n,).
+Times are arrays (n,) in seconds from the start of the day, or of the animation in a home's file.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ from ..body.turns import ease
 
 @dataclass(frozen=True)
 class Clip:
-    """A piece of a body's motion from `start` to `end`, s.
+    """A piece of a body's motion.
 
     Attributes
     ----------
     start, end : float
-        The times of the piece, s.
+        The times at which it begins and ends, s.
     pose : callable
         Takes the seconds (n,) since the start, and returns the poses.
     still : bool
@@ -48,12 +47,12 @@ class Clip:
 
 @dataclass(frozen=True)
 class Gesture:
-    """A movement that is added to the poses of clips.
+    """A movement that changes the poses of clips, such as reaching with one hand.
 
     Attributes
     ----------
     start, end : float
-        The times of the movement, s.
+        The times at which it begins and ends, s.
     rise, fall : float
         The time in which the weight rises from 0 to 1 after the start, and falls to 0 before the
         end, s.
@@ -76,7 +75,7 @@ class Gesture:
         return np.where((times > self.start) & (times < self.end), weight, 0.0)
 
     def spans(self) -> list[tuple[float, float]]:
-        """Return the spans (start, end) in which the gesture moves the body, s."""
+        """Return the times (start, end) between which the gesture moves the body, s."""
         risen, falls = self.start + self.rise, self.end - self.fall
         if self.steady and risen < falls:
             return [(self.start, risen), (falls, self.end)]
@@ -85,7 +84,7 @@ class Gesture:
 
 @dataclass(frozen=True)
 class Swing:
-    """A movement of a leaf between two openings: rad about a hinge, or m along a slide."""
+    """A movement of a door leaf from the opening `before` to `after`, each in rad or m."""
 
     start: float
     end: float
@@ -94,7 +93,7 @@ class Swing:
 
 
 def openings_at(swings: Sequence[Swing], times: Array, resting: float) -> Array:
-    """Return the openings (n,) of a leaf at times (n,), rad or m.
+    """Return the openings (n,) of a door leaf at times (n,), rad or m.
 
     Parameters
     ----------
@@ -115,10 +114,10 @@ def openings_at(swings: Sequence[Swing], times: Array, resting: float) -> Array:
 
 @dataclass(frozen=True)
 class Hold:
-    """Where a thing is from the time `start` on.
+    """Where a carried object is from the time `start` on.
 
-    It is in a hand of a person (0 left, 1 right), or lies at a point `at` (3,). If `hand` and `at`
-    are both None, the thing is where the blend file has it.
+    It is in a hand of `person` (0 left, 1 right), or lies at the point `at` (3,). If `hand` and
+    `at` are None, the object is where the blend file has it.
     """
 
     start: float
@@ -129,7 +128,10 @@ class Hold:
 
 @dataclass
 class Timeline:
-    """The motion of one body: clips without gaps, and gestures in the order in which they apply."""
+    """The motion of one body: clips without gaps, and gestures that change their poses.
+
+    Gestures apply in the order of the list.
+    """
 
     clips: list[Clip] = field(default_factory=list)
     gestures: list[Gesture] = field(default_factory=list)
@@ -173,17 +175,17 @@ class Timeline:
         return pose
 
     def moving(self) -> Array:
-        """Return the spans (k, 2) in which the body moves, s: sorted, without overlaps."""
+        """Return the start and end of each movement of the body, s, shape (k, 2), sorted."""
         spans = [(clip.start, clip.end) for clip in self.clips if not clip.still]
         return merge_spans([*spans, *(span for g in self.gestures for span in g.spans())])
 
     def away(self) -> Array:
-        """Return the spans (k, 2) in which the body is out of the home, s."""
+        """Return the start and end of each absence from the home, s, shape (k, 2)."""
         return merge_spans([(clip.start, clip.end) for clip in self.clips if clip.away])
 
 
 def merge_spans(spans: Sequence[tuple[float, float]]) -> Array:
-    """Return spans (k, 2) that cover the same times as `spans`, sorted and without overlaps."""
+    """Return the union of time spans (start, end), sorted and without overlaps, shape (k, 2)."""
     result: list[list[float]] = []
     for start, end in sorted(spans):
         if result and start <= result[-1][1]:
@@ -205,17 +207,16 @@ OVER = 0.4
 
 @dataclass(frozen=True)
 class LeafSwing(Swing):
-    """A movement of a leaf by the hand of a person; see `Door` for the openings."""
+    """A movement of a door leaf by a person; see `Door` for the openings."""
 
     person: str
 
 
 @dataclass(frozen=True)
 class Switch:
-    """The lamp `object` is switched on or off at a time by a person.
+    """The switching of a lamp on or off by a person.
 
-    A switch at time 0 or before with an empty `person` gives the lamp's state at the start of the
-    day.
+    At a time of 0 or less, with `person` empty, this is the lamp's state at the start of the day.
     """
 
     time: float
@@ -226,9 +227,9 @@ class Switch:
 
 @dataclass(frozen=True)
 class ActedActivity:
-    """An activity as it was acted, beginning when the person sets out for its first step.
+    """An activity as a person did it, from setting out for its first step.
 
-    `place` is the name of the place where the person spent most of it.
+    `place` is where the person spent most of the activity.
     """
 
     start: float
@@ -240,7 +241,7 @@ class ActedActivity:
 
 @dataclass(frozen=True)
 class Stay:
-    """A span of time that a person spent at one place in one posture.
+    """A time that a person spent at one place in one posture.
 
     `place` is "" while the person walks from one place to another.
     """
@@ -254,20 +255,20 @@ class Stay:
 
 @dataclass(frozen=True)
 class Acted:
-    """All that was acted on a day, by the names that persons have in the routine.
+    """All that was acted on a day: motion, changes of the home, and who did what.
 
-    Lists are sorted by time. A door or thing without an entry stays as in the blend file.
+    Lists are sorted by time. A door or carried object without an entry stays as in the blend file.
 
     Attributes
     ----------
     bodies : mapping of str to Timeline
         The motion of each person.
     swings : mapping of str to list of LeafSwing
-        The movements of each leaf; the first one begins with the opening at the start of the day.
+        The movements of each door leaf, from its opening at the start of the day.
     switches : list of Switch
         The switching of lamps.
     holds : mapping of str to list of Hold
-        Where each carried thing is.
+        Where each carried object is.
     activities : list of ActedActivity
         What the persons did.
     where : list of Stay
@@ -285,10 +286,10 @@ class Acted:
     sips: Mapping[str, list[Gesture]] = field(default_factory=dict)
 
     def spans(self, start: float, end: float) -> Array:
-        """Return the spans (k, 2) in which anything moves between `start` and `end`.
+        """Return the start and end of each movement between two times, s, shape (k, 2), sorted.
 
-        They are sorted, do not overlap, and are cut at `start` and `end`. A change without
-        duration, such as a lamp's, has a span of length 0.
+        The spans do not overlap. A change without duration, such as a lamp's, has a span of length
+        0.
         """
         spans = [body.moving() for body in self.bodies.values()]
         spans += [np.array([(s.start, s.end) for s in swings]) for swings in self.swings.values()]
@@ -302,7 +303,7 @@ class Acted:
         return merge_spans(np.clip(inside, start, end).tolist())
 
     def person_on(self, low: Array, high: Array, time: float) -> str:
-        """Return the person whose hips or feet are on an object, or at most `OVER` m above it.
+        """Return the person whose hips or feet are at most `OVER` m above an object.
 
         Parameters
         ----------
@@ -314,8 +315,8 @@ class Acted:
         Returns
         -------
         str
-            The person's name. Of several persons it is the one whose hips or feet are lowest. "" if
-            there is none.
+            The name of the person whose hips or feet are lowest, or "" if there is
+            none.
         """
         found = []
         for person, body in self.bodies.items():
@@ -326,7 +327,7 @@ class Acted:
         return min(found, default=(0.0, ""))[1]
 
     def last_mover(self, object: str, time: float) -> str:
-        """Return the person who last moved a door, lamp or thing before or at a time.
+        """Return the person who last moved a door, lamp or object at or before a time.
 
         Return "" if nobody has.
         """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find paths over a floor for a body of some width, at a distance from obstacles.
+"""Find paths over a floor that are wide enough for a body.
 
 The floor is a grid of free cells. A path is the cheapest one over neighbouring cells (A*), and
 cells near obstacles cost more. Corners that a walker would cut are then removed.
@@ -25,7 +25,7 @@ _NEIGHBOURS = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1,
 
 
 class NoPath(ValueError):
-    """There is no path for a body of this width.
+    """Raised if no path is wide enough for a body.
 
     `nearest` (2,) is the reachable point that is nearest to the goal, m.
     """
@@ -37,7 +37,7 @@ class NoPath(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Floor:
-    """A grid of square cells.
+    """A floor as a grid of square cells.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Floor:
     free: NDArray[np.bool_]
 
     def cell(self, point: Array) -> tuple[int, int]:
-        """Return the indices of the cell at a point (2,); outside the grid, of the nearest cell."""
+        """Return the indices of the cell nearest to a point (2,)."""
         index = np.floor((np.asarray(point)[:2] - self.low) / self.size).astype(int)
         x, y = np.clip(index, 0, np.array(self.free.shape) - 1).tolist()
         return x, y
@@ -67,15 +67,15 @@ class Floor:
     # Computed once a floor: without the cache each path takes 2 ms longer in a small home.
     @cached_property
     def clearance(self) -> Array:
-        """The distance (nx, ny) from each cell's middle to the nearest cell that is not free, m.
+        """The distance (nx, ny) from each cell's middle to the nearest obstacle, m.
 
-        Cells outside the grid count as not free.
+        Cells outside the grid count as obstacles.
         """
         padded = np.pad(self.free, 1)
-        return (_distance(padded)[1:-1, 1:-1] - 0.5) * self.size
+        return (_distances(padded)[1:-1, 1:-1] - 0.5) * self.size
 
 
-def _distance(free: NDArray[np.bool_]) -> Array:
+def _distances(free: NDArray[np.bool_]) -> Array:
     """Return the distance of each cell to the nearest cell that is not free, in cells.
 
     References
@@ -102,8 +102,8 @@ def _distance(free: NDArray[np.bool_]) -> Array:
 def find_path(floor: Floor, start: Array, goal: Array, radius: float) -> Array:
     """Return the corner points (n, 2) of a path.
 
-    An end can be nearer to obstacles than the radius, as in front of a basin. There, the path has a
-    straight line between the end and the nearest cell where the body fits.
+    A start or goal can be nearer to obstacles than the radius, as in front of a basin. A straight
+    line then connects it with the nearest cell where the body fits.
 
     Parameters
     ----------
@@ -121,16 +121,16 @@ def find_path(floor: Floor, start: Array, goal: Array, radius: float) -> Array:
     """
     wide = floor.clearance >= radius - 1e-9
     first, last = (_entry(floor, wide, np.asarray(end, float)[:2]) for end in (start, goal))
-    cells = _cheapest(floor, wide, first, last, radius)
+    cells = _cheapest_path(floor, wide, first, last, radius)
     points = np.array([floor.middle(cell) for cell in cells])
     points = np.concatenate([[np.asarray(start)[:2]], points, [np.asarray(goal)[:2]]])
     return _straighten(floor, points, radius)
 
 
 def regions(floor: Floor, radius: float) -> NDArray[np.int64]:
-    """Return the number (nx, ny) of the connected region to which each cell belongs, from 1.
+    """Return the number of each cell's connected region, from 1, shape (nx, ny).
 
-    The number is 0 where a body with this radius (m) does not fit.
+    The number is 0 where a body of `radius` m does not fit.
     """
     wide = floor.clearance >= radius - 1e-9
     nx, ny = wide.shape
@@ -151,9 +151,9 @@ def regions(floor: Floor, radius: float) -> NDArray[np.int64]:
 
 
 def entry(floor: Floor, radius: float, point: Array) -> tuple[int, int]:
-    """Return the indices of the cell nearest to a point (2,) where a body fits.
+    """Return the indices of the cell nearest to a point (2,) where a body of `radius` m fits.
 
-    The body's radius is in m. Raises `NoPath` if it fits nowhere.
+    Raises `NoPath` if the body fits nowhere.
     """
     return _entry(floor, floor.clearance >= radius - 1e-9, np.asarray(point, float)[:2])
 
@@ -171,7 +171,7 @@ def _entry(floor: Floor, wide: NDArray[np.bool_], point: Array) -> tuple[int, in
     return x, y
 
 
-def _cheapest(
+def _cheapest_path(
     floor: Floor,
     wide: NDArray[np.bool_],
     first: tuple[int, int],
@@ -220,9 +220,9 @@ def _cheapest(
 
 
 def _straighten(floor: Floor, points: Array, radius: float) -> Array:
-    """Remove corners as long as the path comes no nearer to obstacles than before.
+    """Remove corners where the straight line comes no nearer to obstacles.
 
-    Beyond `radius` and `EASY_M` it can come nearer.
+    Beyond a distance of `radius` and `EASY_M` it can come nearer.
     """
     kept, here = [0], 0
     while here < len(points) - 1:
@@ -238,7 +238,6 @@ def _straighten(floor: Floor, points: Array, radius: float) -> Array:
 
 
 def _clearances(floor: Floor, points: Array) -> Array:
-    """Return the distances from points (n, 2) to the nearest obstacle, m."""
     index = np.floor((points - floor.low) / floor.size).astype(int)
     x, y = np.clip(index, 0, np.array(floor.free.shape) - 1).T
     found: Array = floor.clearance[x, y]

@@ -49,18 +49,18 @@ BURST = 3.0
 
 @dataclass(frozen=True)
 class ActivityStep:
-    """A step of an activity: a word, and the name of what the word applies to.
+    """A step of an activity, such as "sit sofa" or "switch lamp on".
 
     Attributes
     ----------
     word, name : str
-        Such as "sit" and the name of a chair.
+        What to do, such as "sit", and the name of the object to do it with.
     lasts : float or None
         The duration, s; None for the default.
     at : str
-        The place where a thing is put.
+        The place at which an object is put down, or "".
     on : bool
-        Whether a lamp is switched on, or off.
+        True to switch a lamp on, False to switch it off.
     where : str
         The step's position in the routine's file.
     """
@@ -80,7 +80,7 @@ class ActivityStep:
 def parse_step(text: str, where: str, places: Places) -> ActivityStep:
     """Parse the text of a step; raise `InputError` for an unknown word or name.
 
-    `where` is the step's position in the file, for errors.
+    Error texts begin with `where`, the step's position in the file.
     """
     word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
     if word is None:
@@ -105,7 +105,7 @@ def parse_step(text: str, where: str, places: Places) -> ActivityStep:
         raise step.error(f"{rest!r} means nothing here")
     expected = [(rest, kind)] if kind else []
     for name, one in [*expected, (at, _PLACE)] if word == "put" else expected:
-        known = _known(one, places)
+        known = _marked_names(one, places)
         if name not in known:
             raise step.error(f"no {one} is marked {name!r}; {suggestion(name, known)}")
         if one == _THING:
@@ -114,7 +114,7 @@ def parse_step(text: str, where: str, places: Places) -> ActivityStep:
 
 
 def _check_thing(step: ActivityStep, thing: Place) -> None:
-    """Raise `InputError` if a thing is not marked as Use, or is too large to carry."""
+    """Raise `InputError` if an object cannot be carried: it must be marked as Use, and small."""
     if thing.use != USE:
         raise step.error(
             f"its Use is {thing.use.title()}, and only what is marked as Use can be carried"
@@ -126,8 +126,7 @@ def _check_thing(step: ActivityStep, thing: Place) -> None:
         )
 
 
-def _known(kind: str, places: Places) -> Collection[str]:
-    """Return the names that are marked in the home for a kind of thing, such as lamps."""
+def _marked_names(kind: str, places: Places) -> Collection[str]:
     if kind == _LEAF:
         return places.doors.keys()
     return places.lamps.keys() if kind == _LAMP else places.places.keys()
@@ -146,18 +145,18 @@ def check_can_do(step: ActivityStep, places: Places, is_cat: bool) -> None:
 
 @dataclass(frozen=True)
 class RepeatedSteps:
-    """Small movements that are repeated during an activity; each time one of them is drawn.
+    """Small movements that are repeated at random times during an activity.
 
     Attributes
     ----------
     steps : tuple of ActivityStep
-        The movements to draw from.
+        The movements; each time, one of them is drawn at random.
     every : float
         The mean time from one movement to the next, s.
-    burst : float
-        The mean number of movements in a row.
     varies : float
-        The log-normal spread of the rests between the rows.
+        The standard deviation of the logarithm of the rests between bursts.
+    burst : float
+        The mean number of movements in a burst, which is several in a row.
     """
 
     steps: tuple[ActivityStep, ...]
@@ -185,12 +184,12 @@ class ActivitySteps:
 
     @property
     def all_steps(self) -> tuple[ActivityStep, ...]:
-        """The steps in order, then the repeated ones."""
+        """All steps: those in order, then those repeated during the activity."""
         return (*self.steps, *(step for one in self.meanwhile for step in one.steps))
 
 
 def read_activities(routine: Routine, places: Places) -> Mapping[str, ActivitySteps]:
-    """Return the steps of each activity by its name; the activity of being away is added.
+    """Return the steps of each activity by its name, with an activity for being away added.
 
     Raises `InputError` for a step that cannot be parsed.
     """
@@ -202,7 +201,6 @@ def read_activities(routine: Routine, places: Places) -> Mapping[str, ActivitySt
 
 
 def _parse_activity(activity: RoutineActivity, places: Places) -> ActivitySteps:
-    """Parse the steps of one activity."""
     where = activity.where or (activity.name,) * len(activity.do)
     steps = tuple(parse_step(text, at, places) for text, at in zip(activity.do, where, strict=True))
     place: str | None = None
@@ -225,7 +223,6 @@ def _parse_activity(activity: RoutineActivity, places: Places) -> ActivitySteps:
 
 
 def _check_posture(step: ActivityStep, posture: str | None) -> None:
-    """Raise `InputError` for a step that needs another posture."""
     needed = _NEEDS.get(step.word)
     if needed and posture not in needed:
         raise step.error(f"the person must be {' or '.join(needed)}: add a step before it")

@@ -29,7 +29,7 @@ from .settings import add_resident
 
 
 def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed: int) -> Household:
-    """Return the people of a plan in the open home, for days from the date `start` on.
+    """Return the people of a routine in the open home, for days from the date `start` on.
 
     Raise `AngenError` if an argument is invalid.
     """
@@ -56,7 +56,7 @@ def _seconds(between: tuple[str, str]) -> tuple[float, float]:
 class Home(home.Home):
     """An open blend file, with the residents of its home.
 
-    Opening another file closes it, because Blender holds one at a time.
+    Opening another file closes this one, because Blender holds one file at a time.
     """
 
     def days(
@@ -87,9 +87,9 @@ class Home(home.Home):
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         diary
-            A file of activities to act in place of those that the routine plans.
+            A CSV file of activities with times, which replace those of the routine.
         progress
-            Called with the share of the work done, 0 to 1. An exception from it ends the run.
+            Called with the progress, 0 to 1. An exception that it raises ends the run.
 
         Raises
         ------
@@ -150,8 +150,8 @@ class Home(home.Home):
     def mark(self, object: str, use: str, **settings: Any) -> None:
         """Mark the object of this name with what residents do there, such as SIT, LIE or DOOR.
 
-        `settings` are those of the panel Resident's Place, such as `room="kitchen"`; a setting not
-        given is guessed. Raise AngenError.
+        `settings` are those of the panel Resident's Place, such as `room="kitchen"`. A setting that
+        is left out is guessed. Raise `AngenError` if an argument is invalid.
         """
         self.all_sensors()
         obj = bpy.data.objects.get(object)
@@ -176,8 +176,8 @@ class Home(home.Home):
     def places(self) -> dict[str, Place]:
         """Return the marked places by name, each with `use`, `room`, `at`, `yaw` and `target`.
 
-        `room_guessed` says that the room was guessed from sensors nearby. Doors are left out, and
-        lamps that residents need not stand at. Raise AngenError.
+        `room_guessed` is True if the room was guessed from sensors nearby. Doors are left out, and
+        so are lamps without a place to stand. Raise `AngenError` if no place can be read.
         """
         self.all_sensors()
         found = read_places(bpy.context.scene, evaluated_depsgraph())

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the object that caused an event, as *Explain* names it, and the person who moved it."""
+"""Find the object that caused an event, and the person who moved the object.
+
+The cause is the object that *Explain* names.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ from ..acting.timeline import Acted
 class Causes:
     """The causes of the events of a day, found while the day is simulated.
 
-    The run calls `note` whenever a sensor has sensed.
+    The run calls `note` after each reading of a sensor.
 
     Parameters
     ----------
@@ -36,14 +39,13 @@ class Causes:
     midnight
         The start of the day, in s of the run.
     wanted
-        Whether causes are searched for.
+        Whether to find causes; if False, they are empty.
 
     Attributes
     ----------
     events
-        The events of the run. Each has `because`, the name of the object that caused it, and
-        `person`, the person who moves that object. Both are empty for events up to midnight, and
-        for all events if `wanted` is False.
+        The events of the run. `because` is the name of the object that caused the event, and
+        `person` is the person who moves this object. Both are empty for events up to midnight.
     """
 
     def __init__(
@@ -72,9 +74,9 @@ class Causes:
         self.events: list[Event[float]] = []
 
     def note(self, runner: SensorRunner) -> None:
-        """Find the causes of a sensor's new events in the sensor's trace.
+        """Find the causes of a sensor's new events in the trace of its last reading.
 
-        Events whose cause is not in the trace are kept for `explain_left`.
+        If the trace lacks a cause, `explain_left` finds the cause later.
         """
         because: dict[float, str] = {}
         for event in self.new.take_of(runner.sensor.name):
@@ -84,17 +86,17 @@ class Causes:
             try:
                 if event.frame not in because:
                     recalled = Recalled(self._scene, self._recording, runner.trace)
-                    because[event.frame] = self._because(recalled, event)
+                    because[event.frame] = self._cause_name(recalled, event)
             except NotRecorded:
                 self._left.append(event)
             else:
-                self._add(event, because[event.frame])
+                self._add_event(event, because[event.frame])
 
     def explain_left(self) -> None:
-        """Find the causes of the events that `note` has kept, by simulating their frames again.
+        """Find the causes that `note` has not found, by simulating these events' frames again.
 
-        Call it while the scene still has the keyframes for the time of these events, and no sensor
-        is sensing.
+        Call it while the scene has the keyframes for the time of these events, and no sensor is
+        sensing.
         """
         if not self.wanted:
             self.events += (event for name in self._sensors for event in self.new.take_of(name))
@@ -108,15 +110,15 @@ class Causes:
                     sensor = self._sensors[event.sensor]
                     replay = Replay(self._scene, sensor, self._recording, self._probes)
                     self._probes = replay.probes
-                    because[key] = self._because(replay, event)
-                self._add(event, because[key])
+                    because[key] = self._cause_name(replay, event)
+                self._add_event(event, because[key])
         finally:
             if self._probes is not None:
                 self._probes.close()
             state.CACHE.running = was_running
             self._left = []
 
-    def _because(self, replay: Replay, event: Event[float]) -> str:
+    def _cause_name(self, replay: Replay, event: Event[float]) -> str:
         """Return the name of the object that caused an event, or ""."""
         kind, track = replay.sensor.kind, replay.track
         index = track.at(event.frame)
@@ -125,8 +127,7 @@ class Causes:
             return ""
         return appearance_of(kind).explain(replay, index).cause_name
 
-    def _add(self, event: Event[float], because: str) -> None:
-        """Add an event with its cause `because`, and with the person who moves this object."""
+    def _add_event(self, event: Event[float], because: str) -> None:
         person = self.person_of(because, event.time - self._midnight) if because else ""
         self.events.append(replace(event, person=person, because=because))
 
@@ -134,27 +135,28 @@ class Causes:
         """Return the person who moves an object at a time (s of the day), or "".
 
         This is the person whose body the object is part of, or who last moved it. Otherwise it is a
-        person on top of the object: a pad's cause can be the cushion on which a person sits.
+        person on top of the object. For example, a person sits on a cushion, which presses on a
+        sensor's pad.
         """
-        for owner in self._chain(name):
+        for owner in self._parent_names(name):
             person = self._persons.get(owner) or self._acted.last_mover(owner, time)
             if person:
                 return person
-        obj = _object(name)
+        obj = _find_object(name)
         if obj is None or obj.type != "MESH":
             return ""
         corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
         corners *= unit_scale(self._scene)
         return self._acted.person_on(corners.min(axis=0), corners.max(axis=0), time)
 
-    def _chain(self, name: str) -> list[str]:
+    def _parent_names(self, name: str) -> list[str]:
         """Return the names of an object, its parent, the parent's parent and so on."""
         if name not in self._owners:
-            obj = _object(name)
+            obj = _find_object(name)
             self._owners[name] = [one.name for one in candidates(obj)] if obj is not None else []
         return self._owners[name]
 
 
-def _object(name: str) -> Any:
+def _find_object(name: str) -> Any:
     """Return the object with a name; an instance is named "OBJECT in INSTANCER"."""
     return bpy.data.objects.get(name) or bpy.data.objects.get(name.rpartition(" in ")[2])

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run the commands `angen day` and `angen places`.
 
-`angen day` simulates days of a routine in the open home into a folder, in one process or several.
+`angen day` simulates days of a routine in the open home and writes them into a folder. It runs in
+one process or several.
 """
 
 from __future__ import annotations
@@ -44,9 +45,9 @@ TERMINAL_S, LOG_S = 0.3, 30.0
 
 
 class DayLine:
-    """The progress of a run of days, on standard error.
+    """The progress of a run of days, written to standard error.
 
-    On a terminal it is one line that is overwritten. Elsewhere a line is written now and then. With
+    On a terminal it is one line that is overwritten. Otherwise a line is written now and then. With
     --jobs it counts complete days only.
     """
 
@@ -61,10 +62,9 @@ class DayLine:
         return sum(self._folder.has(number) for number in range(self._days))
 
     def show(self, step: Progress | None = None, acted: Acted | None = None) -> None:
-        """Show the progress.
+        """Write the progress `step` of a day, in which residents do what `acted` says.
 
-        `step` is the progress of a day, and `acted` is what the residents do on it. Both are None
-        if several processes simulate days.
+        Both are None if several processes simulate days.
         """
         now = time.perf_counter()
         if self._quiet or now - self._shown < (TERMINAL_S if self._terminal else LOG_S):
@@ -89,10 +89,7 @@ class DayLine:
             write_message("\r" + " " * 70 + "\r", self._stream)
 
     def summary(self) -> str:
-        """Return a text with the number of simulated days and the time that they took.
-
-        It is "" if no day was simulated.
-        """
+        """Return a text with the number of simulated days and the time taken; "" for no days."""
         made, took = self._whole() - self._earlier, time.perf_counter() - self._begin
         return f"; {made} made in {_rounded(took)}" if made else ""
 

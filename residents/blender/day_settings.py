@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties of a scene: where on Earth the home is, and the day that the panel Day shows."""
+"""Properties of a scene: where on Earth the home is, and the day shown in the panel Day."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 """The sun and sky of a home, animated by date, hour and place on Earth.
 
 The strengths of sun and sky in the blend file hold for the sun's altitude in the file. At another
-altitude both change in the proportion that `residents/days/sun.py` computes. Sun and sky change in
-steps of ten minutes.
+altitude both are multiplied by the ratio that `residents/days/sun.py` computes. Sun and sky change
+every ten minutes.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ LOWEST = math.radians(5.0)
 
 
 class Daylight:
-    """Context manager that animates sun and sky over a day, and removes the keyframes at the end.
+    """Context manager: on entry, animate sun and sky over a day; on exit, remove the keyframes.
 
-    Sun and sky stay as in the file if the home has no sun, or if no light sensor is simulated. The
-    same holds if the place on Earth is not set.
+    Sun and sky stay as in the file if the home has no sun, or if latitude or longitude is not set.
+    They also stay if no light sensor is simulated.
     """
 
     def __init__(self, scene: Any, sensors: Sequence[Sensor], day: date) -> None:
@@ -70,7 +70,8 @@ class Daylight:
     def insert_keys(self) -> None:
         """Insert the keyframes, and store the frames at which references of light are measured.
 
-        The caller restores the earlier values.
+        A reference is a precise picture of the light, by which later readings are corrected. The
+        caller restores the earlier values.
         """
         if self._has_light_sensors:
             tell_begins(self._scene, [frame_at(-LEAD_S)])
@@ -78,7 +79,7 @@ class Daylight:
             self._write(self.sun, self._site)
 
     def changes(self) -> list[float]:
-        """Return the times at which the sun moves while it shines, or sets; s since midnight."""
+        """Return the times at which the direct sunlight changes, s since midnight."""
         if self.sun is None or self._site is None:
             return []
         starts, positions = self._sun_positions(self._site)
@@ -89,7 +90,7 @@ class Daylight:
     def _sun_positions(self, site: Site) -> tuple[list[float], list[tuple[float, float]]]:
         """Return the times at which the sun moves, s since midnight, and its position after each.
 
-        Moves below the horizon are included.
+        Times while the sun is below the horizon are included.
         """
         begin = datetime.combine(self._day, time())
         starts = np.arange(-math.ceil(LEAD_S / EVERY) * EVERY, DAY_S, EVERY).tolist()
@@ -110,25 +111,25 @@ class Daylight:
             turns.append(above @ turn if above is not None else turn)
         powers = [sun.data.energy * sunlight(a) / sunlight(authored) for a, _ in positions]
         # Restored in reverse order: setting rotation_mode converts the rotation.
-        self._keep(sun, "rotation_quaternion", "rotation_euler", "rotation_mode")
+        self._store_attributes(sun, "rotation_quaternion", "rotation_euler", "rotation_mode")
         sun.rotation_mode = "QUATERNION"
-        self._key(sun, "rotation_quaternion", frames, np.array(turns))
-        self._keep(sun.data, "energy")
-        self._key(sun.data, "energy", frames, np.array(powers)[:, None])
+        self._insert_curves(sun, "rotation_quaternion", frames, np.array(turns))
+        self._store_attributes(sun.data, "energy")
+        self._insert_curves(sun.data, "energy", frames, np.array(powers)[:, None])
         skies = np.array([skylight(a) for a, _ in positions]) / skylight(authored)
         for tree, path, socket in self.skies():
-            self._keep(socket, "default_value")
-            self._key(tree, path, frames, socket.default_value * skies[:, None])
+            self._store_attributes(socket, "default_value")
+            self._insert_curves(tree, path, frames, socket.default_value * skies[:, None])
 
-    def _key(self, owner: Any, path: str, frames: Array, values: Array) -> None:
-        """Insert keyframes with `values`, shape (n, k), at n frames; each column is a curve."""
+    def _insert_curves(self, owner: Any, path: str, frames: Array, values: Array) -> None:
+        """Insert keyframes at n frames; each column of `values` (n, k) is a curve."""
         curves = Curves(owner, "Daylight")
         self._keyed.append(owner)
         for index, column in enumerate(values.T):
             curves.write(path, index, frames, column, CONSTANT)
 
-    def _keep(self, owner: Any, *names: str) -> None:
-        """Store the present values of attributes, which are restored at the end."""
+    def _store_attributes(self, owner: Any, *names: str) -> None:
+        """Store the present values of attributes, to restore them on exit."""
         for name in names:
             value = getattr(owner, name)
             self._before.append((owner, name, value.copy() if hasattr(value, "copy") else value))
@@ -147,9 +148,9 @@ def site_of(scene: Any) -> Site | None:
 
 
 def _skies(world: Any) -> Iterator[tuple[Any, str, Any]]:
-    """Yield the strength of a world's background, as node tree, data path and socket.
+    """Yield the strength of a world's background as node tree, data path and socket.
 
-    Yield nothing if the world has several backgrounds, or if something else sets the strength.
+    Yield nothing if the world has several backgrounds, or if a link or driver sets the strength.
     """
     if world is None or not has_nodes(world) or _driven(world.node_tree):
         return

@@ -32,17 +32,20 @@ DAYS, MARK = "days", "days/run.txt"
 
 
 def check_dates(start: date, days: int, formats: Iterable[str]) -> None:
-    """Raise `InputError` if a date is out of range, or if a format cannot store the dates."""
+    """Raise `InputError` if a date is out of range, or if a file format cannot store the dates."""
     begin = datetime.combine(start, time())
     for name in ("events", *formats):
         FORMATS[name].check_dates(begin, 0.0, days * DAY_S)
 
 
 class Folder:
-    """The folder of a run of days; days of the same run that it has already are kept."""
+    """The folder into which a run writes its days.
+
+    Complete days that the same run has written before are kept.
+    """
 
     def __init__(self, path: Path, household: Household, formats: Sequence[str]) -> None:
-        """Claim the folder for the household's run.
+        """Open or create the folder for the household's run.
 
         Raise `AngenError` if the folder belongs to another run, or cannot be written.
         """
@@ -51,12 +54,12 @@ class Folder:
         self._digest = digest_of(household)
         for target in self._formats:
             check_installed(target)
-        self._claim()
+        self._create()
         for target in self._formats:
             check_out(target, path / f"{target.name}{target.extension}")
 
-    def _claim(self) -> None:
-        """Create the folder; raise `AngenError` if it exists and belongs to another run."""
+    def _create(self) -> None:
+        """Create the folder; raise `AngenError` if it belongs to another run."""
         path, mark = self._path, self._path / MARK
         self._is_new = not path.exists()
         check_folder(path if path.exists() else path.resolve().parent, "--out")
@@ -79,7 +82,7 @@ class Folder:
         return self._path / DAYS / f"{on.isoformat()}.json"
 
     def has(self, number: int) -> bool:
-        """Return whether a day is in the folder."""
+        """Return whether the folder has the file of a day."""
         return self._file(self.date_of(number)).is_file()
 
     def read(self, number: int) -> Day | None:
@@ -95,11 +98,11 @@ class Folder:
             ) from None
 
     def keep(self, day: Day) -> None:
-        """Write the file of a day completely or not at all; raise `AngenError` on failure."""
+        """Write the file of a day, fully or not at all; raise `AngenError` on failure."""
         write_files({self._file(day.date): day.as_json(self._digest)})
 
     def discard(self) -> None:
-        """Remove the files that `__init__` has made, unless the folder has a day."""
+        """Remove the files that `__init__` has made; if the folder has a day, do nothing."""
         if list((self._path / DAYS).iterdir()) != [self._path / MARK]:
             return
         (self._path / MARK).unlink()
@@ -110,11 +113,10 @@ class Folder:
                 self._path.rmdir()
 
     def finish(self, days: int) -> tuple[int, list[str]]:
-        """Write the tables of the complete days.
+        """Write the tables of the days before the first missing one, at most `days` of them.
 
-        These are the days from the first one up to the first missing one, at most `days`. Return
-        their number, and notes on what the formats could not hold. Raise `AngenError` if a file
-        cannot be written.
+        Return their number, and notes on what the formats could not store. Raise `AngenError` if a
+        file cannot be written.
         """
         found: list[Day] = []
         while len(found) < days and (day := self.read(len(found))) is not None:
@@ -123,22 +125,19 @@ class Folder:
             return 0, []
         whole = DayRows.of(found)
         texts: dict[Path, Any] = {self._path / n: text for n, text in whole.files().items()}
-        texts[self._path / "home.toml"] = self._home(len(found))
+        texts[self._path / "home.toml"] = self._home_toml(len(found))
         notes = self._add_formats(whole, texts)
         write_files(texts)
         return len(found), notes
 
     def _add_formats(self, whole: DayRows, texts: dict[Path, Any]) -> list[str]:
-        """Add the files of the chosen formats to `texts`.
-
-        Return notes on what the formats could not hold.
-        """
+        """Add the files of the chosen formats to `texts`; return notes on what was not stored."""
         notes = []
         sensors = {s.name: sensor_facts(s) for s in self._household.sensors}
-        labels = self._labels()
+        labels = self._activity_labels()
         for target in self._formats:
             out = self._path / f"{target.name}{target.extension}"
-            log = whole.log(sensors, self._about(), format_labels(target.name, labels))
+            log = whole.log(sensors, self._run_values(), format_labels(target.name, labels))
             written = target.write(log)
             if target.is_folder:
                 out.mkdir(exist_ok=True)
@@ -146,21 +145,20 @@ class Folder:
             notes += [f"{target.name}: {text}" for text in written.notes]
         return notes
 
-    def _labels(self) -> dict[str, dict[str, str]]:
-        """Return each vocabulary's labels of the activities, by vocabulary and activity."""
+    def _activity_labels(self) -> dict[str, dict[str, str]]:
+        """Return the name of each activity in each data set, by data set and activity."""
         found: dict[str, dict[str, str]] = {}
         for activity in self._household.plan.routine.activities.values():
             for vocabulary, label in activity.labels.items():
                 found.setdefault(vocabulary, {})[activity.name] = label
         return found
 
-    def _about(self) -> dict[str, str]:
+    def _run_values(self) -> dict[str, str]:
         """Return the values that identify the run: versions, file, seed and routine."""
         house = self._household
         return about(house.scene) | {"seed": str(house.seed), "routine": house.plan.name}
 
-    def _home(self, days: int) -> str:
-        """Return the text of home.toml, which describes the run and its sensors."""
+    def _home_toml(self, days: int) -> str:
         house = self._household
         found: dict[str, Any] = {
             "start": datetime.combine(house.start, time()),
@@ -169,18 +167,17 @@ class Folder:
             "routine_digest": f"sha256:{_sha(house.plan.text.encode())}",
         }
         versions: dict[str, str] = {}
-        for key, value in self._about().items():
+        for key, value in self._run_values().items():
             table, _, name = key.rpartition(".")
             (versions if table else found)[name] = value
         found["seed"] = house.seed
         found["versions"] = versions
-        if labels := self._labels():
+        if labels := self._activity_labels():
             found["labels"] = labels
-        return toml(found, map(_sensor, sorted(house.sensors, key=lambda s: s.name)))
+        return toml(found, map(_sensor_values, sorted(house.sensors, key=lambda s: s.name)))
 
 
-def _sensor(sensor: Sensor) -> Mapping[str, Any]:
-    """Return the values of a sensor for home.toml, with its location in metres."""
+def _sensor_values(sensor: Sensor) -> Mapping[str, Any]:
     depsgraph = evaluated_depsgraph()
     at = sensor.world_matrix(depsgraph).translation * unit_scale(depsgraph.scene)
     preset, is_edited = preset_of(sensor.object)
@@ -196,14 +193,14 @@ def _sensor(sensor: Sensor) -> Mapping[str, Any]:
 
 
 def digest_of(household: Household) -> str:
-    """Return a digest of everything that a day depends on.
+    """Return a hash of everything on which a day depends.
 
-    This is the home with the files that it links, the routine, the start date, the seed, the
-    sensors and the versions. The number of days is left out.
+    This is the home with its linked files, routine, start date, seed, sensors and versions. The
+    number of days is left out.
     """
     house = household
     parts: list[Any] = [about(house.scene) | {"seed": str(house.seed)}, house.start.isoformat()]
-    parts += [[_sensor(sensor) for sensor in house.sensors], site_of(house.scene)]
+    parts += [[_sensor_values(sensor) for sensor in house.sensors], site_of(house.scene)]
     files = sorted(path for path in bpy.utils.blend_paths(absolute=True) if Path(path).is_file())
     parts += [_sha(Path(path).read_bytes()) for path in files]
     return f"sha256:{_sha((repr(parts) + house.plan.text).encode())}"

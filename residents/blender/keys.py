@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Insert keyframes for a stretch of a day: for bodies, door leaves, lamps, and carried things.
+"""Insert keyframes for a part of a day: for bodies, door leaves, lamps and carried objects.
 
-Frame 1 is midnight, and a second has 10 frames, unless `KeyedStretch` gets other values. An object
-has keyframes only where it moves. In between, and outside the stretch, its values are constant.
+By default, frame 1 is midnight, and a second has 10 frames. An object has keyframes only where it
+moves. In between, and outside the part, its values are constant.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ MOVED = ("rotation_mode", "location", "rotation_euler", "rotation_quaternion",
 
 
 class ReplacedAnimation:
-    """A datablock whose action is replaced by a new one until `restore` is called."""
+    """A datablock's animation that is replaced by a new action until `restore` is called."""
 
     def __init__(self, owner: Any) -> None:
         self.owner = owner
@@ -124,7 +124,7 @@ class ReplacedAnimation:
 
 
 class KeyedStretch:
-    """Keyframes for one stretch of a day at a time, which replace the home's own animation.
+    """Keyframes for one part of a day at a time, in place of the home's own animation.
 
     `clear` restores the home.
 
@@ -159,7 +159,7 @@ class KeyedStretch:
         self._replaced.clear()
 
     def show(self, acted: Acted, start: float, end: float) -> None:
-        """Insert keyframes from `start` to `end` (s of the day), in place of the former stretch."""
+        """Insert keyframes from `start` to `end` (s of the day), and remove earlier ones."""
         first, last = self._frame_at(start), self._frame_at(end)
         frames = np.arange(ceil(first - 1e-6), floor(last + 1e-6) + 1)
         scene = bpy.context.scene
@@ -178,7 +178,7 @@ class KeyedStretch:
         for name, changes in lamps.items():
             self._show_lamp(name, changes, frames)
         for name, holds in acted.holds.items():
-            self._show_thing(name, holds, acted.sips.get(name, ()), frames, shown)
+            self._show_carried(name, holds, acted.sips.get(name, ()), frames, shown)
 
     def _show_body(
         self, person: str, line: Timeline, frames: Index
@@ -237,7 +237,7 @@ class KeyedStretch:
         units, back = Matrix.Scale(1 / metres, 4), Matrix.Scale(metres, 4)
         moved = [units @ Matrix(door.moved(float(one)).tolist()) @ back @ before
                  for one in openings]  # fmt: skip
-        self._write_placed(obj, at, moved)
+        self._write_world_matrices(obj, at, moved)
 
     def _show_lamp(self, name: str, changes: list[tuple[float, bool]], frames: Index) -> None:
         seconds = self._seconds_at(frames)
@@ -247,7 +247,7 @@ class KeyedStretch:
         at = np.unique([0, *np.flatnonzero(np.diff(on)) + 1])
         for light in lights_of(bpy.data.objects[name]):
             if light.name not in self._powers:
-                self._powers[light.name] = _power(light)
+                self._powers[light.name] = _full_power(light)
             power = self._powers[light.name]
             # The first key has the full power, also if the lamp stays off: Cycles samples lights
             # by the power that it finds there.
@@ -255,14 +255,14 @@ class KeyedStretch:
             values = np.r_[power, np.where(on[at], power, 0.0)]
             self._curves(light).write("energy", 0, keyed, values, CONSTANT)
 
-    def _show_thing(
+    def _show_carried(
         self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
         shown: Mapping[str, tuple[Array, BodyPose, Bones]],
     ) -> None:  # fmt: skip
-        """Insert keyframes for a thing that is carried, put down or drunk from.
+        """Insert keyframes for an object that is carried, put down or drunk from.
 
-        While it is in a hand, the centre of its bounding box is in the palm. When it is put down,
-        the middle of its underside is at the place.
+        In a hand, the centre of its bounding box is in the palm. Put down, the middle of its
+        underside is at the place.
         """
         obj = bpy.data.objects[name]
         before = self._world_of(obj)
@@ -288,8 +288,8 @@ class KeyedStretch:
                 new = np.tile((origin - under) * metres + point, (len(begun), 1))
                 turns = np.tile(turn, (len(begun), 1))
             else:
-                new, turns = _carried(hold, at[begun], tilt[begun], shown[hold.person], turn,
-                                      (origin - middle) * metres)  # fmt: skip
+                new, turns = _pose_in_hand(hold, at[begun], tilt[begun], shown[hold.person], turn,
+                                           (origin - middle) * metres)  # fmt: skip
             where[begun], how[begun] = (
                 lerp(where[begun], new, share), slerp(how[begun], turns, share),
             )  # fmt: skip
@@ -297,7 +297,7 @@ class KeyedStretch:
             Matrix.LocRotScale(w / metres, Quaternion(q), before.to_scale())
             for w, q in zip(where, how, strict=True)
         ]
-        self._write_placed(obj, at, placed)
+        self._write_world_matrices(obj, at, placed)
 
     def _frame_at(self, time: float) -> float:
         return 1 + self._fps * (time - self._begins)
@@ -306,11 +306,11 @@ class KeyedStretch:
         return self._begins + (frames - 1) / self._fps
 
     def _moving_frames(self, frames: Index, spans: Array) -> Array:
-        """Return those of `frames` at which a body needs keyframes.
+        """Return the frames at which a moving object needs keyframes.
 
-        Each movement has keyframes from the frame before it to the frame after it. The first and
-        the last of `frames` have one too, and so has the first one after each gap in `frames`.
-        `spans` are start and end of the movements, shape (n, 2), in s.
+        Each movement has keyframes from the frame before to the frame after. The first and the last
+        of `frames` have one, and so has the first one after a gap. `spans` (n, 2) are start and end
+        of each movement, s.
         """
         keyed = np.zeros(len(frames), bool)
         keyed[[0, -1]] = True
@@ -322,7 +322,6 @@ class KeyedStretch:
         return np.asarray(frames[keyed], np.float64)
 
     def _curves(self, owner: Any) -> Curves:
-        """Return the F-curves of the action that replaces a datablock's own."""
         if owner not in self._replaced:
             self._replaced[owner] = ReplacedAnimation(owner)
         return self._replaced[owner].curves
@@ -333,11 +332,8 @@ class KeyedStretch:
             self._world[obj.name] = obj.matrix_world.copy()
         return self._world[obj.name]
 
-    def _write_placed(self, obj: Any, at: Array, worlds: list[Matrix]) -> None:
-        """Insert keyframes for location and rotation, so that an object has given world matrices.
-
-        `worlds` has one matrix for each of the frames `at`.
-        """
+    def _write_world_matrices(self, obj: Any, at: Array, worlds: list[Matrix]) -> None:
+        """Insert keyframes of location and rotation at frames `at`, from world matrices."""
         above = Matrix()
         if obj.parent is not None:
             above = (obj.parent.matrix_world @ obj.matrix_parent_inverse).inverted()
@@ -354,13 +350,14 @@ class KeyedStretch:
             curves.write("rotation_quaternion", axis, at, turns[:, axis])
 
 
-def _carried(
+def _pose_in_hand(
     hold: Hold, at: Array, tilt: Array, shown: tuple[Array, BodyPose, Bones], turn: Array,
     offset: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Return location (n, 3) in metres and rotation (n, 4) of a thing in a hand.
+    """Return location (n, 3) in metres and rotation (n, 4) of an object in a hand.
 
-    The thing turns with the heading of the body. It is tilted towards the face by `tilt` (n,), rad.
+    The object turns with the heading of the body. It is tilted towards the face by `tilt` (n,),
+    rad.
     """
     keyed, pose, bones = shown
     # Between two keyframes a body does not move.
@@ -371,7 +368,7 @@ def _carried(
 
 
 def _yaw_interpolation(yaw: Array) -> Index:
-    """Return the interpolation to use after each keyframe of a yaw, shape (n,).
+    """Return the interpolation after each keyframe of a yaw, shape (n,).
 
     It is constant where the yaw jumps by a whole turn, and linear elsewhere.
     """
@@ -380,14 +377,11 @@ def _yaw_interpolation(yaw: Array) -> Index:
 
 
 def lights_of(lamp: Any) -> set[Any]:
-    """Return the lights that are switched together with a lamp object.
-
-    These are the light data of the object itself and of its descendants.
-    """
+    """Return the light data of a lamp object and its descendants, which are switched together."""
     return {one.data for one in (lamp, *lamp.children_recursive) if one.type == "LIGHT"}
 
 
-def _power(light: Any) -> float:
+def _full_power(light: Any) -> float:
     """Return the power that a light has when it is on.
 
     This is the largest of its present power and the values in the file's own keyframes.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Marks on objects say what residents do there, and how doors open; new marks are guessed."""
+"""Read and guess the marks of objects, which say what residents do there and how doors open."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FACING = (known.STAND, known.SIT, known.LIE, known.USE, known.TAP, known.APPLIAN
 
 
 def facing_of(obj: Any, matrix: Any) -> Array:
-    """Return the direction that a marked object faces, a unit vector on the floor, shape (2,)."""
+    """Return the direction in which a marked object faces, a unit vector (2,) on the floor."""
     angle = obj.angen_place.facing
     local = np.array([math.sin(angle), -math.cos(angle), 0.0])
     found: Array = (np.array(matrix)[:3, :3] @ local)[:2]
@@ -37,7 +37,10 @@ def facing_of(obj: Any, matrix: Any) -> Array:
 
 
 def set_facing(obj: Any, matrix: Any, look: Array) -> None:
-    """Set the mark's angle so that the object faces a world direction on the floor, shape (2,)."""
+    """Set the mark's angle so that the object faces along `look` (2,) on the floor.
+
+    `matrix` is the object's world matrix.
+    """
     axes = np.array(matrix)[:2, :2]
     if abs(np.linalg.det(axes)) < 1e-12:
         return
@@ -51,16 +54,16 @@ DOWN = np.array([0.0, 0.0, -1.0])
 class MarkedObject:
     """An object that is marked as a place, together with its children.
 
-    Raise `NotPlaced` if it is not in the evaluated scene.
+    Raise `NotPlaced` if the object is not in the evaluated scene.
 
     Attributes
     ----------
     at
         The object's origin, shape (3,), m.
     points
-        The vertices of the object's and its children's surfaces, shape (n, 3), m.
+        The vertices of the object and its children, shape (n, 3), m.
     rows
-        The rows of their solids, shape (k,).
+        The numbers of their solids in the home, shape (k,).
     """
 
     def __init__(self, home: EvaluatedHome, obj: Any) -> None:
@@ -106,10 +109,9 @@ class MarkedObject:
         return float(along.min()), float(along.max())
 
     def box(self, look: Array) -> tuple[Array, float, float]:
-        """Return the middle, half length and half width of the object on the floor.
+        """Return middle (2,), half length and half width of the object on the floor, m.
 
-        The length is along the unit vector `look`, the width across it. The middle has the shape
-        (2,). All are in m.
+        The length is along the unit vector `look`, and the width is across it.
         """
         across = np.array([-look[1], look[0]])
         near, far = self.reach(look)
@@ -138,7 +140,7 @@ SLIDES = 0.9
 def leaf_of(obj: Any) -> tuple[Leaf, Any]:
     """Return the leaf that a marked door or curtain most likely has, and the matrix that shuts it.
 
-    The leaf is that of the shut door. Raise `AngenError` if the object cannot be a leaf.
+    The leaf is in the shut position. Raise `AngenError` if the object cannot be a leaf.
     """
     mark = obj.angen_place
     motion = "SLIDING" if mark.use == CURTAIN else mark.motion
@@ -155,15 +157,12 @@ def leaf_of(obj: Any) -> tuple[Leaf, Any]:
 
 
 def opening_angle(leaf: Leaf, angle: float) -> float:
-    """Return the angle about Z by which a leaf turns to open towards its vector `out`, rad.
-
-    It is `angle` or −`angle`.
-    """
+    """Return the turn about Z that opens a leaf towards its vector `out`: ±`angle`, rad."""
     return angle if leaf.up.cross(leaf.edge).dot(leaf.out) > 0.0 else -angle
 
 
 def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int) -> Door:
-    """Return the door of a marked leaf.
+    """Return the door of a marked object.
 
     Parameters
     ----------
@@ -198,7 +197,7 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
     faces = sorted((free[1], free[1] - side * thick))
     low = np.array([free[0] - width, faces[0], 0.0])
     high = np.array([free[0], faces[1], float(corner[2] - low_z)])
-    handle = _handle(low, high, floor - low_z)
+    handle = _handle_point(low, high, floor - low_z)
     if leaf.slides:
         way = -edge
         slide = mark.slide or SLIDES * width
@@ -217,11 +216,11 @@ def door_of(home: EvaluatedHome, obj: Any, floor: float, room: str, number: int)
     )  # fmt: skip
 
 
-def _handle(low: Array, high: Array, floor: float) -> Array:
+def _handle_point(low: Array, high: Array, floor: float) -> Array:
     """Return the handle in the leaf's own coordinates, shape (3,), m.
 
-    `low` and `high` are the corners of the leaf's box, and `floor` is the height of the floor, in
-    the same coordinates.
+    `low` and `high` are the corners of the leaf's box, and `floor` is the floor's height, in these
+    coordinates.
     """
     width, height = float(high[0] - low[0]), float(high[2])
     at = floor + HANDLE_M
@@ -253,7 +252,7 @@ def _drawer(home: EvaluatedHome, obj: Any, room: str, number: int) -> Door:
 
 
 def describe_leaf(obj: Any) -> tuple[str, bool]:
-    """Return a text on how a marked leaf moves, for a panel, and whether the leaf slides."""
+    """Return a panel's text on how a marked leaf moves, and whether the leaf slides."""
     try:
         leaf, _ = leaf_of(obj)
     except AngenError as error:
@@ -298,7 +297,7 @@ def guess(obj: Any, depsgraph: Any) -> None:
 
 
 def _guess_facing(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array | None:
-    """Return the direction that an object most likely faces, shape (2,).
+    """Return the direction in which an object most likely faces, shape (2,).
 
     Return None if the object has no surface.
     """
@@ -313,7 +312,7 @@ def _guess_facing(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array 
     if use == LIE:
         _, deep, wide = marked.box(x)
         ways = [x, -x] if deep > wide else [y, -y]
-    tops = [_top_at(marked, way) for way in ways]
+    tops = [_top_height_at(marked, way) for way in ways]
     free = [_free_distance(home, marked, way) for way in ways]
     if max(tops) - min(tops) > UNEVEN_M and use in (SIT, LIE):
         high = int(np.argmax(tops))
@@ -325,7 +324,7 @@ def _guess_facing(home: EvaluatedHome, marked: MarkedObject, use: str) -> Array 
     return front if use == SIT else -front
 
 
-def _top_at(marked: MarkedObject, way: Array) -> float:
+def _top_height_at(marked: MarkedObject, way: Array) -> float:
     """Return the height of the object's top near its end in the direction `way`, m."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
@@ -339,7 +338,7 @@ def _top_at(marked: MarkedObject, way: Array) -> float:
 
 
 def _free_distance(home: EvaluatedHome, marked: MarkedObject, way: Array) -> float:
-    """Return how far it is free beyond the object's end in the direction `way`, m."""
+    """Return the distance without an obstacle beyond the object's end in the direction `way`, m."""
     middle, deep, wide = marked.box(way)
     across = np.array([-way[1], way[0]])
     rows = set(marked.rows.tolist())

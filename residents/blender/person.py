@@ -58,7 +58,7 @@ LABELS = {
 def add_person(
     collection: bpy.types.Collection, sort: Sort = Sort.ADULT, name: str = ""
 ) -> bpy.types.Object:
-    """Add an armature with a skinned mesh, in the usual size of the sort; return the armature.
+    """Add an armature with a skinned mesh, in the usual size of a sort; return the armature.
 
     The armature is called `name`, and the mesh `name` and "body". Blender appends a number to a
     name that another object has.
@@ -114,7 +114,6 @@ def _armature(
 
 
 def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]:
-    """Return the mesh with fewer triangles, made by Decimate, which keeps more of them on bends."""
     mesh = bpy.data.meshes.new("reduced")
     mesh.from_pydata(points.tolist(), [], quads.tolist())
     thing = bpy.data.objects.new("reduced", mesh)
@@ -137,7 +136,7 @@ def _reduced(points: Array, quads: Index, triangles: int) -> tuple[Array, Index]
 def _mesh(name: str, sort: Sort) -> bpy.types.Mesh:
     """Return the mesh of all parts of a body.
 
-    Its vertex attribute "part" has the number of the part that a vertex belongs to.
+    Its vertex attribute "part" has the number of each vertex's part.
     """
     names = list(COLOURS[sort])
     points: list[Array] = []
@@ -205,10 +204,7 @@ def _enlarge_head(mesh: bpy.types.Mesh, weight: Array, joint: Array) -> None:
 
 
 def _smoothed(mesh: bpy.types.Mesh, table: Array) -> Array:
-    """Return the weights averaged along the edges of the mesh.
-
-    Without this, steps in the weights would show as steps in the skin.
-    """
+    """Return the skinning weights averaged along the mesh's edges, to smooth the skin."""
     edges = np.empty(len(mesh.edges) * 2, np.intp)
     mesh.edges.foreach_get("vertices", edges)
     a, b = edges.reshape(-1, 2).T
@@ -222,7 +218,6 @@ def _smoothed(mesh: bpy.types.Mesh, table: Array) -> Array:
 
 
 def _material(sort: Sort, part: str) -> bpy.types.Material:
-    """Return the material of a part, which all residents of a sort share."""
     name = f"{LABELS[sort]} {part}"
     material = bpy.data.materials.get(name)
     if material is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read the places, doors, lamps and floors of a home from the marks on its objects."""
+"""Read the places, doors, lamps and floors of a home from its marked objects."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ def read_places(scene: Any, depsgraph: Any) -> Places:
 
 
 def read_marks(depsgraph: Any) -> HomeMarks:
-    """Return the marks of the evaluated scene; raise `AngenError` if none can be read."""
+    """Return the marked objects of the evaluated scene; raise `AngenError` if none can be read."""
     return finished(read_marks_in_steps(depsgraph))
 
 
 def read_marks_in_steps(depsgraph: Any) -> Shares[HomeMarks]:
-    """Read the marks as `read_marks` does; yield the share of the work that is done."""
+    """Read the marked objects as `read_marks` does; yield the progress, 0 to 1."""
     marks = HomeMarks()
     yield from marks.read_in_steps(depsgraph)
     return marks
 
 
 class HomeMarks:
-    """The marks of a home and the storeys that they are on, known after `read_in_steps`."""
+    """The marked objects of a home and its storeys; `read_in_steps` finds them."""
 
     def read_in_steps(self, depsgraph: Any) -> Shares[None]:
-        """Read the marks; yield the share of the work that is done.
+        """Read the marked objects; yield the progress, 0 to 1.
 
-        Raise `AngenError` if no mark can be read.
+        Raise `AngenError` if none can be read.
         """
         objects = marked(depsgraph.view_layer)
         if not objects:
@@ -58,7 +58,7 @@ class HomeMarks:
         leaves = [obj for obj in objects if obj.angen_place.use == DOOR]
         self.marked = yield from saying(0.0, self._read(partial(MarkedObject, self.home), objects))
         known = [obj for obj in objects if obj.name in self.marked]
-        anchors = finished(self._read(self._anchor, known))
+        anchors = finished(self._read(self._floor_point, known))
         if not anchors:
             raise InputError(self.problems[0])
         self.marked = {name: self.marked[name] for name in anchors}
@@ -78,7 +78,9 @@ class HomeMarks:
             obj.name: storey_index(heights, float(point[2]))
             for obj, point in zip(objects, points, strict=True)
         }
-        doors = finished(self._read(self._door, [o for o in objects if o.angen_place.use in MOVED]))
+        doors = finished(
+            self._read(self._read_door, [o for o in objects if o.angen_place.use in MOVED])
+        )
         self._add_doorways(doors.values())
         lamps = {o.name: self._lamp(o) for o in objects if o.angen_place.use == LAMP}
         used = [o for o in objects if self._needs_standing_point(o, lamps)]
@@ -87,9 +89,9 @@ class HomeMarks:
         self.places = Places(places, doors, lamps, storeys, tuple(self.problems))
 
     def _read(self, read: Callable[[Any], T], objects: list[Any]) -> Shares[dict[str, T]]:
-        """Return the results of calling `read` with each object, by the object's name.
+        """Return the results of `read(object)` by the object's name; yield the progress, 0 to 1.
 
-        An `AngenError` becomes one of the `problems`. Yield the share of the work that is done.
+        An `AngenError` becomes one of the `problems`.
         """
         found = {}
         for number, obj in enumerate(objects):
@@ -102,7 +104,7 @@ class HomeMarks:
         return found
 
     def _add_doorways(self, doors: Iterable[Door]) -> None:
-        """Add the lines of shut doors to the storeys, so that nobody stands on them."""
+        """Add the lines of shut doors to the storeys, so that nobody stands on these lines."""
         lines = [(door.storey, door.line(door.closed)) for door in doors if door.use == DOOR]
         self.grounds = [
             replace(ground, doorways=np.concatenate([np.empty((0, 2)), *of_it]))
@@ -113,22 +115,21 @@ class HomeMarks:
     def _needs_standing_point(self, obj: Any, lamps: dict[str, LampPlace]) -> bool:
         """Return whether residents stand at a certain point to use a marked object.
 
-        For doors and for lamps out of reach they do not.
+        For doors, and for lamps out of reach, this is False.
         """
         if obj.angen_place.use != LAMP:
             return bool(obj.angen_place.use != DOOR)
         ground = self.grounds[self.numbers[obj.name]]
         return float(lamps[obj.name].at[2]) <= ground.storey.height + REACH_M
 
-    def _anchor(self, obj: Any) -> Array:
-        """Return the point of a mark, below which its floor is searched for, shape (3,), m."""
+    def _floor_point(self, obj: Any) -> Array:
+        """Return the point (3,) from which the floor below a marked object is searched for, m."""
         mark = obj.angen_place
         if mark.use == LAMP and mark.switch is not None:
             return MarkedObject(self.home, mark.switch).at
         return self.marked[obj.name].middle
 
-    def _door(self, obj: Any) -> Door:
-        """Return the door of a marked leaf, drawer or curtain."""
+    def _read_door(self, obj: Any) -> Door:
         if not is_placed(obj, self.home.depsgraph):
             raise InputError(
                 "it is disabled in viewports, so sensors do not notice the leaf: enable it there "
@@ -154,9 +155,9 @@ class HomeMarks:
 
 
 def _light_of(obj: Any) -> Any:
-    """Return the light object that belongs to a marked object.
+    """Return the light of a marked object: itself, a descendant, or its parent.
 
-    It is the object itself, a descendant or the parent. Without any light, return the object.
+    Without any light, return the object.
     """
     family = [obj, *sorted(obj.children_recursive, key=lambda child: child.name)]
     if obj.parent is not None:

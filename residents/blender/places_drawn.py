@@ -30,27 +30,27 @@ LINE_WIDTH = 2.4
 
 
 def lines(obj: Any, metres: float) -> Array:
-    """Return the lines to draw for a marked object, shape (n, 2, 3), in Blender units."""
+    """Return the lines to draw for a marked object, shape (n, 2, 3), in Blender units.
+
+    `metres` is the length of a Blender unit, m.
+    """
     mark = obj.angen_place
     if mark.use in (DOOR, CURTAIN):
-        return _leaf(obj, metres)
+        return _door_lines(obj, metres)
     if mark.use == LAMP:
         return _lamp(obj)
     if mark.use not in FACING:
         return np.empty((0, 2, 3))
     look = facing_of(obj, obj.matrix_world)
     long = (BED_M if mark.use == LIE else LONG_M) / metres
-    start = _top(obj) + np.array([0.0, 0.0, ABOVE_M / metres])
+    start = _top_point(obj) + np.array([0.0, 0.0, ABOVE_M / metres])
     if mark.use == LIE:
         start[:2] -= look * long / 2.0
     return _arrow(start, np.array([*look, 0.0]), long, HEAD_M / metres)
 
 
-def _top(obj: Any) -> Array:
-    """Return the middle of the top of an object's bounding box, shape (3,).
-
-    Without a box, return the object's origin.
-    """
+def _top_point(obj: Any) -> Array:
+    """Return the middle of the top of an object's bounding box or, without one, its origin (3,)."""
     if obj.type == "EMPTY" or not obj.bound_box:
         return np.array(obj.matrix_world.translation)
     corners = np.array([obj.matrix_world @ Vector(corner) for corner in obj.bound_box])
@@ -73,11 +73,8 @@ def _lamp(obj: Any) -> Array:
     return np.array([[switch.matrix_world.translation, obj.matrix_world.translation]])
 
 
-def _leaf(obj: Any, metres: float) -> Array:
-    """Return the lines that show how a door opens.
-
-    A leaf that turns is drawn as on a floor plan, and one that slides as an arrow.
-    """
+def _door_lines(obj: Any, metres: float) -> Array:
+    """Return the lines that show how a door opens: an arc, or an arrow if it slides."""
     try:
         leaf, _ = leaf_of(obj)
     except AngenError:
@@ -124,14 +121,14 @@ def _batch(objects: list[Any], metres: float, shader: Any) -> Any:
 
 
 def shown(context: Any) -> list[Any]:
-    """Return the marked objects whose arrows are drawn: all of them, or only selected ones."""
+    """Return the marked objects whose arrows are drawn: all, or only selected ones."""
     if context.scene.angen_show_places:
         return marked(context.view_layer)
     return [o for o in context.selected_objects if o.angen_place.use != NONE]
 
 
 def draw() -> None:
-    """Draw the arrows; change nothing in the file, and only the cache of the last drawing."""
+    """Draw the arrows; no data of the file change."""
     context = bpy.context
     scene, space = context.scene, context.space_data
     if not scene.angen_overlay.show or not space.overlay.show_overlays or state.CACHE.running:

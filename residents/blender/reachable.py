@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find the marked places that residents cannot reach, and what is in the way.
+"""Find the marked places that residents cannot reach, and the objects in the way.
 
-The paths towards these places, up to where they end, can be drawn as curves on the floor.
+The paths towards these places, up to the first obstacle, can be drawn as curves on the floor.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ HIP_M = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """The result of a check of places.
+    """The result of checking which places residents can reach.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Checked:
     lost
         The places that residents cannot reach.
     between
-        For each of these places, the name of the object in the way if there is one.
+        The name of the object in the way to a place, by the place's name.
     shut
         Names of objects that look like doors but are not marked as doors.
     """
@@ -113,7 +113,7 @@ def check_places(depsgraph: Any) -> Checked:
 
 
 def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
-    """Check the places as `check_places` does; yield what is being done, and its progress."""
+    """Check the marked places as `check_places` does; yield the progress."""
     reading = yield from doing(
         "floors and places", scaled(read_marks_in_steps(depsgraph), 0.0, 0.8)
     )
@@ -123,21 +123,21 @@ def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
     for one in lost:
         if len(one.way):
             ground = reading.grounds[one.place.storey]
-            name = _between(ground, reading.marked[one.place.name].rows, one)
+            name = _object_between(ground, reading.marked[one.place.name].rows, one)
             if name:
                 between[one.place.name] = name
     count = len(marked(depsgraph.view_layer))
-    return Checked(reading.places, count, lost, between, _shut(depsgraph) if lost else ())
+    return Checked(reading.places, count, lost, between, _unmarked_doors(depsgraph) if lost else ())
 
 
-def _shut(depsgraph: Any) -> tuple[str, ...]:
-    """Return the names of objects that look like doors but are not marked."""
+def _unmarked_doors(depsgraph: Any) -> tuple[str, ...]:
+    """Return the names of objects that look like doors but are not marked as doors."""
     home = Examined(depsgraph.scene, depsgraph.view_layer, depsgraph)
     found = {leaf.name for leaf, *_ in leaves(home) if leaf.angen_place.use == NONE}
     return tuple(sorted(found))
 
 
-def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> str:
+def _object_between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> str:
     """Return the name of the object between the end of a path and its place, or ""."""
     home = ground.home
     level = ground.storey.height + HIP_M
@@ -154,10 +154,10 @@ def _between(ground: WalkedStorey, rows: NDArray[np.intp], lost: Unreached) -> s
     return names.get(int(numbers[0]), "")
 
 
-def _causes(checked: Checked) -> Iterable[list[Unreached]]:
-    """Return the unreachable places in groups with the same cause.
+def _grouped_by_obstacle(checked: Checked) -> Iterable[list[Unreached]]:
+    """Return the unreachable places in groups with the same obstacle.
 
-    The cause is the object in the way or, without one, the point where the path ends.
+    The obstacle is an object or, if none is found, the point where the path ends.
     """
     found: dict[Any, list[Unreached]] = {}
     for one in checked.lost:
@@ -168,9 +168,9 @@ def _causes(checked: Checked) -> Iterable[list[Unreached]]:
 
 
 def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
-    """Return a line on unreachable places that have the same cause.
+    """Return a line of text on unreachable places with the same obstacle.
 
-    It says from where the places cannot be reached, how far residents get, and what is in the way.
+    It says where the path begins and ends, and which object is in the way.
     """
     nearest = min(lost, key=lambda one: one.short)
     several = len(lost) > 1
@@ -187,9 +187,9 @@ def sentence(checked: Checked, lost: list[Unreached], lengths: Lengths) -> str:
 
 
 def sentences(checked: Checked, lengths: Lengths) -> list[str]:
-    """Return all problems that a check has found, one line for each."""
+    """Return all problems that a check has found, one line of text for each."""
     shut = f"No resident opens {named(checked.shut)}: mark each that is a door with Use: Door"
-    lost = [sentence(checked, group, lengths) for group in _causes(checked)]
+    lost = [sentence(checked, group, lengths) for group in _grouped_by_obstacle(checked)]
     return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
 
 
@@ -271,9 +271,9 @@ RED = (0.85, 0.12, 0.1, 1.0)
 
 
 def show(scene: Any, places: Places, lost: list[Unreached]) -> None:
-    """Draw the paths towards unreachable places, and the arrows of all places.
+    """Draw the paths towards unreachable places as curves, and the arrows of all places.
 
-    A path is drawn from its start to the point where residents get no further.
+    A path ends where residents get no further.
     """
     scene.angen_show_places = True
     remove(scene)
@@ -317,7 +317,7 @@ def _material() -> Any:
 
 
 def remove(scene: Any) -> None:
-    """Remove all drawn paths from the scene."""
+    """Remove the curves of `show` from the scene."""
     for obj in [obj for obj in scene.objects if WAY_MARK in obj]:
         curve = obj.data
         bpy.data.objects.remove(obj)

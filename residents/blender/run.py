@@ -60,10 +60,10 @@ THROUGH_CAMERA = ("CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER")
 
 @contextmanager
 def without_animation(scene: Any, but: Collection[Any] = ()) -> Iterator[None]:
-    """Context manager in which the home stays as it is at the scene's first frame.
+    """Context manager: on entry, hold the home at its first frame; on exit, restore its animation.
 
-    Its own animation is switched off. Drivers, constraints and modifiers stay active. The
-    datablocks in `but` keep their animation, and so do linked datablocks.
+    Drivers, constraints and modifiers stay active. The datablocks in `but` keep their animation,
+    and so do linked datablocks.
     """
     scene.frame_set(scene.frame_start)
     before = []
@@ -111,7 +111,7 @@ TILTS_BACK = 24
 
 
 class DayRun:
-    """The run of one day, or of a part of it.
+    """The simulation of one day, or of a part of the day.
 
     After `progress` has run, `events` are the events of the day. `recording` has the readings, in
     frames of the day.
@@ -123,13 +123,13 @@ class DayRun:
     residents
         The object of each person.
     keys
-        Inserts the keyframes for this, one stretch of the day after the other.
+        The object that inserts the keyframes, for one part of the day at a time.
     number
         The number of the day, from 0.
     between
         Start and end of the part to simulate, in s of the day; None for the whole day.
     causes
-        Whether the person and the object that caused an event are searched for.
+        Whether to find the object and the person that caused each event.
     """
 
     def __init__(
@@ -208,10 +208,7 @@ def _events(events: Iterable[Event[float]], midnight: float) -> list[Event[int]]
 
 @contextmanager
 def at_ten_frames(scene: Any) -> Iterator[None]:
-    """Context manager in which the scene has the frame rate of a day: 10 frames a second.
-
-    Substeps are off.
-    """
+    """Context manager: on entry, set 10 frames a second and no substeps; on exit, restore both."""
     render = scene.render
     names = ("fps", "fps_base", "frame_map_old", "frame_map_new")
     before = [getattr(render, name) for name in names]
@@ -235,7 +232,7 @@ UNDER_WAY = 3600.0
 
 @dataclass(frozen=True)
 class Plan:
-    """A routine, and a diary if there is one.
+    """A routine and, optionally, a diary that says when activities are done.
 
     Attributes
     ----------
@@ -246,9 +243,9 @@ class Plan:
     routine
         The routine as read from its file.
     diary
-        The segments of the diary, which replace the routine's plans.
+        What each person does according to the diary, in place of the routine's plans.
     first
-        The first day of the diary. The times of its segments are in s since that day's midnight.
+        The date of the diary's first day. The diary's times are in s since that midnight.
     """
 
     name: str
@@ -259,7 +256,7 @@ class Plan:
 
     @classmethod
     def read(cls, path: Path, diary_path: Path | None = None) -> Plan:
-        """Read the file of a routine, and that of a diary if it is given.
+        """Read a routine file and, if a path is given, a diary file.
 
         Raise `InputError` if one of them is invalid.
         """
@@ -300,7 +297,7 @@ class Plan:
 class Household:
     """The people of a routine in the open home, and the simulation of their days.
 
-    `residents` has the object of each person.
+    `residents` has the object of each person, by the person's name.
     """
 
     def __init__(
@@ -333,7 +330,7 @@ class Household:
             finished(self.read_in_steps())
 
     def read_in_steps(self) -> Shares[None]:
-        """Read the marked places; yield the share of the work that is done.
+        """Read the marked places; yield the progress, 0 to 1.
 
         The scene must be at its first frame. Raise `AngenError` if the places cannot be read.
         """
@@ -356,7 +353,7 @@ class Household:
         return finished(self.act_in_steps(number))
 
     def act_in_steps(self, number: int) -> Shares[Acted]:
-        """Do the same as `acted`; yield the share of the work that is done."""
+        """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
         return self._last[1]
@@ -384,8 +381,9 @@ class Household:
     ) -> Generator[Progress, None, Day]:
         """Simulate day `number`; yield the progress, and return the day.
 
-        `keys` comes from `keyed`. `between` has start and end of the part to simulate, in s of the
-        day; None is for the whole day. Raise `AngenError` if the day cannot be acted or simulated.
+        `keys` is from the context manager `keyed`. `between` has start and end of the part to
+        simulate, in s of the day; None is for the whole day. Raise `AngenError` if the day cannot
+        be acted or simulated.
         """
         acted, sensors = self.acted(number), self.sensors
         calendar = calendar_number(self.start) + number
@@ -400,10 +398,10 @@ class Household:
 
     @contextmanager
     def keyed(self) -> Iterator[KeyedStretch]:
-        """Context manager in which residents and what they move can be animated for a day.
+        """Context manager: on entry, stop the home's own animation; on exit, restore the home.
 
-        The home's own animation is switched off. The value is the object that inserts the keyframes
-        for residents, doors, lamps and things.
+        Its value is the object that inserts the keyframes for residents, doors, lamps and carried
+        objects.
         """
         # Keep the keyframes of lamps: they say with what power a lamp shines when it is on.
         lamps = [bpy.data.objects[lamp.object] for lamp in self.places.lamps.values()]
@@ -417,7 +415,7 @@ class Household:
 
     @contextmanager
     def _seeded(self) -> Iterator[None]:
-        """Context manager in which the scene's seed is that of this household."""
+        """Context manager: on entry, set the scene's seed for this run; on exit, restore it."""
         before = self.scene.angen_seed
         self.scene.angen_seed = self.seed
         try:
@@ -443,7 +441,7 @@ def _check_placed(resident: Any) -> None:
 
 
 def resident_of(person: Person) -> Any:
-    """Return the object of the resident that acts a person of the routine.
+    """Return the object of the resident that a person of the routine names.
 
     Raise `InputError` if the home has no such resident.
     """
@@ -490,9 +488,9 @@ def run_days(
 def run_days_in_steps(
     household: Household, numbers: Iterable[int], between: tuple[float, float] | None = None
 ) -> Generator[tuple[int, Progress] | Day, None, None]:
-    """Simulate days as `run_days` does, but yield each step.
+    """Simulate days as `run_days` does, but also yield the progress.
 
-    A step is a tuple of a day's number and its progress, or, at the end of a day, the day.
+    Yield a day's number with its progress, or the day once it is complete.
     """
     with household.keyed() as keys:
         for number in numbers:
@@ -509,10 +507,10 @@ def run_days_in_steps(
 
 
 def moved_share(spans: Array, part: float) -> float:
-    """Return how much of a day's movement is over when a share `part` of the day has passed.
+    """Return the progress of a run, 0 to 1, when a share `part` of the day has passed.
 
-    The result is a share too. It measures progress, because a run takes next to no time while
-    nobody moves. `spans` are start and end of each movement, shape (n, 2), in s.
+    This is how much of the day's movement is over, because times without movement take hardly any
+    computing time. `spans` are start and end of each movement, shape (n, 2), in s.
     """
     moving = float(np.diff(spans).sum())
     before = float(np.diff(np.minimum(spans, part * DAY_S)).sum())

@@ -111,7 +111,7 @@ def build_of(obj: Any) -> Build:
 
 
 def make_resident(obj: Any, sort: Sort) -> None:
-    """Make an armature with a body a resident, with the usual settings of a sort."""
+    """Make an armature a resident, with the usual size, mass and speed of a sort of body."""
     usual, settings = BUILDS[sort], obj.angen_resident
     settings.sort = sort.value
     settings.stature, settings.mass, settings.speed = usual.stature, usual.mass, usual.speed
@@ -150,10 +150,7 @@ def add_resident(context: Any, sort: Sort, at: Vector, yaw: float, with_frame: b
 
 
 def stand_up(rig: Any) -> None:
-    """Pose the bones of a resident as those of a standing person.
-
-    A walking frame is put in front of it.
-    """
+    """Pose a resident's bones as standing, with a walking frame in front if there is one."""
     metres = unit_scale(bpy.context.scene)
     place, yaw = rig.location * metres, rig.rotation_euler.z
     build = build_of(rig)
@@ -187,7 +184,7 @@ def add_walking_frame(rig: Any) -> Any:
 
 
 def _tubes() -> list[tuple[tuple[float, ...], tuple[float, ...], float]]:
-    """Return both ends and the radius of each tube that a walking frame is made of."""
+    """Return both ends and the radius of each tube of a walking frame."""
     back, side, high = walker.HANDLE_BACK, walker.HANDLE_SIDE, walker.HANDLE_HEIGHT
     tubes: list[tuple[tuple[float, ...], tuple[float, ...], float]] = []
     for y in (side, -side):

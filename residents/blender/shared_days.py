@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Share the days of `angen day --jobs` among several processes.
+"""Share the days of `angen day --jobs` among several worker processes.
 
 This process sends each worker the number of one day at a time, over the worker's standard input.
-When this process ends for any reason, the system closes that pipe. The worker then ends too.
+When this process ends for any reason, the system closes that pipe, and the worker ends too.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _START = (
 
 
 def worker_command() -> list[str]:
-    """Return the command that starts a worker, with the command line of this process."""
+    """Return the command line that starts a worker: that of this process with `--worker`."""
     if bpy.app.binary_path:
         # With several processes, threads within each cost more than they gain.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
@@ -45,10 +45,9 @@ def worker_command() -> list[str]:
 
 
 def days_of_worker() -> Iterator[int]:
-    """Yield the numbers of the days that a worker gets.
+    """Yield the numbers of the days that this worker gets on its standard input.
 
-    When the process that started the worker closes the pipe or ends, the worker ends at once, even
-    in the middle of a day.
+    When the input is closed, the worker ends at once, even in the middle of a day.
     """
     for number in SIGNALS:
         # The exit status then shows which signal ended the worker.
@@ -72,9 +71,16 @@ class _Worker:
 
 
 class SharedDays:
-    """Context manager in which this process and `workers` others simulate days.
+    """Context manager: on entry, start worker processes that simulate days; on exit, end them.
 
-    `left` has the numbers of the days to simulate.
+    Parameters
+    ----------
+    folder
+        The folder into which the days are written.
+    left
+        The numbers of the days to simulate.
+    workers
+        The number of worker processes.
     """
 
     def __init__(self, folder: Folder, left: Sequence[int], workers: int) -> None:
@@ -94,7 +100,7 @@ class SharedDays:
             self._workers.append(_Worker(process))
         # The first day is this process's own.
         for worker, day in zip(self._workers, list(self._left)[1:], strict=False):
-            self._hand(worker, day)
+            self._send_day(worker, day)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -108,10 +114,10 @@ class SharedDays:
             worker.process.wait()
 
     def own_days(self, waiting: Callable[[], object]) -> Iterator[int]:
-        """Yield the numbers of the days that this process simulates.
+        """Yield the numbers of the days that this process simulates itself.
 
-        End when all days are done, or when a worker has failed. Call `waiting` now and then while
-        other processes simulate the last days.
+        End when all days are done, or when a worker has failed. Call `waiting` every `POLL_S` s
+        while workers simulate the last days.
         """
         while True:
             self.poll_workers()
@@ -124,9 +130,9 @@ class SharedDays:
                 return
 
     def poll_workers(self) -> None:
-        """Send the next day to each worker that is done, and take back the days of ended workers.
+        """Send a day to each worker without one, and take back the days of workers that have ended.
 
-        This does nothing if the last call was a moment ago, so it can be called often.
+        Calls within `POLL_S` s of the last one do nothing.
         """
         if time.monotonic() - self._polled < POLL_S:
             return
@@ -137,12 +143,11 @@ class SharedDays:
                 worker.day = None
             if status is not None:
                 self._workers.remove(worker)
-                self._lose(worker, status)
+                self._take_back_day(worker, status)
             elif worker.day is None and self._left:
-                self._hand(worker, self._left[0])
+                self._send_day(worker, self._left[0])
 
-    def _hand(self, worker: _Worker, day: int) -> None:
-        """Send the number of a day to a worker."""
+    def _send_day(self, worker: _Worker, day: int) -> None:
         self._left.remove(day)
         worker.day = day
         assert worker.process.stdin is not None
@@ -151,11 +156,8 @@ class SharedDays:
             worker.process.stdin.write(b"%d\n" % day)
             worker.process.stdin.flush()
 
-    def _lose(self, worker: _Worker, status: int) -> None:
-        """Take back the day of a worker that has ended.
-
-        If it ended by an error, begin no new days.
-        """
+    def _take_back_day(self, worker: _Worker, status: int) -> None:
+        """Take back the day of a worker that has ended; after an error, begin no new days."""
         _close(worker.process)
         if status > 0:
             # The worker has printed its error. No new days begin; those under way are finished.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Show a stretch of a day in the window as animation, and restore the home afterwards.
+"""Show a part of a day in the window as animation, and restore the home afterwards.
 
-The earlier state of the home is stored in the scene as text, so that it survives undo, saving and
+The earlier state of the home is stored in the scene as text, which survives undo, saving and
 opening.
 """
 
@@ -40,7 +40,7 @@ def show(
     start: float,
     end: float,
 ) -> None:
-    """Show the time from `start` to `end` (s of the day `on`) as animation, in the day's light.
+    """Animate the home from `start` to `end` (s of the day `on`), in the light of that day.
 
     The scene's property Start becomes the date and time of the first frame.
     """
@@ -48,7 +48,7 @@ def show(
     ranged = {name: getattr(scene, name) for name in RANGE}
     scene.frame_set(scene.frame_start)
     lamps = _lamps(places)
-    owners = [*_objects(acted, places, residents, daylight), *_lights(lamps, daylight)]
+    owners = [*_animated_objects(acted, places, residents, daylight), *_lights(lamps, daylight)]
     skies = [(scene.world, path) for _, path, _ in daylight.skies()]
     before = {
         "time": {name: getattr(scene.render, name) for name in TIME},
@@ -81,9 +81,10 @@ def show(
 
 
 def leave(scene: Any) -> list[str]:
-    """Restore the home as it was before `show`; do nothing if no stretch is shown.
+    """Restore the home as it was before `show`; without a shown day, do nothing.
 
-    Return the names of what could not be restored whole, since it was changed meanwhile.
+    Return the names of objects and lights that could not be restored fully, because the user has
+    changed them.
     """
     if not scene.angen_day.before:
         return []
@@ -114,10 +115,10 @@ def leave(scene: Any) -> list[str]:
     return changed
 
 
-def _objects(
+def _animated_objects(
     acted: Acted, places: Places, residents: Mapping[str, Any], daylight: Daylight
 ) -> list[Any]:
-    """Return the objects that are animated by the day, or by the home's own animation."""
+    """Return the objects that the day, or the home's own animation, can move."""
     objects = bpy.data.objects
     named = [*acted.swings, *acted.holds, *places.doors, *(o.name for o in residents.values())]
     found = {name: objects[name] for name in named if name in objects}
@@ -136,30 +137,30 @@ def _lamps(places: Places) -> set[Any]:
 
 
 def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
-    """Return the lights of lamps and of the sun, and those that the home itself animates."""
+    """Return the lights of lamps, those of the sun, and those that the home's file animates."""
     sun = {daylight.sun.data} if daylight.sun is not None else set()
     return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
 
 
 def _state_of(owner: Any) -> dict[str, Any]:
-    """Return the state of an object or light, as values that JSON can store."""
     of = "lights" if isinstance(owner, bpy.types.Light) else "objects"
     bones = owner.pose.bones if getattr(owner, "pose", None) else ()
-    found = _state_of_animation(owner) | {"of": of, "name": owner.name, "values": _values(owner)}
-    return found | {"bones": {bone.name: _values(bone) for bone in bones}}
+    found = _state_of_animation(owner) | {
+        "of": of,
+        "name": owner.name,
+        "values": _property_values(owner),
+    }
+    return found | {"bones": {bone.name: _property_values(bone) for bone in bones}}
 
 
 def _state_of_sky(world: Any, path: str) -> dict[str, Any]:
-    """Return the state of a world's sky.
-
-    `path` is where the node tree has the strength of the sky.
-    """
+    """Return the state of a world's sky; `path` is the data path of its strength."""
     found = _state_of_animation(world.node_tree) | {"of": "worlds", "name": world.name, "bones": {}}
     return found | {"values": {path: world.node_tree.path_resolve(path)}}
 
 
 def _state_of_animation(owner: Any) -> dict[str, Any]:
-    """Return what restores a datablock's animation, such as the names of its action and slot.
+    """Return what is needed to restore a datablock's animation, such as the action's name.
 
     The action gets a fake user, so that saving the file does not drop it.
     """
@@ -177,33 +178,33 @@ def _state_of_animation(owner: Any) -> dict[str, Any]:
     }
 
 
-def _values(part: Any) -> dict[str, Any]:
-    """Return the values of those properties that keyframes of a day change."""
+def _property_values(part: Any) -> dict[str, Any]:
+    """Return the values of the properties that a day's keyframes change."""
     found = {name: getattr(part, name) for name in MOVED if hasattr(part, name)}
     return {n: v if isinstance(v, (bool, float, str)) else list(v) for n, v in found.items()}
 
 
-def _restore(owner: Any, noted: Mapping[str, Any]) -> bool:
-    """Restore a datablock to the state that `noted` has; return whether all of it was there."""
+def _restore(owner: Any, stored: Mapping[str, Any]) -> bool:
+    """Restore a datablock to the state `stored`; return whether all that it needs still exists."""
     is_whole = True
     data = owner.animation_data
     ours = data.action if data is not None else None
     if data is not None:
-        data.action = bpy.data.actions.get(noted["action"])
-        data.use_nla = noted["use_nla"]
+        data.action = bpy.data.actions.get(stored["action"])
+        data.use_nla = stored["use_nla"]
         if data.action is not None:
-            data.action.use_fake_user = noted["fake"]
-            if noted["slot"]:
-                data.action_slot = data.action.slots.get(noted["slot"])
+            data.action.use_fake_user = stored["fake"]
+            if stored["slot"]:
+                data.action_slot = data.action.slots.get(stored["slot"])
                 is_whole = data.action_slot is not None
     # Blender 4.2 still counts a world's node tree as a user.
-    unused = noted["of"] == "worlds" or (ours is not None and ours.users == 0)
-    if ours is not None and unused and ours.name != noted["action"]:
+    unused = stored["of"] == "worlds" or (ours is not None and ours.users == 0)
+    if ours is not None and unused and ours.name != stored["action"]:
         bpy.data.actions.remove(ours)
-    if data is not None and not noted["animated"] and not data.drivers:
+    if data is not None and not stored["animated"] and not data.drivers:
         owner.animation_data_clear()
-    parts = [(owner, noted["values"])]
-    for name, values in noted["bones"].items():
+    parts = [(owner, stored["values"])]
+    for name, values in stored["bones"].items():
         bone = owner.pose.bones.get(name)
         is_whole &= bone is not None
         if bone is not None:

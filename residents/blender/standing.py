@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find where a person stands to sit, lie down or use an object, and where hips or hand go.
 
-The search needs the cells of the floor that are free, on which residents can walk.
+The search needs the floor on which residents can walk, as a grid of cells.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 @dataclass(frozen=True)
 class WalkedStorey:
-    """A storey with the cells on which residents can walk.
+    """A storey, with the grid of cells on which residents can walk.
 
     Attributes
     ----------
@@ -71,12 +71,12 @@ class WalkedStorey:
     home
         The home without residents, and without the doors that they open.
     part
-        The number of the connected part of the floor that each cell belongs to, shape (nx, ny).
-        It is 0 where a body does not fit.
+        The number of each cell's connected part of the floor, shape (nx, ny). It is 0 where a body
+        does not fit.
     main
-        The number of the part of the floor that is near most marks.
+        The number of the part of the floor that is near most marked objects.
     doorways
-        Points along shut leaves, near which nobody stands, shape (k, 2), m.
+        Points along shut door leaves, near which nobody stands, shape (k, 2), m.
     """
 
     storey: Storey
@@ -87,7 +87,7 @@ class WalkedStorey:
 
 
 def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
-    """Return the home without the given leaves of doors, and without residents.
+    """Return the home without residents and without the door leaves `leaves`.
 
     Objects parented to a leaf and walking frames are left out too.
     """
@@ -103,8 +103,7 @@ def walkable_home(home: EvaluatedHome, leaves: Sequence[Any]) -> EvaluatedHome:
 def _is_living_body(obj: Any) -> bool:
     """Return whether an object belongs to the body of a resident or of an animated walker.
 
-    It does if it is a resident or parented to one. It also does if, of the object and its parents,
-    one is an armature and one has a mass.
+    A walker's body has an armature and a mass, each on the object or one of its parents.
     """
     owners = list(candidates(obj))
     rigged = any(owner.type == "ARMATURE" for owner in owners)
@@ -120,22 +119,22 @@ def walkable_storeys(
     names: Sequence[str],
     things: NDArray[np.intp],
 ) -> Shares[list[WalkedStorey]]:
-    """Find the storeys below marks, and return them from the lowest to the highest.
+    """Find the storeys below marked objects, and return them from the lowest to the highest.
 
-    Yield the share of the work that is done.
+    Yield the progress, 0 to 1.
 
     Parameters
     ----------
     home
         The whole home.
     walk
-        The home from `walkable_home`.
+        The result of `walkable_home`.
     marks
-        The points of the marks, shape (n, 3), m.
+        A point of each marked object, shape (n, 3), m.
     names
         The names of the marked objects, in the same order.
     things
-        The rows of solids that are no floor, shape (k,).
+        The rows of the solids of `walk` that are no floor, shape (k,).
 
     Raises
     ------
@@ -143,14 +142,14 @@ def walkable_storeys(
         If there is no floor below the marks, or if the marks are too far apart.
     """
     rows = set(things.tolist())
-    heights = _heights(walk.part(lambda solid: solid.row not in rows), marks)
+    heights = _floor_heights(walk.part(lambda solid: solid.row not in rows), marks)
     found: list[WalkedStorey] = []
     for height in heights:
         below = [h for h in heights if h <= height]
         mine = [storey_index(heights, z) == len(below) - 1 for z in marks[:, 2].tolist()]
-        grid = _grid(height, marks[mine], list(compress(names, mine)))
+        grid = _storey_grid(height, marks[mine], list(compress(names, mine)))
         part = len(found) / len(heights), (len(found) + 1) / len(heights)
-        found.append((yield from scaled(_ground(home, walk, grid, marks[mine]), *part)))
+        found.append((yield from scaled(_walked_storey(home, walk, grid, marks[mine]), *part)))
     return found
 
 
@@ -160,11 +159,10 @@ def storey_index(heights: Sequence[float], z: float) -> int:
     return below[-1] if below else 0
 
 
-def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
-    """Return the heights of the floors below marks, m.
+def _floor_heights(home: EvaluatedHome, marks: Array) -> list[float]:
+    """Return the heights of the floors below marked objects, m; raise `InputError` without a floor.
 
-    Rays go down around each mark. Its floor is at the height at which most rays end. Raise
-    `InputError` if there is no floor.
+    Rays go down around each object. Its floor is at the height at which most rays end.
     """
     starts = (marks[:, None] + around(RINGS_M) + [0.0, 0.0, 0.2]).reshape(-1, 3)
     ranges = finished(free_ways(home, starts, DOWN, DEEP_M))
@@ -184,10 +182,10 @@ def _heights(home: EvaluatedHome, marks: Array) -> list[float]:
     return [float(np.median(hits[np.abs(hits - grain * GRAIN_M) <= GRAIN_M])) for grain in most]
 
 
-def _ground(
+def _walked_storey(
     home: EvaluatedHome, walk: EvaluatedHome, grid: Grid, marks: Array
 ) -> Shares[WalkedStorey]:
-    """Find the free cells and rooms of a storey; yield the share of the work that is done."""
+    """Find the free cells and rooms of a storey; yield the progress, 0 to 1."""
     # Shares of the time, measured in the sample home.
     over = (yield from saying(0.0, floors(walk, grid, OVER_M))).reshape(grid.shape)
     level = (over <= RUG_M) & (over >= -PIT_M)
@@ -199,9 +197,9 @@ def _ground(
         np.all([pair[1] for pair in along], axis=0),
     )
     # Rays inside solids hit nothing: only cells connected with a mark are floor.
-    seeds = np.where(level & _near(grid, marks), 1, 0)
+    seeds = np.where(level & _near_marks(grid, marks), 1, 0)
     reached = (yield from saying(0.6, flood(seeds, level, ways))) > 0
-    free = reached & ~_beside(ways, reached)
+    free = reached & ~_beside_thin_obstacles(ways, reached)
     part = regions(Floor(grid.low, grid.size, free), BODY_M)
     # Cells that no body can reach are inside walls.
     free &= (yield from saying(0.65, flood((part > 0).astype(np.int64), free, ways))) > 0
@@ -209,14 +207,17 @@ def _ground(
     number, names, guessed = yield from saying(0.7, _rooms(home, grid, grid.floor))
     part = regions(floor, BODY_M)
     return WalkedStorey(
-        Storey(grid.floor, floor, number, names, guessed), walk, part, _main(floor, part, marks)
+        Storey(grid.floor, floor, number, names, guessed),
+        walk,
+        part,
+        _main_part(floor, part, marks),
     )
 
 
-def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
-    """Return a grid of cells around the marks of a storey.
+def _storey_grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
+    """Return a grid of cells around the marked objects of a storey.
 
-    Raise `InputError` if the marks are too far apart.
+    Raise `InputError` if these are too far apart.
     """
     low, high = marks[:, :2].min(axis=0) - AROUND_M, marks[:, :2].max(axis=0) + AROUND_M
     size = SIZE_M
@@ -235,8 +236,8 @@ def _grid(height: float, marks: Array, names: Sequence[str]) -> Grid:
     return Grid(first * size, (int(shape[0]), int(shape[1])), size, height)
 
 
-def _near(grid: Grid, marks: Array) -> Mask:
-    """Return which cells are within AROUND_M of a mark, shape (nx, ny)."""
+def _near_marks(grid: Grid, marks: Array) -> Mask:
+    """Return which cells are within AROUND_M of a marked object, shape (nx, ny)."""
     points = grid.at(0.0)[:, :2]
     near = np.zeros(len(points), bool)
     for mark in marks[:, :2]:
@@ -244,11 +245,11 @@ def _near(grid: Grid, marks: Array) -> Mask:
     return near.reshape(grid.shape)
 
 
-def _beside(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
+def _beside_thin_obstacles(ways: tuple[Mask, Mask], reached: Mask) -> Mask:
     """Return which cells are next to an obstacle that is thinner than a cell.
 
-    `ways` tells between which neighbouring cells there is no obstacle, along x and along y.
-    `reached` tells which cells are floor.
+    `ways` are True between neighbouring cells without an obstacle, along x and along y. `reached`
+    is True for cells of the floor.
     """
     found = np.zeros_like(reached)
     thin = reached[:-1] & reached[1:] & ~ways[0]
@@ -283,8 +284,8 @@ def _rooms(
     return found.number.repeat(2, 0).repeat(2, 1), ("", *found.names), guessed
 
 
-def _main(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:
-    """Return the number of the part of the floor that is near most marks."""
+def _main_part(floor: Floor, part: NDArray[np.int64], marks: Array) -> int:
+    """Return the number of the part of the floor that is near most marked objects."""
     votes: Counter[int] = Counter()
     for mark in marks:
         x, y = floor.cell(mark)
@@ -331,7 +332,7 @@ def place_of(
 ) -> Place:
     """Return the place of a marked object.
 
-    If `target` is given, the hand goes to that object, such as a lamp's switch.
+    With a `target`, such as a lamp's switch, the hand goes to this object instead.
     """
     mark = marked.obj.angen_place
     look = facing_of(marked.obj, marked.matrix)
@@ -341,12 +342,12 @@ def place_of(
         point = marked.middle
         at, target_at = point[:2], np.array([*point[:2], floor])
     elif mark.use == SIT:
-        target_at = _seat(marked, look, floor)
+        target_at = _hips_on_seat(marked, look, floor)
         ideal = target_at[:2] + look * (mark.away or BEFORE_SEAT_M)
         at = standing_point(ground, marked, ideal, target_at)
     elif mark.use == LIE:
-        target_at = _bed(marked, look)
-        at, edge = _bedside(ground, marked, look, target_at)
+        target_at = _hips_on_bed(marked, look)
+        at, edge = _bedside_points(ground, marked, look, target_at)
     else:
         aimless = mark.use in (LAMP, CURTAIN)
         at, target_at = _point_of_use(ground, target or marked, look, mark.away, aimless)
@@ -367,10 +368,9 @@ def place_of(
 def standing_point(
     ground: WalkedStorey, marked: MarkedObject, ideal: Array, target: Array, ring: float = 0.0
 ) -> Array:
-    """Return the best point to stand near `ideal`, shape (2,), m.
+    """Return the best point (2,) for a person to stand on near `ideal`, m.
 
-    With `ring`, it is near the circle of this radius (m) around `ideal`. No wall is between the
-    point and `target`. If there is no such point, return `ideal`.
+    No wall is between the point and `target`. Without such a point, return `ideal`.
 
     Parameters
     ----------
@@ -378,6 +378,8 @@ def standing_point(
         A point on the floor, shape (2,), m.
     target
         The point that the person uses, shape (3,), m.
+    ring
+        If it is not 0, the point is near the circle of this radius (m) around `ideal`.
     """
     floor = ground.storey.floor
     cells = np.argwhere(floor.free & (floor.clearance >= ROOM_M))
@@ -410,10 +412,9 @@ def standing_point(
 
 
 def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, target: Array) -> Array:
-    """Return from which points the target is in sight, shape (n,).
+    """Return whether the target is visible from each point (n, 2), shape (n,).
 
-    Only the marked object can be in between. `points` have the shape (n, 2). Rays go at the height
-    SIGHT_M above the floor.
+    The marked object itself hides nothing. Rays go at the height SIGHT_M above the floor.
     """
     home = ground.home
     rows = np.setdiff1d(home.rows, marked.rows)
@@ -430,7 +431,7 @@ def _is_in_sight(ground: WalkedStorey, marked: MarkedObject, points: Array, targ
     return seen
 
 
-def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
+def _hips_on_seat(marked: MarkedObject, look: Array, floor: float) -> Array:
     """Return the point on a seat where the hips rest, shape (3,), m."""
     if not marked.solid:
         return marked.at
@@ -451,7 +452,7 @@ def _seat(marked: MarkedObject, look: Array, floor: float) -> Array:
     return np.array([*(middle + look * hips), floor + float(top)])
 
 
-def _bed(marked: MarkedObject, look: Array) -> Array:
+def _hips_on_bed(marked: MarkedObject, look: Array) -> Array:
     """Return the point on a bed where the hips of a lying person rest, shape (3,), m."""
     if not marked.solid:
         return marked.at
@@ -464,17 +465,14 @@ def _bed(marked: MarkedObject, look: Array) -> Array:
     return np.array([*middle, top])
 
 
-def _bedside(
+def _bedside_points(
     ground: WalkedStorey, marked: MarkedObject, look: Array, target: Array
 ) -> tuple[Array, Array]:
-    """Return two points: where a person stands beside a bed, and sits on its edge.
-
-    The first has the shape (2,), the second (3,).
-    """
+    """Return the points where a person stands beside a bed (2,), and sits on its edge (3,), m."""
     across = np.array([-look[1], look[0]])
     sides = []
     for side in (across, -across):
-        edge = _edge(ground, marked, target, side)
+        edge = _edge_distance(ground, marked, target, side)
         ideal = target[:2] + side * (edge - ON_EDGE_M + BEFORE_SEAT_M)
         beside = np.array([*(target[:2] + side * edge), target[2]])
         at = standing_point(ground, marked, ideal, beside)
@@ -487,7 +485,7 @@ def _bedside(
     return at, target + np.array([*sitting, 0.0])
 
 
-def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:
+def _edge_distance(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array) -> float:
     """Return the distance from the target to the bed's edge in the direction `side`, m."""
     if marked.solid:
         return float(marked.reach(side)[1] - target[:2] @ side)
@@ -503,7 +501,7 @@ def _edge(ground: WalkedStorey, marked: MarkedObject, target: Array, side: Array
 def _point_of_use(
     ground: WalkedStorey, marked: MarkedObject, look: Array, away: float, aimless: bool
 ) -> tuple[Array, Array]:
-    """Return where a person stands, shape (2,), and where the hand goes, shape (3,).
+    """Return where a person stands (2,) and where the hand goes (3,) to use an object, m.
 
     If `aimless`, the person can stand on any side of the object.
     """

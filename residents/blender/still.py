@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Skip the frames in which nothing moves, while a shown stretch of a day is played back."""
+"""Skip the frames in which nothing moves while a shown part of a day is played back."""
 
 from __future__ import annotations
 
@@ -21,10 +21,7 @@ _last = 0
 
 
 def rests(acted: Acted, first: float, last: float) -> str:
-    """Return the ranges of frames without movement from `first` to `last`, as JSON.
-
-    `first` and `last` are in s of the day.
-    """
+    """Return the ranges of frames without movement between two times (s of the day), as JSON."""
     found, since = [], first
     for start, end in [*acted.spans(first, last).tolist(), (last, last)]:
         if start - since >= LEAST_S:
@@ -34,9 +31,10 @@ def rests(acted: Acted, first: float, last: float) -> str:
 
 
 def playback_frame(scene: Any, frame: int, back: bool) -> int:
-    """Return the frame at which playback continues when it reaches `frame`.
+    """Return the frame at which playback goes on when it reaches `frame`.
 
-    With `back`, it is played backwards.
+    In a range of frames without movement, this is the end of the range. If `back` is True, playback
+    runs backwards, and this is the start.
     """
     settings = scene.angen_day
     if not settings.before or not settings.skip or not settings.rests:
@@ -48,10 +46,7 @@ def playback_frame(scene: Any, frame: int, back: bool) -> int:
 
 
 def _jump(scene: Any, _depsgraph: Any = None) -> None:
-    """Skip a rest before Blender evaluates the frame.
-
-    So Blender evaluates the frame after the rest, and none within it.
-    """
+    """Skip a range without movement, before Blender evaluates the frame."""
     global _last
     frame, before = scene.frame_current, _last
     _last = frame

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The poses of a cat: standing, walking, sitting and lying; and the shapes of its fur.
+"""The poses of a cat (standing, walking, sitting and lying), and the shape of its fur.
 
 A cat's position is the point under the middle of its body. Its paws are in the order hind left,
 hind right, fore left, fore right.
@@ -53,13 +53,13 @@ def _posture(
     balls : array, shape (n, 4, 3)
         The balls of the paws, m.
     soles : array, shape (n, 4, 4)
-        The rotations of the paws.
+        The rotations of the paws, as quaternions.
     bend : tuple of 3 arrays, shape (n, 3)
         The angles of spine, head and tail, rad.
     pitch : float
         The angle by which the chest is lifted, rad.
     sink : tuple of 2 floats
-        How far the hips are in front of and below where they are while standing, m.
+        The distance of the hips in front of and below their standing position, m.
     """
     scale = build.scale
     ahead = rotation_z(yaw)
@@ -79,8 +79,11 @@ def _at(x: float, y: float, z: float, yaw: float) -> tuple[Array, Array]:
     return np.array([[x, y, z]]), np.array([yaw])
 
 
-def _under(middle: Array, yaw: Array, offsets: Array, scale: float) -> Array:
-    """Return the points (n, 4, 3) that are at `offsets` (4, 3) from the middle of the body."""
+def _points_around(middle: Array, yaw: Array, offsets: Array, scale: float) -> Array:
+    """Return the points (n, 4, 3) at `offsets` (4, 3) from the points under the body.
+
+    The offsets turn with the body's `yaw` and are multiplied by `scale`.
+    """
     return middle[:, None] + rotated(rotation_z(yaw)[:, None], offsets * scale)
 
 
@@ -88,16 +91,16 @@ _TAIL_DOWN = np.array([[0.0, 0.10, 0.0]])
 
 
 def standing(stand: Stance, floor: float, build: Build) -> BodyPose:
-    """Return the single pose on four paws."""
+    """Return one pose (n = 1) of a cat that stands on four paws."""
     middle, yaw = _at(*stand.centre, floor, stand.yaw)
     soles = np.broadcast_to(rotation_z(yaw)[:, None], (1, 4, 4))
-    balls = _under(middle, yaw, _BALLS, build.scale)
+    balls = _points_around(middle, yaw, _BALLS, build.scale)
     still = np.zeros((1, 3))
     return _posture(build, middle, yaw, balls, soles, (still, still, _TAIL_DOWN))
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
-    """Return the single pose sitting at a point (3,), with the heading of `stand`."""
+    """Return one pose (n = 1) of a cat that sits at a point (3,), with the heading of `stand`."""
     build, yaw = stand.build, stand.heading[:1]
     middle = np.asarray(seat, float)[None]
     offsets = _BALLS + np.array([[0.02, 0.0, 0.0]] * 2 + [[0.0, 0.0, 0.0]] * 2)
@@ -106,12 +109,12 @@ def sitting(stand: BodyPose, seat: Array) -> BodyPose:
     bend = (
         np.array([[0.0, -0.10, 0.0]]), np.array([[0.0, 0.62, 0.0]]), np.array([[0.0, -0.16, 0.45]]),
     )  # fmt: skip
-    balls = _under(middle, yaw, offsets, build.scale)
+    balls = _points_around(middle, yaw, offsets, build.scale)
     return _posture(build, middle, yaw, balls, soles, bend, 0.58, (0.03, BACK_HEIGHT - 0.100))
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """Return the single pose lying on the belly.
+    """Return one pose (n = 1) of a cat that lies on its belly on the point `bed` (3,).
 
     The body is straight (side 0), or curled to the left (1) or right (−1).
     """
@@ -127,15 +130,15 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
         np.array([[0.0, 0.30 - 0.1 * abs(side), 0.5 * side]]),
         np.array([[0.0, -0.03, -0.55 * side]]),
     )
-    balls = _under(middle, heading, offsets, build.scale)
+    balls = _points_around(middle, heading, offsets, build.scale)
     sink = (0.0, BACK_HEIGHT - 0.075)
     return _posture(build, middle, heading, balls, soles, bend, sink=sink)
 
 
 def going(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """Return the poses between two postures, from `before` (t = 0) to `after` (t = 1).
+    """Interpolate between two postures, from `before` (t = 0) to `after` (t = 1).
 
-    If they are at different heights, the cat leaps.
+    If the cat gets to another position, it leaps.
     """
     s = ease(t)
     pose = before.interpolated(after, s)
@@ -155,7 +158,7 @@ def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
 
 
 def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """Return points of the cat's path, each with the heading there.
+    """Return points of the cat's path as footsteps, each with the heading there.
 
     Turns on the spot at both ends are included.
     """
@@ -182,7 +185,7 @@ def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -
 
 
 class CatWalk:
-    """A walk along the points from `footsteps`.
+    """A cat's walk along the points from `footsteps`.
 
     `speed` is in m/s, and `floor` is the height of the floor in m.
     """
@@ -210,8 +213,8 @@ class CatWalk:
         """Return times (k,) since the start, s, and the body's positions (k, 2) at them, m."""
         return (self._along + self.stride / 2) / self.speed, self._way[:, :2]
 
-    def _body(self, w: Array) -> Array:
-        """Return the body's distance along the path (…,) when the paws have gone `w` m."""
+    def _body_distance(self, w: Array) -> Array:
+        """Return how far the body is along the path when the paws have gone `w` m, shape (…,)."""
 
         def ramp(x: Array) -> Array:
             soft = max(self.soft, 1e-9)
@@ -219,7 +222,7 @@ class CatWalk:
 
         return self.length - ramp(self.length - ramp(w - self.stride / 2))
 
-    def _place(self, along: Array) -> Array:
+    def _position_on_path(self, along: Array) -> Array:
         """Return x, y and yaw (…, 3) at distances along the path.
 
         The yaw is averaged over a short piece of the path.
@@ -234,15 +237,20 @@ class CatWalk:
     def pose(self, seconds: Array) -> BodyPose:
         """Return the poses at times `seconds` (n,) since the start of the walk."""
         w = np.clip(np.asarray(seconds, float) / self.duration, 0.0, 1.0) * self.last
-        body = self._place(self._body(w))
+        body = self._position_on_path(self._body_distance(w))
         yaw = np.ascontiguousarray(body[:, 2])
         middle = np.concatenate([body[:, :2], np.full((len(w), 1), self.floor)], 1)
-        balls, paws_yaw = self._paws(w)
+        balls, paws_yaw = self._paw_positions(w)
         scale = self.build.scale
         # A paw tilts while it stays on the floor and the body moves on.
         local = rotated(rotation_z(-yaw)[:, None], balls - middle[:, None]) / scale - _BALLS
         soles = compose(rotation_z(paws_yaw), rotation_y(np.clip(-6.0 * local[..., 0], -0.8, 0.8)))
-        ahead = self._place(np.minimum(self._body(w) + 0.12 * scale, self.length))[:, 2] - yaw
+        ahead = (
+            self._position_on_path(np.minimum(self._body_distance(w) + 0.12 * scale, self.length))[
+                :, 2
+            ]
+            - yaw
+        )
         beat = 2 * pi * w / self.stride
         busy = ease(np.minimum(w, self.last - w) / (self.stride / 2))
         spine = np.stack([0 * w, 0 * w, np.clip(0.6 * ahead, -0.4, 0.4) * busy], -1)
@@ -254,13 +262,13 @@ class CatWalk:
         bob = 0.006 * scale * busy * (np.cos(2 * beat) - 1)
         return replace(pose, pelvis=pose.pelvis + bob[:, None] * np.array([0.0, 0.0, 1.0]))
 
-    def _paws(self, w: Array) -> tuple[Array, Array]:
-        """Return positions (n, 4, 3) and yaws (n, 4) of the paws after `w` m, shape (n,)."""
+    def _paw_positions(self, w: Array) -> tuple[Array, Array]:
+        """Return positions (n, 4, 3) and yaws (n, 4) of the paws after distances `w` (n,), m."""
         phase = w[:, None] / self.stride - _LANDS
         number = np.floor(phase)
         lands = (number + _LANDS) * self.stride
-        here = self._place(self._body(lands + _BEARS / 2 * self.stride))
-        after = self._place(self._body(lands + (1 + _BEARS / 2) * self.stride))
+        here = self._position_on_path(self._body_distance(lands + _BEARS / 2 * self.stride))
+        after = self._position_on_path(self._body_distance(lands + (1 + _BEARS / 2) * self.stride))
         # At the start all paws are on the floor.
         leaves = np.maximum(lands + _BEARS * self.stride, 0.0)
         air = np.clip((w[:, None] - leaves) / (lands + self.stride - leaves), 0.0, 1.0)
@@ -329,7 +337,7 @@ def fur() -> Shape:
 
 
 def cat_parts() -> list[Part]:
-    """Return the closed surfaces of a cat, which are its fur and its eyes."""
+    """Return the closed surfaces of a cat: its fur and its eyes."""
     low, high = (-0.42, -0.085, -0.005), (0.26, 0.085, 0.34)
     parts = [Part("fur", "fur", fur(), low, high, 0.008, 2200, "cat")]
     for sign, side in ((1.0, "L"), (-1.0, "R")):
@@ -340,9 +348,9 @@ def cat_parts() -> list[Part]:
 
 
 def cat_weights(points: Array, _region: str) -> dict[str, Array]:
-    """Return the weights (n,) of each bone at points (n, 3).
+    """Return the skinning weights (n,) of each bone at points (n, 3), by the bone's name.
 
-    Near bones have larger weights. The weights of all bones at a point sum to 1.
+    Bones near to a point have larger weights. The weights at a point sum to 1.
     """
     near = {}
     # The pelvis also moves the rump behind it.

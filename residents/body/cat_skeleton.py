@@ -13,7 +13,6 @@ BACK_HEIGHT = 0.215  # height of the pelvis, m
 
 
 def _bones() -> tuple[Bone, ...]:
-    """Return all bones of a cat."""
     line = {
         "pelvis": (-0.130, 0.0, BACK_HEIGHT), "spine": (-0.055, 0.0, 0.222),
         "chest": (0.030, 0.0, 0.218), "neck": (0.118, 0.0, 0.222), "head": (0.165, 0.0, 0.262),

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The walk of a person, with or without a walking frame.
 
-The phase of a walk counts steps. At phase i, foot i alone carries the body. This foot lands at
-phase i − 0.55 and leaves the floor at i + 0.6, so both feet carry for 0.15 of each step. A foot on
-the floor stays where it landed, apart from the roll from heel to ball.
+The phase of a walk counts steps. At phase i, the foot of step i alone carries the body. This foot
+lands at phase i − 0.55 and leaves the floor at i + 0.6. So both feet are on the floor for 0.15 of
+each step. A foot on the floor stays where it landed, apart from the roll from heel to ball.
 
 All lengths are for an unscaled skeleton, and are multiplied by the scale of the build.
 """
@@ -32,7 +32,7 @@ _WRIST = 0.07  # behind the knuckles and above the handle
 
 
 def walking_frame_poses(x: Array, y: Array, yaw: Array, floor: float, build: Build) -> Array:
-    """Return position and yaw of the walking frame of a person who stands at x, y.
+    """Return positions and yaws of a person's walking frame.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def walking_frame_poses(x: Array, y: Array, yaw: Array, floor: float, build: Bui
 def pushing(pose: BodyPose) -> BodyPose:
     """Return the poses with both hands on the handles of the walking frame.
 
-    Without a walking frame in the build, return the poses as they are.
+    If the build has no walking frame, the poses stay the same.
     """
     if not pose.build.frame:
         return pose
@@ -95,7 +95,7 @@ _PITCH = np.array(
 class Footstep:
     """A foot on the floor: its side (0 left, 1 right), position and yaw.
 
-    `x` and `y` are those of the point under the ankle, m. `yaw` is that of the body, rad.
+    The position is the point under the ankle, m. The yaw is the body's, rad.
     """
 
     side: int
@@ -106,16 +106,16 @@ class Footstep:
 
 @dataclass(frozen=True)
 class Stance:
-    """The footsteps of both feet of a standing person."""
+    """The positions of both feet of a standing person."""
 
     left: Footstep
     right: Footstep
 
     @staticmethod
     def at(x: float, y: float, yaw: float, build: Build = ADULT) -> Stance:
-        """Return the stance whose centre is at x, y (m), and which faces along `yaw`."""
+        """Return the stance with its centre at x, y (m) that faces along `yaw` (rad)."""
         half = STAND_HALF_WIDTH * build.scale
-        return Stance(_beside(x, y, yaw, 0, half), _beside(x, y, yaw, 1, half))
+        return Stance(_footstep_beside(x, y, yaw, 0, half), _footstep_beside(x, y, yaw, 1, half))
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -128,14 +128,14 @@ class Stance:
         return (self.left.yaw + self.right.yaw) / 2
 
 
-def _beside(x: float, y: float, yaw: float, side: int, width: float) -> Footstep:
-    """Return the footstep of a side, `width` m to the left or right of the point x, y."""
+def _footstep_beside(x: float, y: float, yaw: float, side: int, width: float) -> Footstep:
+    """Return the footstep of one foot, `width` m to the left or right of the point x, y."""
     w = float(SIGN[side]) * width
     return Footstep(side, x - w * sin(yaw), y + w * cos(yaw), yaw)
 
 
 def near_turn(angle: float, near: float) -> float:
-    """Return the angle that differs from `angle` by whole turns and is nearest to `near`, rad."""
+    """Return `angle` plus the multiple of 2π that brings it nearest to `near`, rad."""
     return near + (angle - near + pi) % (2 * pi) - pi
 
 
@@ -148,18 +148,18 @@ def footsteps(
 ) -> list[Footstep]:  # fmt: skip
     """Return the footsteps of a walk along the points (n, 2) of a path.
 
-    Before and after the path the person turns on the spot. The first two footsteps are those of
-    `start`, and the last two those of the stance at the end.
+    The person turns on the spot before the path and, if `end_yaw` is given, after it. The first two
+    footsteps are those of `start`, and the last two those of the stance at the end.
     """
     scale, yaw = build.scale, start.yaw
     landings: list[_Landing] = []
     if np.hypot(*np.diff(path, axis=0).T).sum() > 0.04:
-        landings = _along(path, yaw, build)
+        landings = _steps_along(path, yaw, build)
         yaw = landings[-1][2]
     x, y = map(float, path[-1])
     if end_yaw is not None:
         turn = near_turn(end_yaw, yaw) - yaw
-        landings += _on_the_spot(x, y, yaw, turn, ceil(abs(turn) / TURN_STEP - 0.2), scale)
+        landings += _turn_on_spot(x, y, yaw, turn, ceil(abs(turn) / TURN_STEP - 0.2), scale)
         yaw = yaw + turn
     if not landings:
         return [start.right, start.left]
@@ -169,20 +169,20 @@ def footsteps(
     standing = [start.left, start.right]
     steps = [standing[first_side], standing[1 - first_side]]
     for k, (x, y, heading, width) in enumerate(landings):
-        steps.append(_beside(x, y, heading, (first_side + k) % 2, width))
+        steps.append(_footstep_beside(x, y, heading, (first_side + k) % 2, width))
     return steps
 
 
-def _on_the_spot(
+def _turn_on_spot(
     x: float, y: float, yaw: float, turn: float, count: int, scale: float
 ) -> list[_Landing]:
-    """Return the `count` landings by which a person turns by `turn` (rad) on the spot."""
+    """Return `count` footsteps that turn a person by `turn` (rad) on the spot."""
     half = STAND_HALF_WIDTH * scale
     return [(x, y, yaw + turn * k / count, half) for k in range(1, count + 1)]
 
 
-def _along(path: Array, yaw: float, build: Build) -> list[_Landing]:
-    """Return the landings of a turn on the spot towards a path, and of the steps along it."""
+def _steps_along(path: Array, yaw: float, build: Build) -> list[_Landing]:
+    """Return the footsteps of a turn on the spot towards a path, and along the path."""
     gaps = np.diff(path, axis=0)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*gaps.T))])
     walked = float(along[-1])
@@ -194,7 +194,7 @@ def _along(path: Array, yaw: float, build: Build) -> list[_Landing]:
     landings: list[_Landing] = []
     if abs(turn) > radians(35):
         x, y = map(float, path[0])
-        landings = _on_the_spot(x, y, yaw, turn, ceil(abs(turn) / TURN_STEP), build.scale)
+        landings = _turn_on_spot(x, y, yaw, turn, ceil(abs(turn) / TURN_STEP), build.scale)
     count = max(1, round(walked / build.step_length + 0.55))
     shares = np.ones(count)
     shares[0] -= 0.25 * (count > 1)
@@ -216,7 +216,7 @@ def spline(points: Array, at: Array) -> Array:
     points : array, shape (k, d)
         Control points. The first and the last one are repeated.
     at : array, shape (n,)
-        Parameters of the curve; at the parameter i it is near the control point i.
+        Curve parameters. At the parameter i, the curve is near the control point i.
 
     Returns
     -------
@@ -234,9 +234,9 @@ def spline(points: Array, at: Array) -> Array:
 
 
 class Walk:
-    """A walk over given footsteps; it begins at phase −1.5, and begins and ends standing.
+    """A person's walk over given footsteps, from standing to standing.
 
-    `speed` is in m/s, and `floor` is the height of the floor in m.
+    It begins at phase −1.5. `speed` is in m/s, and `floor` is the height of the floor in m.
     """
 
     def __init__(
@@ -272,10 +272,10 @@ class Walk:
         """Return times (k,) since the start, s, and the body's positions (k, 2) at them, m."""
         return self.clock[1 : len(self.steps)], self.middles[:, :2]
 
-    def _effort_at(self, phase: Array) -> Array:
-        """Return the swing of the feet at phases (n,), as shares of a full stride.
+    def _swing_at(self, phase: Array) -> Array:
+        """Return the swing of the feet at phases (n,), divided by that of a full stride.
 
-        Foot k swings about phase k − 1.
+        Footstep k is in the air around phase k − 1.
         """
         at: Array = np.array([-1.5, *range(self.last), self.last + 0.3])
         full: Array = np.array([0.0, *self.effort[2:], 0.0])
@@ -286,7 +286,7 @@ class Walk:
         phase = smooth_table(self.clock, self.phases, np.asarray(seconds, float))
         x, y, yaw = np.ascontiguousarray(spline(self.middles, phase + 0.5).T)
         ahead = (spline(self.middles, phase + 1.6)[:, 2] - yaw) * ease((phase + 1.5) / 0.2)
-        effort = self._effort_at(phase)
+        effort = self._swing_at(phase)
         scale = self.build.scale
         beat = pi * (phase - self.left_step)
         forth, carry = np.sin(beat), np.cos(beat)  # +1: left arm forward; weight on the left foot
@@ -306,9 +306,9 @@ class Walk:
             [x - sway * np.sin(yaw), y + sway * np.cos(yaw),
              self.floor + scale * (STAND_HEIGHT - dip)], -1
         )  # fmt: skip
-        pelvis[:, 2] = _within_reach(pelvis, turn, feet, scale)
+        pelvis[:, 2] = _pelvis_height(pelvis, turn, feet, scale)
         walker = walking_frame_poses(x, y, yaw, self.floor, self.build)
-        arms = _swinging(effort, forth)
+        arms = _swinging_arms(effort, forth)
         return pushing(
             BodyPose(self.build, yaw, pelvis, turn, feet, arms, spine, look, walker)
         )  # fmt: skip
@@ -318,7 +318,7 @@ class Walk:
         return Feet(*(np.stack(pair, 1) for pair in zip(left, right, strict=True)))
 
     def _foot(self, side: int, phase: Array) -> tuple[Array, Array, Array, Array]:
-        """Return the pose of the foot of a side at phases (n,), in the order of `rolled_foot`."""
+        """Return the pose of one foot at phases (n,), with the arrays of `rolled_foot`."""
         mine: Index = np.array([k for k, step in enumerate(self.steps) if step.side == side])
         numbers = mine - 1
         i = np.maximum(np.searchsorted(numbers - LAND, phase, side="right") - 1, 0)
@@ -338,15 +338,15 @@ class Walk:
         return rolled_foot(x, y, yaw, self.floor, pitch, air, clearance, self.build.scale)
 
 
-def _swinging(effort: Array, forth: Array) -> Arms:
-    """Return arms that swing opposite to the legs.
+def _swinging_arms(effort: Array, forth: Array) -> Arms:
+    """Return the pose of arms that swing opposite to the legs.
 
     Parameters
     ----------
     effort : array, shape (n,)
-        The swing as a share of a full one.
+        The amplitude of the swing, 0 … 1.
     forth : array, shape (n,)
-        +1 with the left arm fully forward, −1 with the right one.
+        +1 with the left arm fully forward, −1 with the right arm fully forward.
     """
     swing = radians(23) * effort[:, None]
     both = SIGN * forth[:, None]
@@ -358,8 +358,8 @@ def _swinging(effort: Array, forth: Array) -> Arms:
     )
 
 
-def _within_reach(pelvis: Array, turn: Array, feet: Feet, scale: float) -> Array:
-    """Return the pelvis height (n,), smoothly lowered where a leg is too short for its ankle."""
+def _pelvis_height(pelvis: Array, turn: Array, feet: Feet, scale: float) -> Array:
+    """Return the pelvis height (n,), smoothly lowered where a leg does not reach its ankle."""
     height = pelvis[:, 2]
     for k, hip in enumerate(_HIPS):
         joint = rotated(turn, hip * scale)
@@ -375,7 +375,7 @@ def rolled_foot(
     x: Array, y: Array, yaw: Array, floor: float, pitch: Array, air: Array, clearance: Array,
     scale: float,
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-    """Return one foot at n times, rolled about the heel (toes up) or the ball (heel up).
+    """Return the pose of a foot that rolls about the heel (toes up) or the ball (heel up).
 
     Parameters
     ----------
@@ -417,7 +417,7 @@ def rolled_foot(
 
 
 def standing(stand: Stance, floor: float, build: Build = ADULT) -> BodyPose:
-    """Return the single pose of a standing person, in which a walk begins and ends.
+    """Return one pose (n = 1) of a standing person, with which a walk begins and ends.
 
     Both feet are flat on the floor, and the arms hang down.
     """
@@ -429,7 +429,7 @@ def standing(stand: Stance, floor: float, build: Build = ADULT) -> BodyPose:
     yaw = np.array([stand.yaw])
     feet = Feet(ankle, turn, turn, rotated(turn, X))
     pelvis = single((x, y, floor + STAND_HEIGHT * scale))
-    pelvis[:, 2] = _within_reach(pelvis, rotation_z(yaw), feet, scale)
+    pelvis[:, 2] = _pelvis_height(pelvis, rotation_z(yaw), feet, scale)
     pose = BodyPose(
         build, yaw, pelvis, rotation_z(yaw), feet, Arms(),
         single((0.0, build.stoop, 0.0)), single((0.0, -build.stoop, 0.0)),

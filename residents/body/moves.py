@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Poses and movements of any body: each function calls that for persons or that for cats."""
+"""Poses and movements of any resident: each function calls that for persons or that for cats."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from .skeleton import Build
 
 
 def footsteps(start: Stance, path: Array, end_yaw: float | None, build: Build) -> list[Footstep]:
-    """Return the footsteps of a walk along the points (n, 2) of a path.
+    """Return the footsteps of a walk along the points (n, 2) of a path, from `start`.
 
-    Turns on the spot at both ends are included. If no walk is needed, the list has only two
-    footsteps.
+    Turns on the spot at both ends are included. Without a walk, there are two footsteps.
     """
     if build.is_cat:
         return cat.footsteps(start, path, end_yaw, build)
@@ -31,14 +30,17 @@ def Walk(
 
 
 def standing(stand: Stance, floor: float, build: Build) -> BodyPose:
-    """Return the single pose that stands on both feet, or on four paws."""
+    """Return one pose (n = 1), standing on both feet or on four paws.
+
+    `floor` is the height of the floor, m.
+    """
     if build.is_cat:
         return cat.standing(stand, floor, build)
     return gait.standing(stand, floor, build)
 
 
 def sitting(stand: BodyPose, at: Array) -> BodyPose:
-    """Return the single pose that sits on a seat at the point `at` (3,).
+    """Return one pose (n = 1), sitting on a seat at the point `at` (3,).
 
     `stand` is the pose in front of the seat. A cat sits on the point itself.
     """
@@ -48,17 +50,17 @@ def sitting(stand: BodyPose, at: Array) -> BodyPose:
 
 
 def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from standing (t = 0) to sitting (t = 1), `t` of shape (n,)."""
+    """Interpolate from standing (t = 0) to sitting (t = 1); `t` has the shape (n,)."""
     if stand.build.is_cat:
         return cat.going(stand, seated, t)
     return poses.sitting_down(stand, seated, t)
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """Return the single pose that lies with the hips over the point `bed` (3,).
+    """Return one pose (n = 1), lying with the hips over the point `bed` (3,).
 
-    The head points along `yaw`. `side` is 0 for a person on the back, 1 on the left and −1 on the
-    right side.
+    The head points along `yaw`. A person lies on the back (side 0), the left (1) or the right side
+    (−1).
     """
     if seated.build.is_cat:
         return cat.lying(seated, bed, yaw, side)
@@ -66,14 +68,14 @@ def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
 
 
 def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from sitting (t = 0) to lying (t = 1), `t` of shape (n,)."""
+    """Interpolate from sitting (t = 0) to lying (t = 1); `t` has the shape (n,)."""
     if seated.build.is_cat:
         return cat.going(seated, lying_pose, t)
     return poses.lying_down(seated, lying_pose, t)
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """Return the poses between two poses of lying, `before` (t = 0) and `after` (t = 1).
+    """Interpolate between two lying poses, from `before` (t = 0) to `after` (t = 1).
 
     `t` has the shape (n,).
     """
@@ -83,7 +85,7 @@ def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
 
 
 def shifted(pose: BodyPose, times: Array, weight: Array) -> BodyPose:
-    """Return the poses with a small movement on the spot, of the size `weight` (n,), 0 … 1."""
+    """Return the poses with a small movement on the spot added; `weight` (n,) is 0 … 1."""
     if pose.build.is_cat:
         return cat.shifted(pose, times, weight)
     return poses.shifted(pose, times, weight)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The poses of a body as arrays, and their interpolation.
 
-The first axis of each array is time: it has one entry for each pose.
+The first axis of each array is time, with one entry for each pose.
 """
 
 from __future__ import annotations
@@ -21,12 +21,11 @@ from .turns import add_axes, lerp, slerp
 TURNS = frozenset({"turn", "toes"})
 
 
-def _each(first: Any, *others: Any, do: Callable[..., Array], inner: Any = None) -> Any:
-    """Return a new dataclass in which `do(name, *arrays)` replaces each array.
+def _map_arrays(first: Any, *others: Any, do: Callable[..., Array], inner: Any = None) -> Any:
+    """Return a copy of a dataclass in which `do(name, *arrays)` replaces each array.
 
-    `first` and `others` are dataclasses of one type. `do` gets the name of a field, and the arrays
-    of this field in all of them. Arrays of nested `PoseArrays` are replaced likewise. If `inner` is
-    given, it is called with the nested objects instead, and returns the new one.
+    `do` gets the name of a field, and the field's arrays in `first` and `others`. Nested objects
+    are replaced by the result of `inner` or, without it, copied in the same way.
     """
     # `dataclasses.replace` is too slow for the some 10,000 poses of a day.
     new = object.__new__(type(first))
@@ -37,13 +36,12 @@ def _each(first: Any, *others: Any, do: Callable[..., Array], inner: Any = None)
             value = do(name, value, *[other[name] for other in rest])
         elif isinstance(value, PoseArrays):
             values = value, *[other[name] for other in rest]
-            value = inner(*values) if inner else _each(*values, do=do)
+            value = inner(*values) if inner else _map_arrays(*values, do=do)
         parts[name] = value
     return new
 
 
 def _lengths(moments: Any) -> Iterator[int]:
-    """Yield the length of each array, including the arrays of nested `PoseArrays`."""
     for value in moments.__dict__.values():
         if isinstance(value, np.ndarray):
             yield len(value)
@@ -53,11 +51,14 @@ def _lengths(moments: Any) -> Iterator[int]:
 
 @dataclass(frozen=True)
 class PoseArrays:
-    """Arrays whose first axis is time: each has one entry for each pose, or a single entry."""
+    """A dataclass of arrays whose first axis is time.
+
+    An array has one entry for each pose, or a single entry for all.
+    """
 
     def take(self, index: Any) -> Self:
-        """Return the entries at `index`, which is an index, a mask or a slice."""
-        taken: Self = _each(self, do=lambda _name, a: a[index])
+        """Return a copy with the entries at `index`: an index, a mask or a slice."""
+        taken: Self = _map_arrays(self, do=lambda _name, a: a[index])
         return taken
 
     def interpolated(self, other: Self, t: float | Array) -> Self:
@@ -69,13 +70,13 @@ class PoseArrays:
         def blend(name: str, a: Array, b: Array) -> Array:
             return (slerp if name in TURNS else lerp)(a, b, t)
 
-        result: Self = _each(self, other, do=blend, inner=lambda a, b: a.interpolated(b, t))
+        result: Self = _map_arrays(self, other, do=blend, inner=lambda a, b: a.interpolated(b, t))
         return result
 
 
 @dataclass(frozen=True)
 class Feet(PoseArrays):
-    """The two feet, or a cat's four paws, as arrays of shape (n, f, …).
+    """The two feet, or a cat's four paws, at n times; their number f is 2 or 4.
 
     Feet are in the order left, right. Paws are in the order hind left, hind right, fore left, fore
     right.
@@ -93,10 +94,10 @@ def _arms(value: float, *shape: int) -> Callable[[], Array]:
 
 @dataclass(frozen=True)
 class Arms(PoseArrays):
-    """Both arms, in the order left, right.
+    """Both arms at n times, in the order left, right.
 
-    An arm is posed by joint angles against the chest, or by a target for the wrist. `grip` is the
-    weight of the target, 0 … 1. The arms of a cat's pose are ignored.
+    The angles are in rad, against the chest. The wrist is at `target` where its weight `grip` is 1,
+    and follows from the angles where `grip` is 0. A cat's arms are ignored.
     """
 
     forward: Array = field(default_factory=_arms(0.03))  # (n, 2) rad, as the next three
@@ -107,7 +108,7 @@ class Arms(PoseArrays):
     grip: Array = field(default_factory=_arms(0.0))
 
     def interpolated(self, other: Self, t: float | Array) -> Self:
-        """Interpolate the angles and the targets; a target with a larger `grip` counts for more."""
+        """Interpolate the angles and the targets; targets are weighted by their `grip`."""
         # A target with a grip of 0 has no meaning: it must not move the other target.
         a, b = (
             self.grip * add_axes(1 - np.asarray(t), self.grip),
@@ -119,9 +120,9 @@ class Arms(PoseArrays):
         return replace(super().interpolated(other, t), target=target)
 
     def one(self, side: int, **values: Array | float) -> Self:
-        """Return a copy with new values for the arm of one side.
+        """Return a copy with new values for one arm: side 0 is left, 1 is right.
 
-        `values` are by field name; each is a number or an array (n,) or (n, 3).
+        `values` are given by field name, as a number or an array (n,) or (n, 3).
         """
         new = {}
         for name, value in values.items():
@@ -160,20 +161,19 @@ class BodyPose(PoseArrays):
         return self.take(np.zeros(count, np.intp))
 
     def put(self, index: Index, part: Self) -> None:
-        """Write the poses `part` into this object's poses at `index`, in place.
+        """Write the poses `part` into this object's arrays at `index`, in place.
 
-        The arrays of this object must be writable and have one entry for each pose, as `repeated`
-        makes them.
+        The arrays must be writable and have one entry for each pose, as `repeated` makes them.
         """
 
         def write(_name: str, whole: Array, new: Array) -> Array:
             whole[index] = new
             return whole
 
-        _each(self, part, do=write)
+        _map_arrays(self, part, do=write)
 
     def take(self, index: Any) -> Self:
-        """Return the poses at `index`, which is an index, a mask or a slice."""
+        """Return the poses at `index`: an index, a mask or a slice."""
         count = len(self)
 
         def taken(_name: str, values: Array) -> Array:
@@ -183,10 +183,10 @@ class BodyPose(PoseArrays):
                 index
             ]
 
-        result: Self = _each(self, do=taken)
+        result: Self = _map_arrays(self, do=taken)
         return result
 
 
 def single(values: ArrayLike) -> Array:
-    """Return `values` with a new first axis of length 1, as the arrays of a single pose have it."""
+    """Return `values` with a new first axis of length 1, for one pose (n = 1)."""
     return np.asarray(values, float)[None]

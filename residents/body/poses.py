@@ -42,14 +42,14 @@ _Z = np.array([0.0, 0.0, 1.0])
 
 
 def seat_distance(build: Build) -> float:
-    """Return how far before the seat a person stands who is about to sit down, m."""
+    """Return the distance at which a person stands before a seat to sit down, m."""
     return 0.57 * build.scale
 
 
 def sitting(stand: BodyPose, seat: Array) -> BodyPose:
-    """Return the single pose on a seat (3,), with the hands on the thighs.
+    """Return one pose (n = 1) on a seat (3,), with the hands on the thighs.
 
-    The feet stay where they are. Legs that are too short to reach the floor hang down.
+    The feet stay in place. If the legs do not reach the floor, they hang down.
     """
     scale = stand.build.scale
     ahead = rotation_z(stand.heading)
@@ -72,7 +72,7 @@ def sitting(stand: BodyPose, seat: Array) -> BodyPose:
 
 
 def _reachable_ankles(ankle: Array, hips: Array, ahead: Array, scale: float) -> Array:
-    """Return the ankles (n, 2, 3), put under the knees where the floor is out of reach."""
+    """Return the ankles (n, 2, 3), which hang below the knees if the floor is out of reach."""
     way = np.linalg.norm(ankle - hips, axis=-1) / scale
     hanging = hips + scale * (0.95 * THIGH + 0.02) * ahead[:, None]
     hanging[..., 2] -= 0.97 * SHIN * scale
@@ -80,7 +80,7 @@ def _reachable_ankles(ankle: Array, hips: Array, ahead: Array, scale: float) -> 
 
 
 def sitting_down(stand: BodyPose, seated: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from standing (t = 0) to sitting (t = 1).
+    """Interpolate from standing (t = 0) to sitting (t = 1).
 
     The trunk bends first, then the hips move back and down.
     """
@@ -112,10 +112,10 @@ def shifted(pose: BodyPose, _times: Array, weight: Array) -> BodyPose:
 
 
 def lying(seated: BodyPose, bed: Array, yaw: float, side: int = 0) -> BodyPose:
-    """Return the single pose on a bed: on the back (side 0), the left (1) or the right side (−1).
+    """Return one pose (n = 1) on a bed: on the back (side 0), the left (1) or the right side (−1).
 
-    On a side the knees are drawn up. `bed` (3,) is the point under the hips. `yaw` is the direction
-    from the feet to the head, rad.
+    On a side the knees are drawn up. `bed` (3,) is the point under the hips, m. `yaw` points from
+    the feet to the head, rad.
     """
     up = rotated(rotation_z(yaw), X)
     front = _Z if side == 0 else side * cross(up, _Z)
@@ -167,7 +167,7 @@ def _on_side(seated: BodyPose, bed: Array, turn: Array, side: int) -> BodyPose:
 
 
 def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
-    """Return the poses from sitting on the bed's edge (t = 0) to lying (t = 1).
+    """Interpolate from sitting on the bed's edge (t = 0) to lying (t = 1).
 
     The body turns on the hips while the legs are lifted.
     """
@@ -184,7 +184,7 @@ def lying_down(seated: BodyPose, lying_pose: BodyPose, t: Array) -> BodyPose:
 
 
 def turning_over(before: BodyPose, after: BodyPose, t: Array) -> BodyPose:
-    """Return the poses between two poses of lying, from `before` (t = 0) to `after` (t = 1).
+    """Interpolate between two lying poses, from `before` (t = 0) to `after` (t = 1).
 
     In between, the hips are lifted a little and the knees drawn up.
     """
@@ -220,7 +220,7 @@ _MOUTH = np.array([0.255, 0.035, -0.030])  # the drinking wrist, from the head's
 
 
 def palm(bones: Bones, side: int, scale: float) -> Array:
-    """Return the points (n, 3) in the world where a hand holds a thing, m."""
+    """Return the points (n, 3) in the palm of a hand, where it holds an object, m."""
     name, sign = f"hand.{SIDES[side]}", SIGN[side]
     down, inward = np.array([0.0, 0.5 * sign, -0.866]), np.array([0.0, -0.866 * sign, -0.5])
     return bones.at[name] + rotated(bones.turn[name], scale * (down * PALM + inward * 0.035))
@@ -236,7 +236,7 @@ def looking(pose: BodyPose, target: Array, weight: Array) -> BodyPose:
     target : array, shape (n, 3)
         The points in the world, m.
     weight : array, shape (n,)
-        0 leaves the pose as it is, 1 looks at the point.
+        0 for the pose without a change, 1 for looking at the point.
     """
     bones = trunk(pose)
     local = rotated(inverse(bones.turn["chest"]), target - bones.at["head"])
@@ -247,7 +247,7 @@ def looking(pose: BodyPose, target: Array, weight: Array) -> BodyPose:
 
 
 def looking_around(pose: BodyPose, since: Array, seconds: float, weight: Array) -> BodyPose:
-    """Return the poses with the head turning to both sides.
+    """Return the poses with the head turned to one side and then to the other.
 
     Parameters
     ----------
@@ -266,10 +266,9 @@ def looking_around(pose: BodyPose, since: Array, seconds: float, weight: Array) 
 
 
 def _leaning(pose: BodyPose, lean: Array, slide: float) -> BodyPose:
-    """Return the poses bent forward by `lean` (n,).
+    """Return the poses bent forward by `lean` (n,), from 0 to 1 for the furthest lean.
 
-    At 1 the person leans as far as possible without a step. `slide` is how far the hips then move
-    forward, m.
+    At 1, the hips have moved forward by `slide` m.
     """
     scale = pose.build.scale
     nothing = np.zeros_like(lean)
@@ -283,9 +282,9 @@ def _leaning(pose: BodyPose, lean: Array, slide: float) -> BodyPose:
 
 
 def _crouching(pose: BodyPose, height: Array, weight: Array) -> BodyPose:
-    """Return the poses with the knees bent where the target of a hand is low.
+    """Return the poses with the knees bent if the target of a hand is low; only for standing.
 
-    Only standing people bend them. `height` (n,) is the height of the target, m.
+    `height` (n,) is the target's height, m.
     """
     scale = pose.build.scale
     sole = pose.feet.ankle[..., 2].min(-1) - ANKLE_HEIGHT * scale
@@ -301,7 +300,7 @@ def reaching(
 ) -> BodyPose:
     """Return the poses with a hand at points.
 
-    The trunk bends only as far as needed because the arm is too short.
+    The trunk leans forward if the arm is too short.
 
     Parameters
     ----------
@@ -312,7 +311,7 @@ def reaching(
     point : array, shape (n, 3)
         The targets in the world, m.
     weight : array, shape (n,)
-        0 leaves the pose as it is, 1 reaches the point.
+        0 for the pose without a change, 1 for reaching the point.
     slide : float
         How far the hips move forward with the largest lean, m: 0.12 for a sitting person.
     most : float
@@ -337,7 +336,6 @@ def reaching(
 
 
 def _with_wrist_at(pose: BodyPose, side: int, wrist: Array, weight: Array) -> BodyPose:
-    """Return the poses with the wrist of one side at points (n, 3)."""
     arms = pose.arms.interpolated(pose.arms.one(side, target=wrist, grip=1.0), weight)
     return replace(pose, arms=arms)
 
@@ -345,7 +343,7 @@ def _with_wrist_at(pose: BodyPose, side: int, wrist: Array, weight: Array) -> Bo
 def drinking(pose: BodyPose, side: int, weight: Array) -> BodyPose:
     """Return the poses with a hand at the mouth and the head tilted back.
 
-    A `weight` (n,) of 0 leaves the pose as it is, 1 is the whole movement.
+    `weight` (n,) is 0 for the pose without a change, and 1 for the whole movement.
     """
     bones = trunk(pose)
     offset = _MOUTH * (1.0, SIGN[side], 1.0) * pose.build.scale
@@ -359,7 +357,7 @@ def drinking(pose: BodyPose, side: int, weight: Array) -> BodyPose:
 def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
     """Return the poses with the forearm of one side held level.
 
-    A `weight` (n,) of 0 leaves the pose as it is, 1 is the whole movement.
+    `weight` (n,) is 0 for the pose without a change, and 1 for the whole movement.
     """
     arms = pose.arms
     level = arms.one(
@@ -370,8 +368,8 @@ def carrying(pose: BodyPose, side: int, weight: Array) -> BodyPose:
 
 
 def upright(pose: BodyPose, tilt: Array) -> Array:
-    """Return the rotations (n, 4) of a carried thing that is tilted by `tilt` (n,), rad.
+    """Return the rotations (n, 4) of a carried object that is tilted by `tilt` (n,), rad.
 
-    The thing turns with the body's heading, and its top is tilted towards the face.
+    The object turns with the body's heading, and its top is tilted towards the face.
     """
     return compose_all(rotation_z(pose.heading), rotation_y(-tilt))

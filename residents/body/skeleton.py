@@ -2,7 +2,7 @@
 """The bones of a person at rest, and the builds of residents.
 
 Rest positions are in metres. The person looks along +x, left is +y, and the feet stand at z = 0. At
-rest the arms are a little away from the body, so that they do not touch the skin of the trunk.
+rest the arms are a little away from the body, so that they do not touch the trunk.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def mirrored_limbs(
     limbs : tuples
         Name, parent, head and tail of each bone of the left side, without the suffix of the side.
     trunk : tuple of str
-        The parents whose names have no side.
+        The bones of the trunk, whose names have no suffix.
     """
     bones = []
     for side, sign in zip(SIDES, SIGN, strict=True):
@@ -94,7 +94,7 @@ def _bones() -> tuple[Bone, ...]:
 
 
 class Leg:
-    """A pair of legs, or a cat's pair of forelegs: the lengths and names of their bones.
+    """A pair of legs, or of a cat's forelegs, with the lengths and names of the bones.
 
     `names` are the upper bone, lower bone, foot and toes, without the suffix of the side. `hinge`
     is +1 if the knees point forward, and −1 if they point back.
@@ -111,8 +111,12 @@ class Leg:
 class Skeleton:
     """The bones of a person or cat.
 
-    `head` has the position (3,) of each bone's head at rest, and `parent` the name of its parent,
-    both by the bone's name.
+    Attributes
+    ----------
+    head : dict of str to array, shape (3,)
+        The position of each bone's head at rest, m.
+    parent : dict of str to str
+        The name of each bone's parent.
     """
 
     def __init__(
@@ -131,7 +135,7 @@ PERSON = Skeleton(_bones(), ((("thigh", "shin", "foot", "toes"), 1.0),))
 
 
 class Sort(StrEnum):
-    """The kinds of bodies that a resident can have."""
+    """The sorts of body that a resident can have."""
 
     OLDER_ADULT = "OLDER_ADULT"
     ADULT = "ADULT"
@@ -170,7 +174,7 @@ class Build:
 
     @property
     def stoop(self) -> float:
-        """The angle by which the back of a standing resident is bent forward, rad."""
+        """The angle by which the standing resident's back is bent forward, rad."""
         return 0.14 if self.sort is Sort.OLDER_ADULT else 0.0
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The skin and clothes of a person as shapes in the rest pose, and the bones' weights on them."""
+"""The skin and clothes of a person as shapes in the rest pose, and their skinning weights."""
 
 from __future__ import annotations
 
@@ -19,8 +19,20 @@ from .turns import ease
 class Part:
     """A closed surface of a body, such as the hair.
 
-    It has a shape, the corners of a box around it (m), the size of the grid's cells (m) and the
-    number of triangles.
+    Attributes
+    ----------
+    name, material : str
+        The names of the surface and of its material.
+    shape : Shape
+        The signed distance function.
+    low, high : tuple of 3 floats
+        The corners of a box around the surface, m.
+    cell : float
+        The edge length of the cells in which the shape is sampled, m.
+    triangles : int
+        The number of triangles.
+    region : str
+        The set of bones that move the surface; see `weights`.
     """
 
     name: str
@@ -33,10 +45,10 @@ class Part:
     region: str  # the set of bones that move it: see `weights`
 
 
-def _along(a: Array, b: Array, forward: tuple[float, float, float]) -> Array:
+def _limb_axes(a: Array, b: Array, forward: tuple[float, float, float]) -> Array:
     """Return three axes of a limb as rows: front, side, and along it from `a` to `b`.
 
-    The front is as near to `forward` as it can be.
+    The front is as near to `forward` as possible.
     """
     w = (b - a) / np.linalg.norm(b - a)
     u = np.asarray(forward) - w * (w @ forward)
@@ -71,7 +83,7 @@ def shirt_body() -> Shape:
 
 def sleeve() -> Shape:
     """Return the shape of the left sleeve."""
-    axes = _along(SHOULDER, WRIST, (1, 0, 0))
+    axes = _limb_axes(SHOULDER, WRIST, (1, 0, 0))
     upper = sf.loft(
         (
             (-0.05, 0.0, 0.045, 0.040),
@@ -110,7 +122,7 @@ def trouser_leg() -> Shape:
             (0.47, 0.0, 0.056, 0.054),
         ),
         HIP,
-        _along(HIP, KNEE, (1, 0, 0)),
+        _limb_axes(HIP, KNEE, (1, 0, 0)),
         cap=0.03,
     )
     shin = sf.loft(
@@ -123,7 +135,7 @@ def trouser_leg() -> Shape:
             (0.365, 0.006, 0.058, 0.052),
         ),
         KNEE,
-        _along(KNEE, ANKLE, (1, 0, 0)),
+        _limb_axes(KNEE, ANKLE, (1, 0, 0)),
         cap=0.012,
     )
     return sf.union(0.03, thigh, shin)
@@ -177,7 +189,7 @@ def shoe() -> Shape:
 
 def hand() -> Shape:
     """Return the shape of the left hand, with the palm to the thigh and slightly bent fingers."""
-    axes = _along(WRIST, KNUCKLES, (1, 0, 0))  # front, side, down the arm
+    axes = _limb_axes(WRIST, KNUCKLES, (1, 0, 0))  # front, side, down the arm
 
     def at(front: float, side: float, down: float) -> Array:
         return WRIST + np.array([front, side, down]) @ axes
@@ -348,34 +360,34 @@ def _shoes_and_hands() -> list[Part]:
 # The weights of the bones.
 
 
-def _step(t: ArrayLike) -> Array:
+def _smooth_step(t: ArrayLike) -> Array:
     """Return a smooth step of `t`, which rises from 0 at −1 to 1 at +1."""
     return ease(np.asarray(t) * 0.5 + 0.5)
 
 
 def weights(points: Array, region: str) -> dict[str, Array]:
-    """Return the weights (n,) of each bone at points (n, 3) of a region of the skin.
+    """Return the skinning weights (n,) of each bone at points (n, 3) of a region, by bone name.
 
-    The weights change smoothly across the joints. Points are those of the rest pose, m.
+    The weights change smoothly across the joints. The points are those of the rest pose, m.
     """
     if region == "head":
         found = _head(points)
     elif region in ("upper", "hand"):
-        found = _upper(points, region == "hand")
+        found = _upper_weights(points, region == "hand")
     else:
-        found = _lower(points, region == "foot")
+        found = _lower_weights(points, region == "foot")
     return {name: weight for name, weight in found.items() if weight.max() > 1e-4}
 
 
 def _head(points: Array) -> dict[str, Array]:
     x, _, z = points.T
-    head = _step((z + 0.35 * x - 1.535) / 0.035)
-    neck = _step((z - 1.425) / 0.03)
+    head = _smooth_step((z + 0.35 * x - 1.535) / 0.035)
+    neck = _smooth_step((z - 1.425) / 0.03)
     return {"head": head * neck, "neck": (1 - head) * neck, "chest": 1 - neck}
 
 
-def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
-    """Return the bones' weights (n,) at points on trunk and arms; if `is_hand`, on the hands."""
+def _upper_weights(points: Array, is_hand: bool) -> dict[str, Array]:
+    """Return the weights of the bones of trunk and arms; if `is_hand`, those for the hands."""
     along_arm = (WRIST - SHOULDER) / np.linalg.norm(WRIST - SHOULDER)
     found: dict[str, Array] = {}
     rest = np.ones(len(points))
@@ -385,41 +397,41 @@ def _upper(points: Array, is_hand: bool) -> dict[str, Array]:
         along = (p - SHOULDER) @ along_arm
         if not is_hand:
             to_arm = sleeve()(p) - shirt_body()(p)
-            out = _step(((p - SHOULDER) @ (0.0, 0.94, -0.34) - 0.005) / 0.065)
-            arm = arm * _step(-to_arm / 0.06) * out
-        below = _step((along - UPPER_ARM) / 0.05)
-        hand = _step((along - UPPER_ARM - FOREARM - 0.002) / 0.022)
+            out = _smooth_step(((p - SHOULDER) @ (0.0, 0.94, -0.34) - 0.005) / 0.065)
+            arm = arm * _smooth_step(-to_arm / 0.06) * out
+        below = _smooth_step((along - UPPER_ARM) / 0.05)
+        hand = _smooth_step((along - UPPER_ARM - FOREARM - 0.002) / 0.022)
         found[f"upper_arm.{side}"] = arm * (1 - below)
         found[f"forearm.{side}"] = arm * below * (1 - hand)
         found[f"hand.{side}"] = arm * below * hand
         rest = rest - arm
     z = points[:, 2]
-    chest, spine = _step((z - 1.17) / 0.08), _step((z - 1.04) / 0.07)
+    chest, spine = _smooth_step((z - 1.17) / 0.08), _smooth_step((z - 1.04) / 0.07)
     found["chest"] = rest * chest
     found["spine"] = rest * (1 - chest) * spine
     found["pelvis"] = rest * (1 - chest) * (1 - spine)
     return found
 
 
-def _lower(points: Array, is_foot: bool) -> dict[str, Array]:
-    """Return the bones' weights (n,) at points on hips and legs; if `is_foot`, on the feet."""
+def _lower_weights(points: Array, is_foot: bool) -> dict[str, Array]:
+    """Return the weights of the bones of hips and legs; if `is_foot`, those for the feet."""
     x, y, z = points.T
-    left = (y > 0) * 1.0 if is_foot else _step(y / 0.02)
+    left = (y > 0) * 1.0 if is_foot else _smooth_step(y / 0.02)
     found: dict[str, Array] = {}
     rest = np.ones(len(points))
     for side, sign, mine in (("L", 1.0, left), ("R", -1.0, 1 - left)):
         p = points * (1.0, sign, 1.0)
         # The fold of the hip runs from the crotch up and outwards.
-        leg = mine * _step(((p - HIP) @ (0.0, 0.34, -0.94) - 0.0) / 0.075)
-        shin = _step((KNEE[2] - z) / 0.065)
-        foot = is_foot * _step((ANKLE[2] + 0.028 - z) / 0.025)
-        toes = is_foot * _step((x - 0.118) / 0.022)
+        leg = mine * _smooth_step(((p - HIP) @ (0.0, 0.34, -0.94) - 0.0) / 0.075)
+        shin = _smooth_step((KNEE[2] - z) / 0.065)
+        foot = is_foot * _smooth_step((ANKLE[2] + 0.028 - z) / 0.025)
+        toes = is_foot * _smooth_step((x - 0.118) / 0.022)
         found[f"thigh.{side}"] = leg * (1 - shin)
         found[f"shin.{side}"] = leg * shin * (1 - foot)
         found[f"foot.{side}"] = leg * shin * foot * (1 - toes)
         found[f"toes.{side}"] = leg * shin * foot * toes
         rest = rest - leg
-    spine = (1 - is_foot) * _step((z - 1.04) / 0.07)
+    spine = (1 - is_foot) * _smooth_step((z - 1.04) / 0.07)
     found["spine"] = rest * spine
     found["pelvis"] = rest * (1 - spine)
     return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compute bone rotations and positions from a pose, and from these an armature's animation."""
+"""Compute the bones of a pose by inverse kinematics, and the animation of an armature."""
 
 from __future__ import annotations
 
@@ -33,10 +33,14 @@ _ARM_HINGE = np.array([0.0, -1.0, 0.0])
 
 @dataclass(frozen=True)
 class Bones:
-    """The solved bones of a pose, by name.
+    """The rotations and positions of the bones of a pose, by bone name.
 
-    `turn` has the rotation (n, 4) of each bone, and `at` the position (n, 3) of its head, in the
-    world.
+    Attributes
+    ----------
+    turn : dict of str to array, shape (n, 4)
+        The rotation of each bone in the world.
+    at : dict of str to array, shape (n, 3)
+        The position of each bone's head in the world, m.
     """
 
     turn: dict[str, Array]
@@ -44,7 +48,7 @@ class Bones:
 
 
 def _frame(along: Array, hinge: Array) -> Array:
-    """Return the rotation of a frame whose first axis is along a bone.
+    """Return the rotation of axes whose first one is along a bone.
 
     The second axis is perpendicular to the bone, and as near to `hinge` as possible.
     """
@@ -53,18 +57,18 @@ def _frame(along: Array, hinge: Array) -> Array:
     return from_columns(a, h, cross(a, h))
 
 
-def _rest(skeleton: Skeleton, bone: str, child: str, hinge: Array) -> Array:
-    """Return the inverses of the frames (2, 4) of a left and right bone at rest.
+def _rest_rotations(skeleton: Skeleton, bone: str, child: str, hinge: Array) -> Array:
+    """Return the inverse rotations (2, 4) of the axes of a left and right bone at rest.
 
-    The bone extends to the head of `child`. The second axis of its frame is near to `hinge`.
+    The bone extends to the head of `child`. Its second axis is near to `hinge`.
     """
     along = [skeleton.head[f"{child}.{side}"] - skeleton.head[f"{bone}.{side}"] for side in SIDES]
     return inverse(_frame(np.array(along), hinge))
 
 
 _ARM = (("upper_arm", "forearm"), ("forearm", "hand"))
-_RESTS = {(PERSON, pair[0]): _rest(PERSON, *pair, _ARM_HINGE) for pair in _ARM} | {
-    (skeleton, leg.names[k]): _rest(skeleton, leg.names[k], leg.names[k + 1], leg.hinge)
+_RESTS = {(PERSON, pair[0]): _rest_rotations(PERSON, *pair, _ARM_HINGE) for pair in _ARM} | {
+    (skeleton, leg.names[k]): _rest_rotations(skeleton, leg.names[k], leg.names[k + 1], leg.hinge)
     for skeleton in (PERSON, CAT)
     for leg in skeleton.legs
     for k in (0, 1)
@@ -72,12 +76,12 @@ _RESTS = {(PERSON, pair[0]): _rest(PERSON, *pair, _ARM_HINGE) for pair in _ARM} 
 
 
 def skeleton_of(build: Build) -> Skeleton:
-    """Return the skeleton of a build."""
+    """Return the skeleton of a build: that of a person or of a cat."""
     return CAT if build.is_cat else PERSON
 
 
-def _limb(skeleton: Skeleton, bone: str, along: Array, hinge: Array) -> Array:
-    """Return the rotations (n, 2, 4) of a left and right bone, along the directions `along`."""
+def _limb_rotations(skeleton: Skeleton, bone: str, along: Array, hinge: Array) -> Array:
+    """Return the rotations (n, 2, 4) of a left and right bone that point along `along`."""
     return compose(_frame(along, hinge), _RESTS[skeleton, bone])
 
 
@@ -112,32 +116,34 @@ def two_bones(
     return normalised(joint), normalised(along * reach - joint), cross(along, -side)
 
 
-def _bend(angles: Array, share: float) -> Array:
-    """Return the rotations by a share of the angles (…, 3), which are roll, pitch and yaw."""
+def _bend_rotation(angles: Array, share: float) -> Array:
+    """Return the rotations by `share` times the angles (…, 3) of roll, pitch and yaw."""
     x, y, z = np.moveaxis(angles * share, -1, 0)
     return compose_all(rotation_z(z), rotation_y(y), rotation_x(x))
 
 
-def _follow(found: Bones, pose: BodyPose, bone: str, bend: Array, share: float) -> None:
-    """Add a bone to `found`, rotated against its parent by a share of the angles `bend`."""
+def _add_bone(found: Bones, pose: BodyPose, bone: str, bend: Array, share: float) -> None:
+    """Add a bone to `found`, rotated against its parent by the angles `bend` times `share`."""
     found.at[bone] = joint(found, pose, bone)
-    found.turn[bone] = compose(found.turn[skeleton_of(pose.build).parent[bone]], _bend(bend, share))
+    found.turn[bone] = compose(
+        found.turn[skeleton_of(pose.build).parent[bone]], _bend_rotation(bend, share)
+    )
 
 
 def trunk(pose: BodyPose, head: bool = True) -> Bones:
-    """Return pelvis, spine and chest, and, if `head` is True, neck and head."""
+    """Return the bones of the trunk and, if `head` is True, those of neck and head."""
     pose = pose.take(slice(None))
     found = Bones({"pelvis": pose.turn}, {"pelvis": pose.pelvis})
     follows = [("spine", pose.spine, 0.5), ("chest", pose.spine, 0.5)]
     if head:
         follows += [("neck", pose.look, 0.4), ("head", pose.look, 0.6)]
     for bone, bend, share in follows:
-        _follow(found, pose, bone, bend, share)
+        _add_bone(found, pose, bone, bend, share)
     return found
 
 
 def joint(bones: Bones, pose: BodyPose, bone: str) -> Array:
-    """Return the position (n, 3) of a bone's head, which follows from the bone's parent."""
+    """Return the position (n, 3) of a bone's head, computed from the bone's parent."""
     skeleton = skeleton_of(pose.build)
     above = skeleton.parent[bone]
     offset = (skeleton.head[bone] - skeleton.head[above]) * pose.build.scale
@@ -152,45 +158,47 @@ def solve(pose: BodyPose) -> Bones:
         _solve_legs(pose, bones, leg, 2 * number)
     if pose.build.is_cat:
         for bone in ("tail.1", "tail.2", "tail.3"):
-            _follow(bones, pose, bone, pose.tail, 1.0)
+            _add_bone(bones, pose, bone, pose.tail, 1.0)
     else:
         _solve_arms(pose, bones)
     return bones
 
 
-def _both(bones: Bones, pose: BodyPose, bone: str) -> Array:
+def _store_heads(bones: Bones, pose: BodyPose, bone: str) -> Array:
     """Store and return the positions (n, 2, 3) of the heads of a left and a right bone."""
     for side in SIDES:
         bones.at[f"{bone}.{side}"] = joint(bones, pose, f"{bone}.{side}")
     return np.stack([bones.at[f"{bone}.{side}"] for side in SIDES], 1)
 
 
-def _turn_both(bones: Bones, pose: BodyPose, turns: dict[str, Array]) -> None:
-    """Store the rotations (n, 2, 4) of left and right bones, and the positions of their heads.
+def _store_rotations(bones: Bones, pose: BodyPose, turns: dict[str, Array]) -> None:
+    """Store rotations (n, 2, 4) of left and right bones, and the positions of their heads.
 
-    `turns` has parents before their children.
+    In `turns`, parents come before their children.
     """
     for bone, turn in turns.items():
-        _both(bones, pose, bone)
+        _store_heads(bones, pose, bone)
         for k, side in enumerate(SIDES):
             bones.turn[f"{bone}.{side}"] = turn[:, k]
 
 
 def _solve_legs(pose: BodyPose, bones: Bones, leg: Leg, first: int) -> None:
-    """Solve a pair of legs, whose feet are number `first` and `first + 1` of the pose."""
+    """Solve a pair of legs; `first` is the index of the pair's left foot in the pose."""
     skeleton, scale = skeleton_of(pose.build), pose.build.scale
     ankle, knee, sole, toes = (
         getattr(pose.feet, name)[:, first : first + 2] for name in ("ankle", "knee", "turn", "toes")
     )
     upper, lower, foot, tip = leg.names
-    hips = _both(bones, pose, upper)
+    hips = _store_heads(bones, pose, upper)
     thigh, shin, hinge = two_bones(hips, ankle, leg.upper * scale, leg.lower * scale, knee)
-    turns = _limb(skeleton, upper, thigh, hinge), _limb(skeleton, lower, shin, hinge)
-    _turn_both(bones, pose, {upper: turns[0], lower: turns[1], foot: sole, tip: toes})
+    turns = (
+        _limb_rotations(skeleton, upper, thigh, hinge),
+        _limb_rotations(skeleton, lower, shin, hinge),
+    )
+    _store_rotations(bones, pose, {upper: turns[0], lower: turns[1], foot: sole, tip: toes})
 
 
 def _solve_arms(pose: BodyPose, bones: Bones) -> None:
-    """Solve both arms from their angles and from the targets of the wrists."""
     arms, chest, scale = pose.arms, bones.turn["chest"][:, None], pose.build.scale
     whole = compose_all(
         chest,
@@ -199,19 +207,21 @@ def _solve_arms(pose: BodyPose, bones: Bones) -> None:
         rotation_z(-SIGN * arms.inward),
     )
     hinge, along = rotated(whole, _ARM_HINGE), rotated(whole, (0.0, 0.0, -1.0))
-    upper = _limb(PERSON, "upper_arm", along, hinge)
-    fore = _limb(PERSON, "forearm", rotated(axis_angle(hinge, arms.elbow), along), hinge)
-    shoulders = _both(bones, pose, "upper_arm")
+    upper = _limb_rotations(PERSON, "upper_arm", along, hinge)
+    fore = _limb_rotations(PERSON, "forearm", rotated(axis_angle(hinge, arms.elbow), along), hinge)
+    shoulders = _store_heads(bones, pose, "upper_arm")
     if arms.grip.max() > 0:
         pole = rotated(chest, [(-0.35, 0.45, -0.8), (-0.35, -0.45, -0.8)])
         a, b, axis = two_bones(shoulders, arms.target, UPPER_ARM * scale, FOREARM * scale, pole)
         # A pose without grip must not depend on the other poses of the array, by no bit.
         drawn = arms.grip[..., None] > 0
-        gripping = slerp(upper, _limb(PERSON, "upper_arm", a, axis), arms.grip)
+        gripping = slerp(upper, _limb_rotations(PERSON, "upper_arm", a, axis), arms.grip)
         upper = np.where(drawn, gripping, upper)
-        fore = np.where(drawn, slerp(fore, _limb(PERSON, "forearm", b, axis), arms.grip), fore)
+        fore = np.where(
+            drawn, slerp(fore, _limb_rotations(PERSON, "forearm", b, axis), arms.grip), fore
+        )
     upper, fore = (np.broadcast_to(turn, (len(shoulders), 2, 4)) for turn in (upper, fore))
-    _turn_both(bones, pose, {"upper_arm": upper, "forearm": fore, "hand": fore})
+    _store_rotations(bones, pose, {"upper_arm": upper, "forearm": fore, "hand": fore})
 
 
 # The animated channels of an armature.
@@ -225,8 +235,8 @@ def channels(
 ) -> Iterator[Channel]:
     """Yield the animated channels of an armature object.
 
-    These are the object's location on the floor under the pelvis, its heading, the height of the
-    pelvis, and the rotations of the pose bones.
+    The object gets its location on the floor and its heading. The pose bones get the height of the
+    pelvis and their rotations.
 
     Parameters
     ----------
@@ -262,8 +272,8 @@ def channels(
 def local_rotations(pose: BodyPose, bones: Bones, rest: Mapping[str, Array]) -> dict[str, Array]:
     """Return the rotations (n, 4) of the pose bones against their parents, in bone axes.
 
-    `rest` has the orientation of each bone's axes at rest. The signs of the quaternions are such
-    that consecutive ones are close.
+    `rest` has the orientation of each bone's axes at rest. Consecutive quaternions have signs that
+    keep them close.
     """
     local = {}
     for bone, turn in bones.turn.items():

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Make meshes from signed distance functions.
 
-A shape is a function that takes points (n, 3) in metres and returns their distances (n,) to its
-surface, negative inside. `mesh` samples a shape on a grid and makes quads (naive surface nets).
+A shape is a function of points (n, 3) in metres. It returns their distances (n,) to its surface,
+negative inside. `mesh` samples a shape on a grid and makes quads (naive surface nets).
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def loft(
     power: float = 2.0,
     cap: float = 0.02,
 ) -> Shape:
-    """Return a solid with superelliptic cross-sections along the third axis.
+    """Return the shape of a solid with superelliptic cross-sections along its third axis.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def loft(
 
 
 def smooth_table(x: Array, y: Array, at: Array) -> Array:
-    """Interpolate a table with monotone cubics; beyond its ends the values are constant.
+    """Interpolate a table with monotone cubics; outside the table, values are constant.
 
     Parameters
     ----------
@@ -239,11 +239,11 @@ def mesh(shape: Shape, low: Corner, high: Corner, cell: float) -> tuple[Array, I
         flip = ~inside_first[tuple(at.T)]
         q[flip] = q[flip][:, ::-1]
         quads.append(q)
-    return _onto(shape, points, cell), np.concatenate(quads)
+    return _project(shape, points, cell), np.concatenate(quads)
 
 
-def _onto(shape: Shape, points: Array, cell: float) -> Array:
-    """Move points onto the surface by two Newton steps, which smooths the steps of the grid."""
+def _project(shape: Shape, points: Array, cell: float) -> Array:
+    """Move points onto the surface by two Newton steps, which smooths the grid's staircase."""
     eps = cell * 0.1
     for _ in range(2):
         d = shape(points)

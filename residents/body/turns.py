@@ -12,7 +12,7 @@ X, Y, Z = np.eye(3)
 
 
 def rotation(axis: int, angle: ArrayLike) -> Array:
-    """Return the rotations by `angle` (…) about the axis 0, 1 or 2."""
+    """Return the rotations by `angle` (…), rad, about the axis 0 (x), 1 (y) or 2 (z)."""
     # A contiguous copy: numpy's sine rounds strided arrays differently.
     half = np.array(0.5 * np.asarray(angle, float), order="C")
     turn = np.zeros((*half.shape, 4))
@@ -21,29 +21,29 @@ def rotation(axis: int, angle: ArrayLike) -> Array:
 
 
 def rotation_x(angle: ArrayLike) -> Array:
-    """Return the rotations by `angle` (…) about the x axis."""
+    """Return the rotations by `angle` (…), rad, about the x axis."""
     return rotation(0, angle)
 
 
 def rotation_y(angle: ArrayLike) -> Array:
-    """Return the rotations by `angle` (…) about the y axis."""
+    """Return the rotations by `angle` (…), rad, about the y axis."""
     return rotation(1, angle)
 
 
 def rotation_z(angle: ArrayLike) -> Array:
-    """Return the rotations by `angle` (…) about the z axis."""
+    """Return the rotations by `angle` (…), rad, about the z axis."""
     return rotation(2, angle)
 
 
 def axis_angle(axis: Array, angle: ArrayLike) -> Array:
-    """Return the rotations by `angle` (…) about unit vectors `axis` (…, 3)."""
+    """Return the rotations by `angle` (…), rad, about unit vectors `axis` (…, 3)."""
     half = np.array(0.5 * np.asarray(angle, float)[..., None], order="C")
     vector = np.sin(half) * axis
     return np.concatenate([np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1)), vector], -1)
 
 
 def compose(a: Array, b: Array) -> Array:
-    """Return the product of two rotations, which rotates by `b` and then by `a`.
+    """Return the rotations that rotate by `b` and then by `a`.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def compose(a: Array, b: Array) -> Array:
 
 
 def compose_all(*turns: Array) -> Array:
-    """Return the product of all rotations; the last is applied first, as with matrices."""
+    """Return the product of rotations (…, 4); the last one is applied first, as with matrices."""
     result = turns[0]
     for turn in turns[1:]:
         result = compose(result, turn)
@@ -71,7 +71,7 @@ def compose_all(*turns: Array) -> Array:
 
 
 def inverse(turn: Array) -> Array:
-    """Return the inverse of unit quaternions (…, 4)."""
+    """Return the inverse rotations of unit quaternions (…, 4)."""
     result: Array = turn * np.array([1.0, -1.0, -1.0, -1.0])
     return result
 
@@ -89,7 +89,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def rotated(turn: Array, v: ArrayLike) -> Array:
-    """Return rotated vectors.
+    """Return vectors rotated by quaternions.
 
     Parameters
     ----------
@@ -143,10 +143,7 @@ def normalised(v: Array) -> Array:
 
 
 def add_axes(t: ArrayLike, of: Array) -> Array:
-    """Return `t` (n,) with further axes of length 1, so that it can be multiplied with `of`.
-
-    `of` has the shape (n, …).
-    """
+    """Return `t` (n,) with axes of length 1 appended, to broadcast it against `of` (n, …)."""
     shares = np.asarray(t, float)
     return shares.reshape(shares.shape + (1,) * (of.ndim - shares.ndim))
 
@@ -159,7 +156,7 @@ def lerp(a: Array, b: Array, t: ArrayLike) -> Array:
     a, b : array, shape (n, …)
         The values to interpolate.
     t : float or array, shape (n,)
-        The share of `b`.
+        The weight of `b`, 0 … 1.
     """
     result: Array = a + (b - a) * add_axes(t, b)
     return result
@@ -175,7 +172,7 @@ def slerp(a: Array, b: Array, t: ArrayLike) -> Array:
     a, b : array, shape (n, …, 4)
         Unit quaternions.
     t : float or array, shape (n,)
-        The share of `b`.
+        The weight of `b`, 0 … 1.
     """
     cosine = (a * b).sum(-1, keepdims=True)
     b = np.where(cosine < 0, -b, b)

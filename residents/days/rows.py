@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rows of a day, the tables of several days, and a day's frames and clock."""
+"""The rows of a day's tables, the tables of several days, and the frames of a day."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _cells = attrgetter(*DAY_HEADER)
 
 @dataclass(frozen=True)
 class Day:
-    """A simulated day: its events, and what people did. Times are in µs since midnight.
+    """A simulated day: its events, and what people did, in µs since midnight.
 
-    Events are in the log's order. The first event of each field has its value at midnight, and no
-    cause.
+    Events are in the order of the event log. The first event of each field has its value at
+    midnight, and no cause.
     """
 
     date: date
@@ -38,7 +38,7 @@ class Day:
     people: tuple[Whereabouts, ...]
 
     def as_json(self, digest: str) -> str:
-        """Return the day as JSON text; `digest` identifies its run."""
+        """Return the day as JSON text; `digest` is a hash that identifies its run."""
         activities = [(a.start, a.end, a.person, a.activity, a.room) for a in self.activities]
         found = {
             "run": digest,
@@ -51,7 +51,7 @@ class Day:
 
     @classmethod
     def of_json(cls, text: str, digest: str) -> Day | None:
-        """Read a day from JSON text, or return None if it belongs to another run.
+        """Read a day from JSON text; return None if its digest differs from `digest`.
 
         Raises `ValueError` if the text does not describe a day.
         """
@@ -80,9 +80,9 @@ def _event(cells: Iterable[Any]) -> Event[int]:
 def attribute_events(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
     """Return the events of a day in the log's order, each with the person who caused it.
 
-    On input, an event's `person` is the person who moves its cause at the event's time. An event
-    without a cause gets the person of the sensor's last event with a cause. So does an event with
-    the same cause that nobody moves at that time.
+    On input, an event's `person` is the person who then moves the object that caused the event. If
+    nobody does, look at the sensor's last event with a cause. Its person is taken if the event has
+    the same cause, or none.
     """
     # By sensor, the cause and the person of the last event that has a cause.
     last: dict[str, tuple[str, str]] = {}
@@ -99,7 +99,7 @@ def attribute_events(events: Iterable[Event[int]]) -> tuple[Event[int], ...]:
 
 @dataclass(frozen=True)
 class DayRows:
-    """The rows of consecutive days; times are in µs since midnight of the date `start`."""
+    """The rows of consecutive days, in µs since midnight of the date `start`."""
 
     start: date
     events: tuple[Event[int], ...]
@@ -119,13 +119,15 @@ class DayRows:
     def files(self) -> dict[str, str]:
         """Return the text of each table, by file name."""
         begin = datetime.combine(self.start, time())
-        events = ((_moment(begin, e.time), *map(format_value, _cells(e)[1:])) for e in self.events)
+        events = (
+            (_local_time(begin, e.time), *map(format_value, _cells(e)[1:])) for e in self.events
+        )
         activities = (
-            (_moment(begin, a.start), _moment(begin, a.end), a.person, a.activity, a.room)
+            (_local_time(begin, a.start), _local_time(begin, a.end), a.person, a.activity, a.room)
             for a in self.activities
         )
         people = (
-            (_moment(begin, w.time), w.person, w.room, *_point(w.at), w.posture)
+            (_local_time(begin, w.time), w.person, w.room, *_point(w.at), w.posture)
             for w in self.people
         )
         return {
@@ -140,7 +142,7 @@ class DayRows:
         about: Mapping[str, str],
         labels: Mapping[str, str],
     ) -> Log:
-        """Return a log for the formats of other tools.
+        """Return the log of these days for the file formats of other tools.
 
         `labels` has the other tool's name of each activity.
         """
@@ -166,7 +168,7 @@ def _events(days: Sequence[Day]) -> Iterator[Event[int]]:
 
 
 def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:
-    """Yield the whereabouts of all days; those at midnight only if they have changed."""
+    """Yield where people are on all days; rows at midnight only if they have changed."""
     last: dict[str, Whereabouts] = {}
     for number, day in enumerate(days):
         for where in day.people:
@@ -176,8 +178,7 @@ def _people(days: Sequence[Day]) -> Iterator[Whereabouts]:
                 yield where._replace(time=where.time + number * DAY_US)
 
 
-def _moment(begin: datetime, us: int) -> str:
-    """Return a time in µs as local date and time."""
+def _local_time(begin: datetime, us: int) -> str:
     return (begin + timedelta(microseconds=us)).isoformat(timespec="milliseconds")
 
 
@@ -188,7 +189,7 @@ def _point(at: tuple[float, float, float] | None) -> Iterable[str]:
 def toml(values: Mapping[str, Any], tables: Iterable[Mapping[str, Any]] = ()) -> str:
     """Return the text of a TOML file with `values`; mappings among them become tables.
 
-    `tables` become the array of tables `sensors`.
+    `tables` become the array of tables named `sensors`.
     """
     plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
     lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
@@ -253,7 +254,7 @@ def hours_minutes(time: float) -> str:
 
 
 def lasting(seconds: float) -> str:
-    """Return a duration as text, rounded to minutes, such as 1 h 05 min."""
+    """Return a duration as text in hours and minutes, such as 1 h 05 min."""
     minutes = round(seconds / 60)
     if minutes < 1:
         return f"{seconds:.0f} s"
@@ -263,7 +264,7 @@ def lasting(seconds: float) -> str:
 def calendar_number(first: date) -> int:
     """Return the number on which the noise of a date depends: its day number modulo `CYCLE`.
 
-    So the noise of a date is the same in each run, whatever the run's first day.
+    So a date has the same noise in each run.
     """
     return day_number(first) % CYCLE
 
@@ -271,25 +272,25 @@ def calendar_number(first: date) -> int:
 def clock_of_day(number: int) -> Clock:
     """Return the clock of day `number`, in frames of that day.
 
-    Updates have the numbers and times that they have in one long run of all days. That run begins
-    `LEAD_S` before the midnight of day 0.
+    Sensor updates have the same numbers and times as in one long run. That run begins `LEAD_S`
+    before the midnight of day 0.
     """
     return Clock(frame_at(-LEAD_S) - round(number * DAY_S) * FPS, FPS)
 
 
 def stretches(spans: Array, first: float, last: float, most: float) -> list[float]:
-    """Return times at which to cut a day into stretches, in s.
+    """Return times at which to cut a day into shorter parts, in s.
 
-    If possible, a cut is in the middle of a time in which nothing moves.
+    Where possible, cuts are in the middle of times without movement.
 
     Parameters
     ----------
     spans : array, shape (k, 2)
-        The spans in which anything moves, s, sorted.
+        The start and end of each movement, s, sorted.
     first, last : float
         Start and end of the day, s.
     most : float
-        The longest time with movement between two cuts, s.
+        The longest time with movement in a part, s.
     """
     cuts: list[float] = []
     moved = 0.0

@@ -35,7 +35,7 @@ class Site:
     utc_offset : float
         Positive if local clocks are ahead of UTC, h.
     north : float
-        The angle from the home's +y to north, counter-clockwise seen from above, rad.
+        The angle from +y to north, counter-clockwise seen from above, rad.
     """
 
     latitude: float
@@ -81,9 +81,9 @@ def position(site: Site, local: datetime) -> tuple[float, float]:
 
 
 def _refraction(altitude: float) -> float:
-    """Return by how much refraction lifts the sun, rad, at its altitude without refraction.
+    """Return how far refraction lifts the sun, rad; 0 far below the horizon.
 
-    The result is 0 far below the horizon.
+    `altitude` is the sun's altitude without refraction, rad.
     """
     degrees = math.degrees(altitude)
     if degrees < -1.0:

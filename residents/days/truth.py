@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth of a day: the activities of all persons, and where each person was."""
+"""The truth of a day: what each person did, and where each person was."""
 
 from __future__ import annotations
 
@@ -26,10 +26,20 @@ Point = tuple[float, float, float]
 
 
 class Whereabouts(NamedTuple):
-    """Where a person is from a time on: room, position and posture.
+    """Where a person is from a time on.
 
-    `time` is in µs since midnight, or since the first of several midnights. `at` is the middle of
-    the hips in m, or None while the person is away.
+    Attributes
+    ----------
+    time : int
+        µs since midnight, or since the first of several midnights.
+    person : str
+        The person's name.
+    room : str
+        The name of the room, or "".
+    at : Point or None
+        The middle of the hips, m; None while the person is away.
+    posture : str
+        The posture, such as "sitting".
     """
 
     time: int
@@ -47,7 +57,7 @@ RoomOf = Callable[[str], str]
 def activities(
     acted: Acted, room_of: RoomOf, where: Iterable[Whereabouts] = ()
 ) -> list[LoggedActivity]:
-    """Return the activities of a day, in order, with their rooms.
+    """Return the activities of a day, sorted by time, with their rooms.
 
     Parameters
     ----------
@@ -62,7 +72,7 @@ def activities(
     Returns
     -------
     list of LoggedActivity
-        Times in µs, cut at midnight.
+        The activities with times in µs, cut at midnight.
     """
     found, of = [], defaultdict(list)
     for row in where:
@@ -76,11 +86,11 @@ def activities(
 
 
 def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
-    """Return the whereabouts of all persons on a day.
+    """Return rows that say where all persons were on a day.
 
-    There is a row at midnight, at each change of posture, room or place, and at the end of a
-    movement. During a movement there is a row at least each minute. A person at a place is in the
-    place's room. A person on the way is in the room at the person's position.
+    There is a row at midnight, at changes of posture, room or place, and after movements. A
+    movement has a row at least each minute. A person at a place is in the place's room. A walking
+    person is in the room at their position.
 
     Parameters
     ----------
@@ -90,12 +100,11 @@ def people(acted: Acted, room_at: RoomAt, room_of: RoomOf) -> list[Whereabouts]:
         Take a point (3,), or the name of a place, and return the room.
     """
     rooms = room_at, room_of
-    found = [where for person in acted.bodies for where in _person(acted, person, *rooms)]
+    found = [where for person in acted.bodies for where in _rows_of_person(acted, person, *rooms)]
     return sorted(found, key=lambda where: (where.time, where.person))
 
 
 def _longest_room(rows: Sequence[Whereabouts], start: int, end: int) -> str:
-    """Return the room in which a person was longest from `start` to `end`."""
     times = [max(row.time, start) for row in rows] + [end]
     spent: dict[str, int] = defaultdict(int)
     for row, begin, stop in zip(rows, times, times[1:], strict=False):
@@ -103,8 +112,9 @@ def _longest_room(rows: Sequence[Whereabouts], start: int, end: int) -> str:
     return max(spent, key=spent.__getitem__, default="")
 
 
-def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iterator[Whereabouts]:
-    """Yield the whereabouts of one person."""
+def _rows_of_person(
+    acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf
+) -> Iterator[Whereabouts]:
     body = acted.bodies[person]
     moving = body.moving()
     last: Whereabouts | None = None
@@ -123,7 +133,7 @@ def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iter
             room = "" if gone else room_of(stay.place) if stay.place else room_at(at)
             place = None if gone else (float(at[0]), float(at[1]), float(at[2]))
             if last is not None and time > first and room == last.room:
-                stopped = time in ends and _distance(place, last.at) > MOVED_M
+                stopped = time in ends and _distance_between(place, last.at) > MOVED_M
                 if not stopped and time - row_time < ROW_EVERY - 1e-6:
                     continue
             row_time = time
@@ -131,16 +141,12 @@ def _person(acted: Acted, person: str, room_at: RoomAt, room_of: RoomOf) -> Iter
             yield last
 
 
-def _distance(a: Point | None, b: Point | None) -> float:
-    """Return the distance between two points, or 0 if one of them is None."""
+def _distance_between(a: Point | None, b: Point | None) -> float:
     return math.dist(a, b) if a is not None and b is not None else 0.0
 
 
 def _times_to_check(first: float, end: float, moving: Array) -> Array:
-    """Return the times of a stay at which the whereabouts are computed.
-
-    They are its start, each second of movement, and its end.
-    """
+    """Return the start of a stay, each second of movement in it, and its end."""
     parts = [np.array([first])]
     inside = moving[(moving[:, 1] > first) & (moving[:, 0] < end)]
     for start, stop in np.clip(inside, first, end).tolist():

@@ -36,7 +36,21 @@ _computed: ComputedDay | None = None
 
 @dataclass(frozen=True)
 class ComputedDay:
-    """A day computed with the panel's settings; `key` has the values that identify these."""
+    """A day computed with the panel's settings.
+
+    Attributes
+    ----------
+    key
+        The values of the settings, to find out whether they have changed.
+    acted
+        What the residents do.
+    places
+        The marked places, doors and lamps.
+    plan
+        The routine, and a diary if there is one.
+    on
+        The date.
+    """
 
     key: Any
     acted: Acted
@@ -60,8 +74,8 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
     return Plan.read(Path(bpy.path.abspath(settings.routine))), start, settings.seed
 
 
-def _key(scene: Any) -> tuple[Any, Plan]:
-    """Return the values that identify the panel's settings, and the plan that they give.
+def _settings_key(scene: Any) -> tuple[Any, Plan]:
+    """Return the values of the panel's settings, for comparison, and the routine that they give.
 
     Raise `InputError` if a setting is invalid.
     """
@@ -72,17 +86,17 @@ def _key(scene: Any) -> tuple[Any, Plan]:
 
 def _is_current(scene: Any) -> bool:
     """Return whether the shown activity was computed with the panel's present settings."""
-    return _computed is None or _computed.key == _key(scene)[0]
+    return _computed is None or _computed.key == _settings_key(scene)[0]
 
 
 def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
-    """Return the day that the panel's settings give; yield `Doing` while it is computed.
+    """Compute the day that the panel's settings give; yield the progress and return the day.
 
     The last computed day is used again if its settings were the same, unless `anew` is True. Raise
     `InputError` if a setting is invalid.
     """
     global _computed
-    key, plan = _key(scene)
+    key, plan = _settings_key(scene)
     start, seed, number = key[-3:]
     if anew or _computed is None or _computed.key != key:
         frame = scene.frame_current
@@ -99,7 +113,7 @@ def _compute_day(scene: Any, anew: bool) -> Generator[Doing, None, ComputedDay]:
 
 @contextmanager
 def _without_shown_activity(scene: Any) -> Iterator[None]:
-    """Context manager in which no activity is shown, and the home is as it was before.
+    """Context manager: on entry, restore the home as it was before an activity was shown.
 
     If the block fails, show the activity again.
     """
@@ -110,13 +124,13 @@ def _without_shown_activity(scene: Any) -> Iterator[None]:
         yield
     except BaseException:
         if is_shown and was is not None:
-            _show(scene, was, settings.shown)
+            _animate_activity(scene, was, settings.shown)
             scene.frame_set(frame)
         raise
 
 
-def _show(scene: Any, day: ComputedDay, index: int) -> None:
-    """Show the activity with this index in the list as animation.
+def _animate_activity(scene: Any, day: ComputedDay, index: int) -> None:
+    """Animate the activity with this index in the list.
 
     Raise `InputError` if the home has no object for one of the persons.
     """
@@ -172,7 +186,7 @@ class _ShowActivity(LongWork):
             return
         with _without_shown_activity(scene):
             day = yield from _compute_day(scene, anew=False)
-            _show(scene, day, index)
+            _animate_activity(scene, day, index)
         yield day
 
     def _finish(self, context: Context, day: ComputedDay | None) -> None:
@@ -198,7 +212,7 @@ class ANGEN_OT_day_show(_ShowActivity, Operator):
         done = context.scene.angen_day.done
         if not 0 <= properties.index < len(done):
             return cls.bl_description
-        return f"{_sentence(done[properties.index])}. {cls.bl_description}"
+        return f"{_activity_sentence(done[properties.index])}. {cls.bl_description}"
 
     poll = classmethod(can_read_scene)
 
@@ -234,7 +248,9 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
         except ValueError:
             return cls.bl_description
         theirs = [d for d in settings.done if properties.person in ("", d.person)]
-        found = [_sentence(d) for d in theirs if d.start < start + HOUR_S and d.end > start]
+        found = [
+            _activity_sentence(d) for d in theirs if d.start < start + HOUR_S and d.end > start
+        ]
         return "\n".join([f"Go to {text}", *found])
 
     poll = classmethod(can_read_scene)
@@ -252,8 +268,7 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
         return theirs[0], time
 
 
-def _sentence(item: Any) -> str:
-    """Return a sentence with the activity, its person, place and times."""
+def _activity_sentence(item: Any) -> str:
     start, end = hours_minutes(item.start), hours_minutes(item.end)
     where = f", {item.room}" if item.room else ""
     return f"{item.name} ({item.person}{where}), {start} to {end}"
@@ -282,7 +297,6 @@ class ANGEN_OT_day_leave(Operator):
 
 
 def _scroll_timelines(context: Context) -> None:
-    """Scroll all timelines to the scene's frame range, which has changed."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type != "DOPESHEET_EDITOR":

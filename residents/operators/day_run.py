@@ -32,8 +32,8 @@ READ, ACTED = 0.04, 0.06
 
 
 @contextmanager
-def _named_as_here() -> Iterator[None]:
-    """Context manager in which errors name the panel's field Folder, not the option --out."""
+def _panel_names() -> Iterator[None]:
+    """Context manager: errors name the panel's field Folder instead of the option --out."""
     try:
         yield
     except AngenError as error:
@@ -84,17 +84,17 @@ class ANGEN_OT_day_run(LongWork, Operator):
     def _work(
         self, household: Household, path: Path, formats: list[str], days: int
     ) -> Generator[Any, None, None]:
-        """Simulate the days; yield `Doing` for each step, and at the end a `Result`."""
+        """Simulate the days; yield `Doing` as progress, and at the end a `Result`."""
         scene = household.scene
         frame, subframe = self._playhead
         try:
-            with _named_as_here():
+            with _panel_names():
                 yield from doing("floors and places", scaled(household.read_in_steps(), 0.0, READ))
                 # Act the first day now: errors come before anything is written.
                 acting = scaled(household.act_in_steps(0), READ, ACTED)
                 yield from doing("what everybody does", acting)
                 folder = Folder(path, household, formats)
-                result = yield from _days(household, folder, days)
+                result = yield from _simulate_days(household, folder, days)
         finally:
             scene.frame_set(frame, subframe=subframe)
         yield result
@@ -120,14 +120,14 @@ class ANGEN_OT_day_run(LongWork, Operator):
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a run of days.
+    """The result of simulating days into a folder.
 
     Attributes
     ----------
     whole
         The number of complete days before the first one that is missing.
     notes
-        Sentences on what the formats could not hold.
+        Sentences on what the file formats could not store.
     problem
         The error that ended the run early, or None.
     """
@@ -137,8 +137,10 @@ class Result:
     problem: AngenError | None
 
 
-def _days(household: Household, folder: Folder, days: int) -> Generator[Doing, None, Result]:
-    """Simulate those days that the folder does not have."""
+def _simulate_days(
+    household: Household, folder: Folder, days: int
+) -> Generator[Doing, None, Result]:
+    """Simulate the days that are missing in the folder; yield progress, return the result."""
     left = [number for number in range(days) if not folder.has(number)]
     problem, made = None, 0
     spans: dict[int, Any] = {}

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels on the places of residents (Physics tab and sidebar).
 
-One is for the active object as a place, the other for all places.
+One panel is on the active object as a place, the other on all places.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def draw_place(layout: Any, context: Context) -> None:
 
 
 def _draw_moved(layout: Any, column: Any, context: Context) -> None:
-    """Draw how a door, drawer or curtain moves."""
+    """Draw the settings and a line on how a door, drawer or curtain opens."""
     mark = context.object.angen_place
     text, slides = describe_leaf(context.object) if mark.use != DRAWER else ("", True)
     if mark.use == DOOR:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of the hours of a day, coloured by activity; the panel Day puts them in a bar."""
+"""Pictures of the hours of a day, coloured by activity, for a bar in the panel Day."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def colours_of(done: Sequence[Any]) -> dict[str, tuple[int, int, int]]:
 def hour_pixels(
     hour: int, spans: Sequence[tuple[float, float, tuple[int, int, int]]], is_now: bool = False
 ) -> Pixels:
-    """Return the picture of an hour, shape (SIZE, SIZE, 4), RGBA, with the lowest row first.
+    """Return the picture of an hour as RGBA, shape (SIZE, SIZE, 4), with the lowest row first.
 
     Time runs from left to right, above the number of the hour. `spans` are start, end and colour of
     each activity, with times in s since midnight. If `is_now`, the number is highlighted.
@@ -67,17 +67,14 @@ def hour_pixels(
 
 
 def plain_pixels(colour: tuple[int, int, int]) -> Pixels:
-    """Return the picture of a square in one colour, which the list shows.
-
-    The shape is (SIZE, SIZE, 4).
-    """
+    """Return the picture of a square in one colour as RGBA, shape (SIZE, SIZE, 4)."""
     pixels = np.zeros((SIZE, SIZE, 4), np.uint8)
     pixels[4:-4, 4:-4] = (*colour, 255)
     return pixels
 
 
 def icon_of(pixels: Pixels) -> int:
-    """Return Blender's icon number of a picture."""
+    """Return the number of Blender's icon for a picture."""
     global _made
     if _made is None:
         _made = bpy.utils.previews.new()

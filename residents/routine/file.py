@@ -43,7 +43,7 @@ from .routine import (
 
 
 def check_bodies(persons: Mapping[str, Person]) -> None:
-    """Raise `InputError` if two persons have the same body."""
+    """Raise `InputError` if two persons have the same resident as their body."""
     bodies: dict[str, str] = {}
     for person in persons.values():
         other = bodies.setdefault(person.resident, person.name)
@@ -57,24 +57,24 @@ def check_bodies(persons: Mapping[str, Person]) -> None:
 def check(routine: Routine) -> None:
     """Raise `InputError` if the plans give a person two activities at the same time.
 
-    Entries with a chance below 1 are not checked: on a day with such an entry, the next one begins
-    late.
+    Entries with a chance below 1 are not checked: on a day with such an entry, the next entry
+    begins late.
     """
     for person in routine.persons:
         plans = [plan for plan in routine.plans if plan.person == person]
         for month, weekday in product(range(1, 13), range(7)):
-            entries = sorted(_certain(plans, weekday, month), key=lambda entry: entry.at)
-            tomorrow = _certain(plans, (weekday + 1) % 7, month)
+            entries = sorted(_daily_entries(plans, weekday, month), key=lambda entry: entry.at)
+            tomorrow = _daily_entries(plans, (weekday + 1) % 7, month)
             after = [(entry, entry.at) for entry in entries]
             after += [(entry, entry.at + DAY) for entry in tomorrow]
             for place, entry in enumerate(entries):
                 for other, at in after[place + 1 :]:
-                    if at < _end(entry):
+                    if at < _median_end(entry):
                         raise InputError(_overlap_text(person, entry, other, at))
 
 
-def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPoint]:
-    """Return the entries that happen on every day with this weekday and month."""
+def _daily_entries(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPoint]:
+    """Return the plan entries that happen on every day with this weekday and month."""
     # Plans for some dates only are left out, since they can alternate with others.
     always = [plan for plan in plans if plan.days.first.year == 1 and plan.days.last.year == 9999]
     return [
@@ -86,31 +86,28 @@ def _certain(plans: list[FixedPoints], weekday: int, month: int) -> list[FixedPo
     ]
 
 
-def _end(entry: FixedPoint) -> float:
-    """Return the time at which an entry ends if its duration is the median one, s."""
+def _median_end(entry: FixedPoint) -> float:
+    """Return the time at which a plan entry ends with its median duration, s."""
     if entry.until is not None:
         return entry.until
     return entry.at + (entry.lasts or 0.0)
 
 
-def _clock(seconds: float) -> str:
+def _hhmm(seconds: float) -> str:
     """Return a time of day in s as text, such as 07:05."""
     minutes = round(seconds % DAY / 60)
     return f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
 def _overlap_text(person: str, entry: FixedPoint, other: FixedPoint, at: float) -> str:
-    """Return the error text for the entry `other`, which begins at the time `at` (s).
-
-    At this time, `entry` has not ended.
-    """
-    lasting = f"{entry.activity!r} from {_clock(entry.at)} lasts until {_clock(_end(entry))}"
-    if _end(entry) - entry.at > DAY:
-        lasting = f"{entry.activity!r} lasts {(_end(entry) - entry.at) / 3600:.0f} hours"
+    """Return the error text for `other`, which begins at the time `at` (s) before `entry` ends."""
+    lasting = f"{entry.activity!r} from {_hhmm(entry.at)} lasts until {_hhmm(_median_end(entry))}"
+    if _median_end(entry) - entry.at > DAY:
+        lasting = f"{entry.activity!r} lasts {(_median_end(entry) - entry.at) / 3600:.0f} hours"
     what = f"{other.activity!r}" if other is not entry else "it"
     return (
         f"{other.where}: {person!r} cannot do two things at once: {lasting}, "
-        f"and {what} begins {'again ' if other is entry else ''}at {_clock(at)}"
+        f"and {what} begins {'again ' if other is entry else ''}at {_hhmm(at)}"
     )
 
 
@@ -122,7 +119,7 @@ _DAYS |= {"daily": range(7), "weekdays": range(5), "weekend": (5, 6)}
 
 
 def read(content: str, name: str) -> Routine:
-    """Return the routine that `content` describes; raise `InputError` for errors.
+    """Return the routine that a TOML text describes; raise `InputError` for errors.
 
     `name` is the file's name, used in errors.
     """
@@ -182,8 +179,8 @@ def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
 
 
 def _days(table: TomlTable) -> Calendar:
-    weekdays = table.take("on", _any_of(_DAYS, "day"), frozenset(range(7)))
-    months = table.take("season", _any_of(SEASONS, "season"), frozenset(range(1, 13)))
+    weekdays = table.take("on", _names_reader(_DAYS, "day"), frozenset(range(7)))
+    months = table.take("season", _names_reader(SEASONS, "season"), frozenset(range(1, 13)))
     first, last = (
         table.take("from", calendar_date, date.min),
         table.take("to", calendar_date, date.max),
@@ -275,10 +272,10 @@ def _positive(value: Any) -> float:
     return found
 
 
-def _any_of(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:
+def _names_reader(known: Mapping[str, Sequence[int]], what: str) -> Callable[[Any], frozenset[int]]:
     """Return a function that reads one or several names of days or months.
 
-    `known` has the numbers that each name stands for. `what` is used in errors.
+    `known` has the numbers for each name. `what` says in errors what is named.
     """
 
     def read_names(value: Any) -> frozenset[int]:

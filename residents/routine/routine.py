@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A routine as read from its file and checked, and the reading of durations and times of day.
+"""The parts of a routine, and the reading of durations and times of day.
 
 All durations and times are in seconds.
 """
@@ -26,20 +26,20 @@ AWAY = "Away"
 
 @dataclass(frozen=True)
 class Meanwhile:
-    """Small movements that are repeated during an activity; each time one of `do` is drawn.
+    """Small movements that are repeated at random times during an activity.
 
     Attributes
     ----------
     do : tuple of str
-        The steps to draw from, such as "shift".
+        The movements, such as "shift"; each time, one of them is drawn at random.
     every : float
         The mean time from one movement to the next, s.
     varies : float
-        The log-normal spread of the rests between movements.
+        The standard deviation of the logarithm of the rests between movements.
     burst : float or None
         The mean number of movements in a row; None for the default.
     where : tuple of str
-        The position of each step in the file.
+        The position of each movement in the file.
     """
 
     do: tuple[str, ...]
@@ -56,13 +56,13 @@ class RoutineActivity:
     Attributes
     ----------
     name : str
-        Its name.
+        The activity's name.
     do : tuple of str
-        Its steps, in order.
+        The texts of its steps, in order, such as "sit Sofa".
     meanwhile : tuple of Meanwhile
         The small movements that are repeated during its last step.
     labels : mapping of str to str
-        Its name in each of several data sets.
+        Its name in each of several public data sets.
     where : tuple of str
         The position of each step in the file.
     """
@@ -76,10 +76,10 @@ class RoutineActivity:
 
 @dataclass(frozen=True)
 class Calendar:
-    """The days to which a rule applies.
+    """The days to which a plan or filler applies.
 
-    They are on the given weekdays (0 is Monday), in the given months, and from the date `first` to
-    the date `last`, both included.
+    They are on the given weekdays (0 is Monday), in the given months, from `first` to `last`
+    inclusive.
     """
 
     weekdays: frozenset[int] = frozenset(range(7))
@@ -97,20 +97,20 @@ class Calendar:
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """An entry of a plan: an activity at a time of day.
+    """An entry of a plan: an activity at a fixed time of day.
 
     Attributes
     ----------
     activity : str
         The activity's name.
     at, spread : float
-        Mean and standard deviation of the start, which is normally distributed, s.
+        Mean and standard deviation of the normally distributed start, s.
     lasts : float or None
-        The median of the duration, which is log-normally distributed, s. None if `until` is given.
+        The median of the log-normally distributed duration, s. None if `until` is given.
     until : float or None
-        The mean time of day of the end, s; above 24 h it is on the next day.
+        The mean end, s since midnight; more than 24 h is on the next day.
     varies : float
-        The log-normal spread of the duration.
+        The standard deviation of the duration's logarithm.
     chance : float
         The probability that the entry happens on a day.
     where : str
@@ -129,7 +129,7 @@ class FixedPoint:
 
 @dataclass(frozen=True)
 class FixedPoints:
-    """A plan: what a person does at which times of day, on the days of a calendar."""
+    """A plan: what a person does at fixed times of day, on the days of a calendar."""
 
     person: str
     days: Calendar
@@ -138,9 +138,10 @@ class FixedPoints:
 
 @dataclass(frozen=True)
 class Pastime:
-    """An activity from which a filler draws.
+    """One of the activities from which a filler draws at random.
 
-    Its duration is log-normal with the median `lasts` (s) and the spread `varies`.
+    The probability is proportional to `weight`. The duration is log-normal, with the median `lasts`
+    (s) and the standard deviation `varies` of its logarithm.
     """
 
     activity: str
@@ -151,7 +152,10 @@ class Pastime:
 
 @dataclass(frozen=True)
 class Filler:
-    """What a person does while no plan has an activity, from one time of day to another."""
+    """What a person does between two times of day while no plan has an activity.
+
+    Activities are drawn from `choices`, one after another.
+    """
 
     person: str
     days: Calendar
@@ -162,10 +166,10 @@ class Filler:
 
 @dataclass(frozen=True)
 class Interruption:
-    """An activity that interrupts the activity `during`.
+    """An activity that interrupts another one, `during`, at random times.
 
     `times` is the mean number of interruptions each time that `during` is done. The duration is
-    log-normal with the median `lasts` (s) and the spread `varies`.
+    log-normal, with the median `lasts` (s) and the standard deviation `varies` of its logarithm.
     """
 
     person: str
@@ -226,7 +230,7 @@ class Routine:
 class Segment:
     """What a person does from `start` to `end`, in s since midnight of the first day.
 
-    `where` is its position in the diary, or "" if it was drawn from the routine.
+    `where` is the segment's position in a diary, or "" without a diary.
     """
 
     start: float
@@ -243,7 +247,7 @@ _PART = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|min|h)\s*")
 
 
 def seconds(text: object) -> float:
-    """Return the duration that a text gives, such as "20 s", in seconds.
+    """Return the duration that a text such as "20 s" gives, s.
 
     Raise `ValueError` for any other text.
     """
@@ -262,7 +266,7 @@ def seconds(text: object) -> float:
 
 
 def time_of_day(text: object) -> float:
-    """Return the time of day that a text gives, such as "07:05", in seconds since midnight.
+    """Return the time of day that a text such as "07:05" gives, s since midnight.
 
     "24:00" is the end of the day. Raise `ValueError` for any other text.
     """

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draw what each person does at which time, or read it from a diary.
 
-Fixed points, which are the entries of plans, come first, in the order of their drawn times. If one
-of them is still under way when the next one should start, the next one is late. Fillers take the
-time that is left. Without a filler, a person continues the last activity, and a visitor is away.
+The entries of plans, called fixed points, come first, in the order of their drawn times. If one is
+still under way when the next should start, the next one is late. Fillers take the time that is
+left. Without a filler, a person continues the last activity, and a visitor is away.
 """
 
 from __future__ import annotations
@@ -31,7 +31,10 @@ ORIGIN = date(2026, 3, 2)
 
 
 class Stream:
-    """A source of random numbers for one person, one day and one purpose."""
+    """A generator of random numbers for one person, one day and one purpose.
+
+    Streams are independent, so further draws from one of them change no other.
+    """
 
     def __init__(self, seed: int, person: str, day: int, purpose: str) -> None:
         key = repr((seed, person, day, purpose)).encode()
@@ -48,14 +51,14 @@ class Stream:
         return min(max(value, -4.0), 4.0)
 
     def log_normal(self, median: float, varies: float) -> float:
-        """Draw a log-normal number.
+        """Draw a log-normal number with a median.
 
-        `median` is its median, and `varies` the standard deviation of its logarithm.
+        `varies` is the standard deviation of its logarithm.
         """
         return median * math.exp(varies * self.normal())
 
     def poisson(self, mean: float) -> int:
-        """Draw a Poisson number by multiplying uniform numbers (Knuth); meant for small means."""
+        """Draw a Poisson number by multiplying uniform numbers (Knuth), for small means."""
         limit, product, count = math.exp(-mean), self._uniform(), 0
         while product > limit:
             product *= self._uniform()
@@ -63,7 +66,7 @@ class Stream:
         return count
 
     def geometric(self, mean: float) -> int:
-        """Draw a geometric number, which is 1 at least; `mean` is 1 at least too."""
+        """Draw a geometric number, which is at least 1; a `mean` below 1 counts as 1."""
         if mean <= 1.0:
             return 1
         return 1 + int(math.log(1.0 - self._uniform()) / math.log(1.0 - 1.0 / mean))
@@ -86,12 +89,12 @@ class Draws:
     first: date
 
     def stream(self, person: str, day: int, purpose: str) -> Stream:
-        """Return the random numbers for a person, day and purpose."""
+        """Return the stream of random numbers for a person, day and purpose."""
         return Stream(self.seed, person, day_number(self.first) + day, purpose)
 
 
 def day_number(of: date) -> int:
-    """Return the number of a date; dates before `ORIGIN` have numbers below 0."""
+    """Return the number of days from `ORIGIN` to a date; it is negative before `ORIGIN`."""
     return (of - ORIGIN).days
 
 
@@ -100,11 +103,10 @@ SHORTEST = 30.0
 
 
 @dataclass(frozen=True)
-class _Point:
-    """A fixed point with drawn times.
+class _DrawnEntry:
+    """An entry of a plan with drawn times.
 
-    With `lasts`, it has a duration, so that a late start makes the end late too. Without, the end
-    is fixed.
+    If `lasts` is True, a late start makes the end late too. Otherwise, the end is fixed.
     """
 
     start: float
@@ -115,12 +117,12 @@ class _Point:
 
 
 def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segment]:
-    """Draw the activities of all persons.
+    """Draw what all persons do on all days.
 
     Parameters
     ----------
     routine : Routine
-        The persons and rules.
+        The persons, activities and plans.
     first : date
         The first day; its midnight is 0 s.
     days : int
@@ -131,22 +133,22 @@ def timetable(routine: Routine, first: date, days: int, seed: int) -> list[Segme
     Returns
     -------
     list of Segment
-        The segments of each person, in order and without gaps. A person's first segment has begun
-        before the first midnight, and the last one ends with the last day.
+        What each person does, in order and without gaps. A person's first segment begins
+        at or before the first midnight, and the last one ends with the last day.
     """
     draws = Draws(seed, first)
     found: list[Segment] = []
     for person in routine.persons.values():
         # From a day before to a day after, so that the first and last night are complete.
-        drawn = list(_joined(_person(routine, person, days + 1, draws), inf))
+        drawn = list(_join_segments(_person_segments(routine, person, days + 1, draws), inf))
         for number, rule in enumerate(routine.interruptions):
             if rule.person == person.name:
-                drawn = list(_interrupted(drawn, rule, draws, number))
+                drawn = list(_with_interruptions(drawn, rule, draws, number))
         for absence in routine.absences:
             if absence.person == person.name:
                 away = _since(first, absence.begins), _since(first, absence.ends)
-                drawn = list(_replaced(drawn, *away, AWAY))
-        found += [s for s in _joined(drawn, days * DAY) if s.end > 0.0]
+                drawn = list(_with_absence(drawn, *away, AWAY))
+        found += [s for s in _join_segments(drawn, days * DAY) if s.end > 0.0]
     return found
 
 
@@ -154,15 +156,17 @@ def _since(first: date, moment: datetime) -> float:
     return (moment - datetime.combine(first, time())).total_seconds()
 
 
-def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterator[Segment]:
-    """Yield a person's segments before interruptions and absences are applied."""
+def _person_segments(
+    routine: Routine, person: Person, days: int, draws: Draws
+) -> Iterator[Segment]:
+    """Yield what a person does, before interruptions and absences are applied."""
     now, doing = -DAY, person.begins
     for day in range(-1, days):
         filling = draws.stream(person.name, day, "filler")
-        for point in [*_points(routine, person, day, draws), None]:
+        for point in [*_draw_plan_entries(routine, person, day, draws), None]:
             until = (day + 1) * DAY if point is None else max(point.start, now)
             while now < until:
-                activity, end = _filled(
+                activity, end = _draw_filler(
                     routine, person, draws.first, day, now, until, doing, filling
                 )
                 yield Segment(now, end, person.name, activity)
@@ -179,8 +183,9 @@ def _person(routine: Routine, person: Person, days: int, draws: Draws) -> Iterat
             doing = AWAY
 
 
-def _points(routine: Routine, person: Person, day: int, draws: Draws) -> list[_Point]:
-    """Return the fixed points that are drawn to happen on a day, sorted by start."""
+def _draw_plan_entries(
+    routine: Routine, person: Person, day: int, draws: Draws
+) -> list[_DrawnEntry]:
     found = []
     for number, plan in enumerate(routine.plans):
         if plan.person == person.name and draws.first + timedelta(day) in plan.days:
@@ -188,27 +193,26 @@ def _points(routine: Routine, person: Person, day: int, draws: Draws) -> list[_P
                 name = f"plan {number} {place}"
                 stream = draws.stream(person.name, day, name)
                 if stream.uniform() < entry.chance:
-                    found.append(_point(entry, name, day * DAY, stream))
+                    found.append(_draw_plan_entry(entry, name, day * DAY, stream))
     return sorted(found, key=lambda point: point.start)
 
 
-def _point(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _Point:
-    """Draw the start and end of a fixed point."""
+def _draw_plan_entry(entry: FixedPoint, name: str, midnight: float, stream: Stream) -> _DrawnEntry:
     start = midnight + entry.at + entry.spread * stream.normal()
     if entry.until is not None:
         end = midnight + entry.until + entry.spread * stream.normal()
-        return _Point(start, max(end, start), entry.activity, False, name)
+        return _DrawnEntry(start, max(end, start), entry.activity, False, name)
     end = start + stream.log_normal(entry.lasts or 0.0, entry.varies)
-    return _Point(start, end, entry.activity, True, name)
+    return _DrawnEntry(start, end, entry.activity, True, name)
 
 
-def _filled(
+def _draw_filler(
     routine: Routine, person: Person, first: date, day: int, now: float, until: float,
     doing: str, stream: Stream,
 ) -> tuple[str, float]:  # fmt: skip
-    """Return what a person does from `now` on, and until when, at most until `until`.
+    """Return an activity that a person does from `now` on, and its end, at most `until`.
 
-    This is drawn from a filler. Without one it is `doing`, the last activity; visitors are away.
+    A filler draws the activity. Without a filler it is `doing`, the last one; visitors are away.
     """
     soonest = until
     for filler in routine.fillers:
@@ -228,10 +232,10 @@ def _filled(
     return (AWAY if person.visitor else doing), soonest
 
 
-def _interrupted(
+def _with_interruptions(
     segments: list[Segment], rule: Interruption, draws: Draws, number: int
 ) -> Iterator[Segment]:
-    """Yield the segments with those that an interruption rule adds."""
+    """Yield the segments with the interruptions that a rule of the routine adds."""
     for segment in segments:
         if segment.activity != rule.during:
             yield segment
@@ -254,10 +258,10 @@ def _interrupted(
         yield Segment(now, segment.end, segment.person, segment.activity)
 
 
-def _replaced(
+def _with_absence(
     segments: list[Segment], begins: float, ends: float, activity: str
 ) -> Iterator[Segment]:
-    """Yield the segments with another activity in place of what is done from `begins` to `ends`."""
+    """Yield the segments with `activity` in place of all others from `begins` to `ends`."""
     for segment in segments:
         start, end, person = segment.start, segment.end, segment.person
         if end <= begins or start >= ends:
@@ -270,11 +274,8 @@ def _replaced(
             yield Segment(ends, end, person, segment.activity)
 
 
-def _joined(segments: Iterable[Segment], ends: float) -> Iterator[Segment]:
-    """Yield the segments, cut at the time `ends`.
-
-    Consecutive segments with the same activity are joined into one.
-    """
+def _join_segments(segments: Iterable[Segment], ends: float) -> Iterator[Segment]:
+    """Yield the segments up to the time `ends`, joined where the activity is the same."""
     last: Segment | None = None
     for segment in segments:
         start, end = segment.start, min(segment.end, ends)
@@ -297,7 +298,7 @@ OTHER = "Other"
 
 
 def read(content: str, name: str) -> tuple[date, list[Segment]]:
-    """Read a diary.
+    """Read a diary: a CSV file of the activities that persons do, with times.
 
     Parameters
     ----------
@@ -311,7 +312,7 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
     first : date
         The date whose midnight is 0 s.
     segments : list of Segment
-        The segments of each person in order, with the activity `OTHER` in the gaps.
+        What each person does, in order, with the activity `OTHER` in the gaps.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Change the open home for a run and revert all changes exactly; copy sensors for other runs."""
+"""Change the open home for a run and undo the changes; copy sensors that a run sets differently."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SAME_PLACE = 1e-5
 
 
 class Changes(ExitStack):
-    """Context manager in which the open home can be changed; its end reverts all changes."""
+    """Context manager: its methods change the open home, and its exit undoes all changes."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,7 +42,7 @@ class Changes(ExitStack):
         self.callback(lambda: bpy.context.view_layer.update())
 
     def set(self, owner: Any, name: str, value: Any) -> None:
-        """Set an attribute of `owner`; its present value is restored at the end."""
+        """Set the attribute `name` of `owner`; the exit restores its present value."""
         before = getattr(owner, name)
         if isinstance(before, (Vector, Euler, Quaternion, Matrix)):
             before = before.copy()
@@ -54,7 +54,8 @@ class Changes(ExitStack):
     def apply(self, settings: Mapping[str, Mapping[str, Any]]) -> None:
         """Set the parameters of sensors, and move sensors.
 
-        `settings` are values by sensor and parameter. Raise `AngenError` if that is impossible.
+        `settings` has values by sensor and parameter. Raise `AngenError` if a sensor cannot be
+        changed.
         """
         sensors = {sensor.name: sensor for sensor in all_sensors(bpy.context.view_layer)}
         for name, values in settings.items():
@@ -68,10 +69,7 @@ class Changes(ExitStack):
         bpy.context.view_layer.update()
 
     def _move(self, sensor: Sensor, by: Mapping[str, float]) -> None:
-        """Move and turn a sensor.
-
-        `by` has metres along the home's axes, and radians about the sensor's own axes.
-        """
+        """Move a sensor along the home's axes (m), and turn it about its own axes (rad)."""
         obj = sensor.object
         if sensor.holders or not obj.is_editable:
             raise AngenError(f"'{sensor.name}' is linked or in an instance, and cannot be moved")
@@ -95,9 +93,10 @@ class Changes(ExitStack):
 def set_parameter(
     sensor: Sensor, parameter: str, value: Any, put: Callable[[Any, str, Any], object]
 ) -> None:
-    """Set a parameter of a sensor, if its value changes, by calling `put(owner, name, value)`.
+    """Set a parameter of a sensor to another value, by calling `put(owner, name, value)`.
 
-    Raise `AngenError` if the parameter is animated, linked or out of limits.
+    Do nothing if the parameter has this value. Raise `AngenError` if the parameter is animated,
+    linked or out of limits.
     """
     common = parameter in COMMON
     group = sensor.settings if common else sensor.parameters
@@ -115,9 +114,9 @@ def set_parameter(
 
 
 class Variants(ExitStack):
-    """Context manager with copies of sensors that have other settings; its end removes the copies.
+    """Context manager: it makes copies of sensors with other parameters, and removes them on exit.
 
-    With the copies, runs with different settings share one simulation of the home.
+    With the copies, runs with different parameters share one simulation of the home.
     """
 
     def __init__(self) -> None:
@@ -126,7 +125,7 @@ class Variants(ExitStack):
         self._known: dict[Any, Sensor] = {}
 
     def sensors_for(self, settings: Mapping[str, Mapping[str, Any]]) -> list[Sensor]:
-        """Return the sensors that are enabled in a run: copies where the run sets parameters.
+        """Return the sensors that are enabled in a run; copies, if the run sets their parameters.
 
         Raise `AngenError` if none is enabled, or if a sensor is not valid.
         """
@@ -156,17 +155,17 @@ class Variants(ExitStack):
 
 
 def run_name(sensor: Sensor) -> str:
-    """Return the name of a sensor in its run; a copy has the name of the copied sensor there."""
+    """Return a sensor's name in the results of a run; a copy has the copied sensor's name."""
     return sensor.stands_for or sensor.name
 
 
 def with_run_names(sensors: Iterable[Sensor]) -> list[Sensor]:
-    """Return the sensors with the names that they have in their run; see `run_name`."""
+    """Return the sensors, named as in the results of a run; see `run_name`."""
     return [replace(sensor, name=run_name(sensor)) for sensor in sensors]
 
 
 def recording_of_sensors(readings: Recording, sensors: Sequence[Sensor]) -> Recording:
-    """Return the readings of only the given sensors, under their names in the run."""
+    """Return a recording of only the given sensors, named as in the results of a run."""
     tracks = {}
     for sensor in sensors:
         track = copy.copy(readings.tracks[sensor.name])
@@ -176,7 +175,7 @@ def recording_of_sensors(readings: Recording, sensors: Sequence[Sensor]) -> Reco
 
 
 def day_of_sensors(day: Day, sensors: Sequence[Sensor]) -> Day:
-    """Return a day with the events of only the given sensors, under their names in the run."""
+    """Return a day with the events of only the given sensors, named as in the results of a run."""
     names = {sensor.name: run_name(sensor) for sensor in sensors}
     events = [replace(e, sensor=names[e.sensor]) for e in day.events if e.sensor in names]
     events.sort(key=lambda event: (event.time, event.sensor, event.field))

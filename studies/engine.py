@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run a study on Dask: find workers, send them runs, and store what they return.
+"""Run a study on Dask: find workers, send runs to them, and store the results.
 
 Workers are processes on this machine, or those of a Dask scheduler elsewhere.
 """
@@ -68,7 +68,10 @@ T = TypeVar("T")
 
 @contextmanager
 def local_client(jobs: int) -> Iterator[distributed.Client]:
-    """Context manager with a Dask client of `jobs` single-threaded processes on this machine."""
+    """Context manager: start `jobs` single-threaded Dask workers on this machine.
+
+    On entry, return their Dask client. On exit, end the workers.
+    """
     with (
         dask.config.set(SETTINGS),
         tempfile.TemporaryDirectory(prefix="angen-study-") as folder,
@@ -89,9 +92,10 @@ def local_client(jobs: int) -> Iterator[distributed.Client]:
 
 @contextmanager
 def remote_client(address: str) -> Iterator[distributed.Client]:
-    """Context manager with a Dask client of the scheduler at an address.
+    """Context manager: connect to the Dask scheduler at an address.
 
-    Raise `InputError` if no scheduler answers there.
+    On entry, return the Dask client, or raise `InputError` if no scheduler answers. On exit,
+    disconnect.
     """
     # Dask's own messages are silenced: errors are reported below in one line.
     warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
@@ -109,9 +113,9 @@ def remote_client(address: str) -> Iterator[distributed.Client]:
 
 
 def check_workers(client: distributed.Client) -> dict[str, str]:
-    """Return the versions of the workers, which must be the same for all.
+    """Return the versions of the workers' software by name, which must be the same on all workers.
 
-    Raise `InputError` if they are not, or if a worker has several threads or cannot simulate.
+    Raise `InputError` if they differ, or if a worker has several threads or cannot simulate.
     """
     for address, threads in client.nthreads().items():
         if threads != 1:
@@ -144,10 +148,8 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
 
 
 def _check_pythons(client: distributed.Client) -> None:
-    """Raise `InputError` if the scheduler or a worker has another version of Python than this.
-
-    Such a worker cannot read the functions that it receives, and can crash.
-    """
+    """Raise `InputError` if the scheduler or a worker has a different version of Python."""
+    # Another Python cannot read the functions that it receives, and can crash.
     replies = client.get_versions()
     known = {"the scheduler": replies["scheduler"]}
     known |= {f"the worker {address}": facts for address, facts in replies["workers"].items()}
@@ -180,9 +182,9 @@ def submit(
     name : str
         The function, as MODULE.FUNCTION.
     argument
-        Its argument.
+        The function's argument.
     workers : list of str, optional
-        The addresses of the workers that may do it; by default any worker.
+        The addresses of the workers that may run the call; by default any worker.
     """
 
     # The scheduler unpickles tasks, and need not have this package: a nested function is pickled by
@@ -199,7 +201,7 @@ def submit(
 
 
 def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
-    """Send files to all workers, and to those that connect later."""
+    """Send files, given with their contents, to all workers, and to those that connect later."""
     name = f"angen-study-{hash(frozenset(file.digest for file in files)):x}"
     client.register_plugin(tasks.FilesOfStudy(name, files))
 
@@ -209,7 +211,11 @@ def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
 
 @dataclass
 class Tasks:
-    """The tasks of a study's runs; `files` and `homes` have the paths as keys."""
+    """Makes the tasks of workers from the runs of a study.
+
+    `files` and `homes` have the paths of files as keys. `versions` are those of the workers'
+    software. `days_in` is the folder for simulated days of unfinished runs.
+    """
 
     study: Study
     files: Mapping[str, File]
@@ -301,7 +307,7 @@ class Driver:
         self._noted: set[str] = set()
 
     def _examine(self, file: File) -> HomeFacts:
-        """Return what the study must know of a home, which a worker opens for this."""
+        """Return data about a home, which a worker opens for this."""
         try:
             found: HomeFacts = submit(self._client, "runs.examine", file).result()
         except Exception as error:
@@ -311,7 +317,7 @@ class Driver:
     def run(self, progress: Callable[[int, int, int], None]) -> None:
         """Run all runs that have no result yet.
 
-        Raise `InputError` if a run cannot be sent or stored. The results until then are kept.
+        Raise `InputError` if a run cannot be sent or stored. Results stored before that are kept.
 
         Parameters
         ----------
@@ -359,16 +365,13 @@ class Driver:
         return sum(row is not None for row in rows)
 
     def _missing(self) -> Iterator[Run]:
-        """Yield the runs that have no result, and those that have failed."""
+        """Yield the runs without a stored result, and the runs that failed."""
         for run in runs_of(self._study):
             if not self._store.has(self._tasks.task_of(run).digest):
                 yield run
 
     def _wait_for_some(self, pending: dict[Any, list[Task]]) -> list[Any]:
-        """Wait until some of the pending futures have ended, and return these.
-
-        Raise `InputError` if the scheduler is lost.
-        """
+        """Wait until some of the pending futures have ended, and return these."""
         while True:
             try:
                 distributed.wait(list(pending), timeout=CHECK_S, return_when="FIRST_COMPLETED")
@@ -385,17 +388,12 @@ class Driver:
                 raise self._lost()
 
     def _lost(self) -> InputError:
-        """Return the error that says that the scheduler is lost."""
         return InputError(
             "the scheduler is lost; what is done is kept, and the same command goes on from it"
         )
 
     def _outcome(self, future: Any, group: list[Task]) -> list[RunResult]:
-        """Return the results of a group of runs.
-
-        If the group's task has failed, each result is the error. Raise `InputError` if the study
-        cannot go on.
-        """
+        """Return the results of a group of runs; if its task failed, each result has the error."""
         try:
             done: list[RunResult] = future.result()
             return done
@@ -444,7 +442,7 @@ class Driver:
 
 
 def _shown(key: str, value: Any) -> Any:
-    """Return the value of a varied key as the tables show it."""
+    """Return a value for the tables: files without folders, and sensors joined by "; "."""
     if key == SENSORS:
         return "; ".join(value)
     return Path(value).name if key in (HOME, ROUTINE) else value

@@ -35,9 +35,9 @@ VERSIONS = ("angen_sensors", "blender", "numpy", "python")
 # Columns that are neither varied nor measured.
 NOT_MEASURED = ("run", "seed", "digest", "error", *VERSIONS)
 CONFIDENCE = 0.95
-# Number of bins for a key with many values, each with the same number of runs.
+# Number of bins, with equally many runs each, for a varied parameter with many values.
 BINS = 8
-# A varied key with more values than this is shown in bins.
+# A varied parameter with more values than this is shown in bins.
 FEW = 24
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW)
 MARKS = "osD^v<"
@@ -70,10 +70,7 @@ def write(folder: Path) -> Path:
 
 
 def _facts(folder: Path) -> dict[str, Any]:
-    """Return what the study's folder tells of the study, such as its name and homes.
-
-    Raise `InputError` if the file with this is missing or damaged.
-    """
+    """Return the description of a study, such as its name and homes, from the study's folder."""
     try:
         found: dict[str, Any] = json.loads((folder / FACTS).read_text(encoding="utf-8"))
         return found
@@ -107,7 +104,7 @@ class Results:
     errors : Series
         The number of runs with each error.
     partly : int
-        The number of runs with errors that still have some measures.
+        The number of runs that have errors, but also some measures.
     """
 
     rows: pandas.DataFrame
@@ -149,9 +146,10 @@ def read(path: Path, varied: Sequence[str]) -> Results:
 
 
 class Means(NamedTuple):
-    """Means of groups of runs: a row for each group, a column for each measure.
+    """Means over groups of runs: a row for each group, a column for each measure.
 
-    `half` is half the width of the confidence interval over seeds. It is NaN with a single seed.
+    `value` has the means. `half` is half the width of the confidence interval over seeds, or NaN
+    with a single seed.
     """
 
     value: pandas.DataFrame
@@ -159,7 +157,7 @@ class Means(NamedTuple):
 
 
 def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Sequence[str]) -> Means:
-    """Return the means of the runs that have the same `keys`.
+    """Return the mean of each measure over the runs that have the same `keys`.
 
     Runs with the same seed are averaged first, so that each seed counts once. The confidence
     interval is that of Student's t over the means of the seeds.
@@ -181,10 +179,16 @@ def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Seque
 
 
 class Levels(NamedTuple):
-    """The different values of a varied key in order; or bins, if there are too many values.
+    """The levels of a varied parameter: its values in order or, if there are many, bins of values.
 
-    `labels` and `at` are the texts of the levels and their positions on an axis. `number` has the
-    index of the level of each run.
+    Attributes
+    ----------
+    labels : list of str
+        The text of each level.
+    at : sequence of float
+        The position of each level on an axis.
+    number : Series
+        The index of the level of each run.
     """
 
     labels: list[str]
@@ -193,7 +197,10 @@ class Levels(NamedTuple):
 
 
 def levels(values: pandas.Series[str]) -> Levels:
-    """Return the levels of a column, whose values are texts."""
+    """Return the levels of a column of texts.
+
+    Values that are all numbers are sorted; more than `FEW` of them are put into bins.
+    """
     if not is_numeric(values):
         codes, names = pandas.factorize(values)
         return Levels(list(names), range(len(names)), pandas.Series(codes, values.index))
@@ -216,7 +223,7 @@ def is_numeric(values: Iterable[str]) -> bool:
 def main_measures(results: Results, best: str = "") -> list[str]:
     """Return the measures that the report shows, beginning with `best` if it is measured.
 
-    Measures of single sensors, such as "events NAME", are only in the table.
+    Measures of single sensors, such as "events NAME", are not among them.
     """
     whole = [n for n in results.measured if " " not in n and n not in ("sensors_on", "seconds")]
     first = [best] * (best in results.measured)
@@ -224,20 +231,20 @@ def main_measures(results: Results, best: str = "") -> list[str]:
 
 
 def rank_settings(results: Results, value: pandas.Series[float], way: str) -> pandas.DataFrame:
-    """Return the combinations of varied values that have a `value`, best first.
+    """Return the combinations of varied values, best first.
 
-    If `way` is "least", small values are best; if it is "most", large ones are.
+    `value` has the mean of the main measure for each combination; a combination without one is left
+    out. If `way` is "least", small values are best; if it is "most", large ones are.
     """
     order = (value if way == "least" else -value).dropna().sort_values(kind="stable")
     return results.settings.loc[order.index]
 
 
 def results_to_plot(results: Results, ranked: pandas.DataFrame) -> Results:
-    """Return the results with only those varied keys that pictures can show.
+    """Return the results with only those varied parameters that pictures can show.
 
-    If there are many sets of sensors, the number of enabled sensors takes the place of the set. For
-    each number only the best set is kept. Other keys are left out if they have many values that are
-    text.
+    A parameter with many texts as values is left out. Too many sets of sensors are replaced by the
+    number of enabled sensors; for each number, only the set that is first in `ranked` is kept.
     """
     rows = results.rows
     many = {k for k in results.varied if rows[k].nunique() > FEW and not is_numeric(rows[k])}
@@ -296,7 +303,7 @@ def html(facts: dict[str, Any], results: Results) -> tuple[str, list[Plot]]:
 
 
 def _fact_rows(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, str]]:
-    """Yield the rows of the table that describes the study: what and how much of it."""
+    """Yield the rows of the table that describes the study, as pairs of a name and a text."""
     yield "home", ", ".join(facts["homes"])
     yield "what varied", ", ".join(facts["varied"]) or "nothing"
     yield "seeds for each setting", str(facts["seeds"])
@@ -310,7 +317,7 @@ def _fact_rows(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, s
 
 
 def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
-    """Return the values of the template for the parts that show results."""
+    """Return the values that the template needs for the sections with results."""
     measures = main_measures(results, best)
     settings = results.settings
     shown = [name for name in (*measures, "sensors_on") if name in results.measured]
@@ -340,7 +347,7 @@ def _sections(results: Results, best: str, way: str) -> dict[str, Any]:
 
 
 def _curves(results: Results, measures: Sequence[str]) -> Iterator[Plot]:
-    """Yield pictures with the curves of each measure against what was varied."""
+    """Yield pictures with the curves of measures against the varied parameters."""
     for measure in measures:
         yield Plot(f"{measure} against what varied", curves(results, [measure], measure))
     for measure in ("events", "active"):
@@ -367,7 +374,7 @@ def _short(value: str) -> str:
 
 
 def _cell(value: float, half: float) -> tuple[str, str]:
-    """Return a mean as two texts: with all digits, for sorting, and with its interval, to show."""
+    """Return a mean with all digits, for sorting, and as text with its confidence interval."""
     if math.isnan(value):
         return "", ""
     return repr(value), f"{value:.4g}" + ("" if math.isnan(half) else f" ± {half:.2g}")
@@ -377,10 +384,10 @@ def _cell(value: float, half: float) -> tuple[str, str]:
 
 
 def curves(results: Results, measures: Sequence[str], label: str) -> str:
-    """Plot measures against each varied key, as SVG.
+    """Plot measures against each varied parameter, and return the SVG.
 
-    Points are means over all runs with a value of the key. Bars are confidence intervals over
-    seeds.
+    Points are means over all runs with the same value of the parameter. Bars are confidence
+    intervals over seeds.
     """
     drawing, axes = _axes(len(results.varied))
     for axis, key in zip_longest(axes, results.varied):
@@ -417,9 +424,9 @@ def curves(results: Results, measures: Sequence[str], label: str) -> str:
 
 
 def heat_map(results: Results, measure: str, keys: tuple[str, str]) -> Plot:
-    """Plot the mean of a measure for each pair of values of two keys.
+    """Plot the mean of a measure for each pair of values of two varied parameters, `keys`.
 
-    Each cell also gives half the width of the confidence interval.
+    Each cell also shows half the width of the confidence interval.
     """
     across, up = (levels(results.rows[key]) for key in keys)
     found = means(results.rows, [up.number.rename("up"), across.number.rename("across")], [measure])
@@ -453,10 +460,8 @@ def _axes(count: int, height: float = HEIGHT) -> tuple[Any, Any]:
 
 
 def _svg(drawing: Figure) -> str:
-    """Return a figure as an SVG element.
-
-    Text remains text, and the same numbers give the same bytes.
-    """
+    """Return a figure as an SVG element."""
+    # Text remains text, and the same numbers give the same bytes.
     out = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": "angen", "svg.fonttype": "none"}):
         drawing.savefig(out, format="svg", metadata={"Date": None})

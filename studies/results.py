@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stored results of a study: `runs.jsonl` with a line for each run, and the tables.
+"""Store the results of a study in `runs.jsonl`, a line for each run, and write tables of them.
 
 The tables are `results.csv` and `results.parquet`.
 """
@@ -38,7 +38,7 @@ Row = dict[str, Any]
 
 
 class Store:
-    """The result folder of a study, as a context manager.
+    """The folder of a study's results; as a context manager, it closes its file on exit.
 
     Raise `InputError` if the folder cannot be written, or if another study is writing into it.
     """
@@ -76,7 +76,7 @@ class Store:
         )
 
     def read(self) -> None:
-        """Read which results are stored, and remove a last line that is incomplete."""
+        """Read `runs.jsonl`, and remove an incomplete last line."""
         self._file.seek(0)
         end = 0
         for line in self._file:
@@ -93,17 +93,17 @@ class Store:
                 self._file.truncate(end)
 
     def _index(self, row: Row, at: int) -> None:
-        """Remember where in the file the result of a run is, and whether the run failed."""
+        """Store the position of a run's line in the file, and whether the run failed."""
         digest = row["digest"]
         self._at[digest] = at
         (self.failed.add if row["error"] else self.failed.discard)(digest)
 
     def has(self, digest: str) -> bool:
-        """Return whether a run has a stored result without an error."""
+        """Return whether the run with this digest has a stored result without an error."""
         return digest in self._at and digest not in self.failed
 
     def add(self, done: RunResult, versions: dict[str, str]) -> None:
-        """Store the result of a run.
+        """Store the result `done` of a run, with the versions of the software that simulated it.
 
         If that fails, raise `InputError`, and store no part of the line.
         """
@@ -131,7 +131,7 @@ class Store:
         self._index(row, at)
 
     def row(self, digest: str) -> Row | None:
-        """Return the stored result of a run, or None if there is none."""
+        """Return the stored result of the run with this digest, or None if there is none."""
         if digest not in self._at:
             return None
         self._file.seek(self._at[digest])
@@ -140,7 +140,7 @@ class Store:
 
 
 def _restore_file(file: Any, at: int) -> Any:
-    """Cut the file to `at` bytes, after a line was written only in part; return it opened anew."""
+    """Cut the file to `at` bytes, which removes an incomplete line, and return it opened again."""
     path = file.name
     with contextlib.suppress(OSError):
         file.close()
@@ -149,7 +149,7 @@ def _restore_file(file: Any, at: int) -> Any:
 
 
 def write_tables(folder: Path, rows: Iterable[Row]) -> list[str]:
-    """Write both tables, and return sentences on those that could not be written.
+    """Write both tables of results; return a list of messages about tables that were not written.
 
     Raise `InputError` if the folder cannot be written.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulate and measure runs in this process's Blender.
 
-A home stays open from one run to the next. A run simulates the home's own animation, or days that
-residents live by a routine.
+A home stays open from one run to the next. A run simulates the home's own animation, or days on
+which residents follow a routine.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ _one_at_a_time = threading.Lock()
 
 
 def examine(home: File) -> HomeFacts:
-    """Return what a study must know of a home, without simulating it.
+    """Open a home, and return data about it for a study.
 
     Raise `AngenError` if the home has no sensors.
     """
@@ -101,10 +101,7 @@ def _reopen(home: File) -> None:
 
 
 def _facts(home: File) -> HomeFacts:
-    """Return what a study must know of the open home.
-
-    Raise `AngenError` if the home has no sensors.
-    """
+    """Return data about the open home for a study; raise `AngenError` if it has no sensors."""
     sensors = all_sensors(bpy.context.view_layer)
     if not sensors:
         raise AngenError(f"{home.name} has no sensors in its scene")
@@ -118,26 +115,20 @@ def _facts(home: File) -> HomeFacts:
 
 
 def _independent_sensors(sensors: Sequence[Sensor]) -> frozenset[str]:
-    """Return the names of the sensors whose settings change nothing but their own readings.
-
-    Runs with other settings of such sensors can share one simulation. Sensors that need light or
-    forces are not among them, because light and forces are computed for all sensors at once.
-    """
+    """Return the names of the sensors whose parameters affect the readings of no other sensor."""
     if are_driven("angen_sensor."):
         return frozenset()
     return frozenset(
         sensor.name
         for sensor in sensors
+        # Light and forces are computed for all sensors at once.
         if not (sensor.kind.requires_light or sensor.kind.requires_forces or sensor.holders)
         and not may_set(sensor.object, "angen_sensor.")
     )
 
 
 def _run_group(group: Sequence[Task]) -> list[RunResult]:
-    """Return the results of runs in one simulation.
-
-    If the simulation fails, simulate each run alone.
-    """
+    """Return the results of runs in one simulation; if this fails, simulate each run alone."""
     global _open
     begin = time.perf_counter()
     try:
@@ -151,21 +142,16 @@ def _run_group(group: Sequence[Task]) -> list[RunResult]:
 
 
 def _failed_run(task: Task, error: Exception, seconds: float = 0.0) -> RunResult:
-    """Return the result of a run that failed."""
     return RunResult(task.digest, {}, seconds, _one_line(error))
 
 
 def _one_line(error: Exception) -> str:
-    """Return the text of an error as one line."""
     text = str(error) if isinstance(error, AngenError) else f"{type(error).__name__}: {error}"
     return " ".join(text.split())
 
 
 def _simulate_together(group: Sequence[Task]) -> list[RunResult]:
-    """Return the results of runs that share one simulation.
-
-    Raise `AngenError` if the home cannot be simulated.
-    """
+    """Return the results of runs that share one simulation."""
     first, failed = group[0], []
     if _open != first.home.digest:
         _reopen(first.home)
@@ -195,28 +181,16 @@ def _simulate_together(group: Sequence[Task]) -> list[RunResult]:
 
 def _measure(
     task: Task,
-    on: Sequence[Sensor],
+    enabled: Sequence[Sensor],
     measure: Callable[[Task, Sequence[Sensor]], Measurements],
     seconds: float,
 ) -> RunResult:
-    """Return the result of a run.
-
-    Parameters
-    ----------
-    task : Task
-        The run.
-    on : sequence of Sensor
-        The sensors that are enabled in this run.
-    measure : callable
-        Takes the task and its sensors, and returns the measurements.
-    seconds : float
-        The time that the simulation took for this run, s.
-    """
+    """Return the result of a run: what `measure` returns for its enabled sensors."""
     try:
-        found = measure(task, on)
+        found = measure(task, enabled)
     except Exception as error:
         return _failed_run(task, error, seconds)
-    values = {"sensors_on": len(on), **found.values}
+    values = {"sensors_on": len(enabled), **found.values}
     return RunResult(task.digest, values, seconds, "; ".join(found.errors), found.files)
 
 
@@ -236,12 +210,9 @@ def simulate_frames(sensors: list[Sensor], frames: tuple[int, int] | None) -> Re
     return readings
 
 
-def _measure_recording(together: Readings, task: Task, on: Sequence[Sensor]) -> Measurements:
-    """Measure one run from `together`, the recording of all runs that shared the simulation.
-
-    `on` are the sensors that are enabled in this run.
-    """
-    readings, sensors = recording_of_sensors(together, on), with_run_names(on)
+def _measure_recording(shared: Readings, task: Task, enabled: Sequence[Sensor]) -> Measurements:
+    """Measure one run from `shared`, the recording of all runs that are simulated together."""
+    readings, sensors = recording_of_sensors(shared, enabled), with_run_names(enabled)
     facts = {sensor.name: sensor_facts(sensor) for sensor in sensors}
     recording = Recording(readings, facts, about(bpy.context.scene))
     shown = {name: figures(track) for name, track in sorted(readings.tracks.items())}
@@ -265,11 +236,7 @@ def _measure_recording(together: Readings, task: Task, on: Sequence[Sensor]) -> 
 
 
 def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> float:
-    """Return the error of the light sensors of a run.
-
-    The reference is a simulation with many light paths. The error is the rms difference from it,
-    divided by its mean.
-    """
+    """Return the relative rms error of light sensors against a simulation with many light paths."""
     lights = [sensor for sensor in sensors if sensor.kind.requires(LIGHT)]
     if not lights:
         raise AngenError("no light sensor is switched on")
@@ -292,10 +259,9 @@ def _light_error(task: Task, readings: Readings, sensors: Sequence[Sensor]) -> f
 
 
 def _make_household(task: Task) -> Household | None:
-    """Return the people of the open home, or None for a task without a routine.
+    """Return the residents of the open home, or None for a task without a routine.
 
-    Call it before a run changes the sensors, because they name the rooms. Raise `AngenError` if the
-    routine does not fit the home.
+    Call it before a run changes the sensors, because they name the rooms.
     """
     if task.routine is None:
         return None
@@ -306,7 +272,7 @@ def _make_household(task: Task) -> Household | None:
 
 
 def _days(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[Day]:
-    """Return the days of a task with the events of `sensors`; raise `AngenError` if that fails."""
+    """Return the days of a task, with the events of `sensors`."""
     household.sensors = list(sensors)
     household.causes = bool(task.keep or task.functions)
     kept = _DayCache(task, household)
@@ -317,21 +283,18 @@ def _days(task: Task, household: Household, sensors: Sequence[Sensor]) -> list[D
 
 
 class _DayCache:
-    """Simulated days of a task, kept in memory and in a folder of the driver.
-
-    The folder is left out if this worker cannot reach it. With it, a killed worker loses only the
-    day that it was simulating.
-    """
+    """Simulated days of a task, in memory and, if it can be reached, in the driver's folder."""
 
     def __init__(self, task: Task, household: Household) -> None:
         self.days: dict[int, Day] = {}
         facts = digest_of_home(household), task.shared_settings, task.versions, household.causes
         self._digest = digest_of({"day": facts})
+        # With the folder, a killed worker loses only the day that it was simulating.
         folder = Path(task.days_in)
         self._folder = folder / self._digest if task.days_in and folder.is_dir() else None
 
     def day(self, number: int) -> Day | None:
-        """Return the day with this number, or None if it was not kept."""
+        """Return the day with this number from memory or the folder, or None."""
         if number not in self.days and self._folder is not None:
             with suppress(OSError, ValueError):
                 text = (self._folder / f"{number}.json").read_text(encoding="utf-8")
@@ -341,7 +304,7 @@ class _DayCache:
         return self.days.get(number)
 
     def keep(self, number: int, day: Day) -> None:
-        """Keep a day in memory and in the folder."""
+        """Store a day in memory and in the folder."""
         self.days[number] = day
         if self._folder is not None:
             # A day that cannot be written only costs time.
@@ -350,16 +313,13 @@ class _DayCache:
                 write_files({self._folder / f"{number}.json": day.as_json(self._digest)})
 
 
-def _measure_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) -> Measurements:
-    """Measure one run from `together`, the days of all runs that shared the simulation.
-
-    `on` are the sensors that are enabled in this run.
-    """
+def _measure_days(shared: Sequence[Day], task: Task, enabled: Sequence[Sensor]) -> Measurements:
+    """Measure one run from `shared`, the days of all runs that are simulated together."""
     # Imported here because pandas takes some 50 MB of a worker's memory.
     from . import truth
 
-    rows = DayRows.of([day_of_sensors(day, on) for day in together])
-    sensors = with_run_names(on)
+    rows = DayRows.of([day_of_sensors(day, enabled) for day in shared])
+    sensors = with_run_names(enabled)
     rooms = {sensor.name: sensor.room for sensor in sensors}
     days = truth.days_from_rows(rows, task.days)
     found = Measurements()
@@ -395,16 +355,16 @@ def _measure_days(together: Sequence[Day], task: Task, on: Sequence[Sensor]) -> 
 
 @dataclass
 class Measurements:
-    """The measures of a run.
+    """What was measured in a run.
 
     Attributes
     ----------
     values : dict
-        The value of each column.
+        The value of each column of the results.
     errors : list of str
         A text for each measure that failed.
     files : dict of str to str
-        The logs to keep, by name.
+        The text of each log to store, by file name.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -414,7 +374,7 @@ class Measurements:
     def add_all(
         self,
         task: Task,
-        known: Mapping[str, Callable[[], Mapping[str, Any]]],
+        built_in: Mapping[str, Callable[[], Mapping[str, Any]]],
         recording: Any,
         truth: Any,
     ) -> None:
@@ -424,12 +384,12 @@ class Measurements:
         ----------
         task : Task
             The run.
-        known : mapping of str to callable
+        built_in : mapping of str to callable
             The built-in measures by name; each returns the values of its columns.
         recording, truth
             The arguments of the user's own functions.
         """
-        for name, measure in known.items():
+        for name, measure in built_in.items():
             if name in task.measure:
                 self._add(name, measure)
         for label, name, source in task.functions:
@@ -445,10 +405,7 @@ class Measurements:
     def _call_function(
         self, task: Task, name: str, source: str, recording: Any, truth: Any
     ) -> dict[str, Any]:
-        """Return the values that a user's function returns, by column.
-
-        Raise `AngenError` if the function fails, or if a value is no number.
-        """
+        """Return the numbers that a user's function returns, by column."""
         try:
             answer = _function(name, source)(recording, truth)
         except Exception as error:
@@ -467,7 +424,7 @@ class Measurements:
 
 
 def _columns(column: str, whole: float, each: Mapping[str, float]) -> dict[str, Any]:
-    """Return a column with the value of all sensors, and one column for each sensor."""
+    """Return a column with the value of all sensors together, and one column for each sensor."""
     return {column: whole, **{f"{column} {name}": value for name, value in each.items()}}
 
 
@@ -485,7 +442,10 @@ def _function(name: str, source: str) -> Any:
 
 
 def coverage(sensors: Sequence[Sensor]) -> float:
-    """Return the share of the floor on which the motion detectors notice a walking person."""
+    """Return the fraction of the floor on which motion detectors notice a walking person.
+
+    It is 0 if no motion detector is enabled.
+    """
     try:
         seen = detectors(sensors)
     except AngenError:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Translate the keys of a study to parameters of a home's sensors, and check the values."""
+"""Translate the keys of a study to parameters of a home's sensors, and check the values.
+
+A key, such as "PIR*.hold_time", names some sensors and one of their parameters.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ Settings = dict[str, dict[str, Any]]
 
 @dataclass(frozen=True)
 class HomeFacts:
-    """What a study must know of a home before the home is simulated.
+    """Data about a home that a study needs before it simulates the home.
 
     Attributes
     ----------
@@ -38,7 +41,7 @@ class HomeFacts:
     frame_start : int
         The scene's first frame.
     free : frozenset of str
-        The sensors whose settings change nothing but their own readings.
+        The sensors whose parameters affect the readings of no other sensor.
     """
 
     name: str
@@ -48,9 +51,9 @@ class HomeFacts:
     free: frozenset[str] = frozenset()
 
     def fitting(self, pattern: str) -> list[str]:
-        """Return the names of the sensors that match a name or a pattern.
+        """Return the names of the sensors that match `pattern`, or several patterns joined by "; ".
 
-        `pattern` can have several patterns. If one of them matches no sensor, return an empty list.
+        Return an empty list if one of several patterns matches no sensor.
         """
         if pattern in self.kinds:
             return [pattern]
@@ -66,7 +69,8 @@ class HomeFacts:
 def check(study: Study, homes: Iterable[HomeFacts]) -> None:
     """Raise `InputError` if a study does not fit its homes.
 
-    This is so for keys that name no sensor or parameter of a home, and for values out of limits.
+    Each key, such as "PIR*.hold_time", must name sensors of each home and a parameter of theirs.
+    Each value must be within the limits of its parameter.
     """
     for home in homes:
         with explained(home.name, InputError):
@@ -86,13 +90,12 @@ def check(study: Study, homes: Iterable[HomeFacts]) -> None:
 
 
 def _no_sensor(study: Study, home: HomeFacts, key: str, pattern: str) -> InputError:
-    """Return the error that says that a pattern matches no sensor."""
     found = not_found(pattern, home.kinds, f" of {home.name}")
     return InputError(f"{study.where(key)}: {found}")
 
 
 def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...] | Range) -> None:
-    """Raise `InputError` if a key names no sensor or parameter of a home, or a value is invalid."""
+    """Raise `InputError` if a home has no such sensor or parameter, or if a value is invalid."""
     pattern, _, parameter = key.rpartition(".")
     names = home.fitting(pattern)
     if not names:
@@ -114,10 +117,7 @@ def _check_key(study: Study, home: HomeFacts, key: str, values: tuple[Value, ...
 
 
 def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
-    """Return why a value is not valid for a parameter, or "" if it is valid.
-
-    `is_range` tells that the value is from a range which is not limited to whole numbers.
-    """
+    """Return why a value, or a limit of a range, is not valid for a parameter; "" if it is."""
     if parameter == PRESET:
         known = [preset.identifier for preset in kind.presets]
         return "" if value in known else f"'{value}' is unknown: {hint(str(value), known)}"
@@ -135,16 +135,13 @@ def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
     return next((text.removeprefix(prefix) for text in problems if text.startswith(prefix)), "")
 
 
-def _wanted(like: Any, value: Any, above_0: bool) -> str:
-    """Return what a value must be, such as "a number", or "" if the value has the type of `like`.
-
-    If `above_0`, it must be a number above 0.
-    """
+def _wanted(like: Any, value: Any, is_positive: bool) -> str:
+    """Return what a value must be, such as "a number"; "" if it has the type of `like`."""
     if isinstance(like, bool):
         return "" if isinstance(value, bool) else "true or false"
     if not isinstance(like, (int, float)):
         return "" if isinstance(value, str) else "a text"
-    if above_0:
+    if is_positive:
         return "" if _is_number(value) and value > 0 else "a number above 0"
     if not _is_number(value):
         return "a number"
@@ -158,10 +155,11 @@ def _is_number(value: Any) -> bool:
 def settings_of(
     home: HomeFacts, values: Mapping[str, Value], choice: SensorChoice = ALL_SENSORS
 ) -> Settings:
-    """Return the settings of a run, by sensor and parameter.
+    """Return the values that a run sets, by sensor and parameter.
 
-    If two keys set the same parameter, the later one counts. Sensors that are not in the value of
-    the key `sensors`, or not in `choice`, are disabled.
+    `values` has the run's value for each key, such as "PIR*.hold_time". If two keys set the same
+    parameter, the later one counts. Sensors that are not in the value of the key `sensors`, or not
+    in `choice`, are disabled.
     """
     found: Settings = {}
     on = values.get(SENSORS)
@@ -182,7 +180,7 @@ def settings_of(
 
 
 def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
-    """Return the parameters that one key sets, with their values; a preset sets several."""
+    """Return the parameters, with their values, that one key sets; a preset sets several."""
     if parameter == PRESET:
         return dict(next(p.values for p in kind.presets if p.identifier == value))
     if parameter in specs(kind.parameters) and _is_number(value):
@@ -192,10 +190,10 @@ def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
 
 
 def shared_settings(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
-    """Return those settings of a run that can change other sensors' readings.
+    """Return those of a run's settings that can affect the readings of other sensors.
 
     These are the poses of sensors, because housings block rays, and all settings of sensors that
-    are not `free`.
+    are not in `home.free`.
     """
     found = {
         name: {

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read a study from TOML, report each error with its line, and draw its runs."""
+"""Read a study from a TOML file, and make the list of its runs.
+
+Errors in the file are reported with their line.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,7 @@ SEEDS = 2**31
 
 @dataclass(frozen=True)
 class Range:
-    """Numbers between two limits, from which a study takes values.
+    """A range of numbers, from which a study takes the values of a parameter.
 
     Attributes
     ----------
@@ -63,7 +66,7 @@ class Range:
     steps : int
         How many numbers a grid takes, limits included.
     log : bool
-        Whether numbers are taken evenly on a logarithmic scale, and not on a linear one.
+        Whether the numbers are evenly spaced on a logarithmic scale instead of a linear one.
     whole : bool
         Whether only whole numbers are taken.
     """
@@ -74,33 +77,36 @@ class Range:
     log: bool = False
     whole: bool = False
 
-    def at(self, share: float) -> float:
-        """Return the number at a share of the range: 0 is the first number, 1 the last."""
+    def at(self, fraction: float) -> float:
+        """Return the number at a fraction of the range: `first` at 0, `last` at 1."""
         # Exactly the last number, without rounding errors.
-        if share == 1.0:
+        if fraction == 1.0:
             return self.last
         if self.log:
-            return float(self.first * (self.last / self.first) ** share)
-        return self.first + share * (self.last - self.first)
+            return float(self.first * (self.last / self.first) ** fraction)
+        return self.first + fraction * (self.last - self.first)
 
     def values(self) -> list[Value]:
-        """Return the values that a grid takes."""
+        """Return `steps` evenly spaced numbers, the values for a grid."""
         found = [self.at(step / (self.steps - 1)) for step in range(self.steps)]
         # Rounding can give the same whole number twice.
         return list(dict.fromkeys(map(round, found))) if self.whole else list(found)
 
-    def drawn(self, share: float) -> Value:
-        """Return the value for a random number `share`, which is from 0 to below 1."""
+    def drawn(self, fraction: float) -> Value:
+        """Return the value that a random number `fraction`, from 0 to below 1, selects."""
         if not self.whole:
-            return self.at(share)
+            return self.at(fraction)
         # All whole numbers are equally likely, also the ends.
         wide = Range(self.first - 0.5, self.last + 0.5, log=self.log)
-        return int(min(max(round(wide.at(share)), self.first), self.last))
+        return int(min(max(round(wide.at(fraction)), self.first), self.last))
 
 
 @dataclass(frozen=True)
 class Function:
-    """A measure that is a user's own function; `source` is the text of the function's file."""
+    """A user's own Python function that computes results from a run.
+
+    `file` defines the function, and `source` is the text of the file.
+    """
 
     file: Path
     name: str
@@ -108,13 +114,16 @@ class Function:
 
     @property
     def label(self) -> str:
-        """The names of the file and of the function, as written in the study."""
+        """The function as "FILE:NAME", without the file's folder."""
         return f"{self.file.name}:{self.name}"
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study as read from its file.
+    """A study as read from its file: which runs to simulate, and what to measure in each.
+
+    The file has a table [vary] of varied parameters, and a table [set] of parameters with the same
+    value in all runs. Each parameter has a key, such as "PIR*.hold_time".
 
     Attributes
     ----------
@@ -127,27 +136,27 @@ class Study:
     days : int
         With routines: how many days each run simulates.
     vary : dict
-        For each varied key, its values or their range.
+        For each key of [vary], the values as a tuple or a `Range`.
     fixed : dict
-        For each other key, its value.
+        For each key of [set], the value.
     lines : dict of str to str
-        The position of each key in the file.
+        For each key, its position in the file, for error messages.
     measure, functions : tuple
-        The names of the measures, and the measures that are a user's own functions.
+        The names of the built-in measures, and the user's own functions.
     draw : str
-        How values are combined to runs: "grid", "list", "random" or "sobol".
+        How runs combine the values: "grid", "list", "random" or "sobol".
     runs, draw_seed : int
-        How many combinations are drawn at random, and the seed for that.
+        For random and Sobol draws: the number of combinations, and the seed.
     seeds : tuple of int
         The seeds with which each combination is run.
     frames : tuple of 2 ints, or None
         Without routines: the first and last frame, or None for the scene's range.
     keep : tuple of str
-        The logs to keep, such as "events".
+        The logs to store for each run, such as "events".
     best : tuple of 2 str, or None
-        The main measure, and whether "most" or "least" of it is best.
+        The measure that ranks the results, and whether "most" or "least" of it is best.
     empty_for : float
-        How long a room is empty before and after a false alarm, s.
+        For false alarms: how long before and after an alarm its room must be empty, s.
     together : bool
         Whether runs that differ only in their sensors share one simulation.
     choice : SensorChoice
@@ -176,7 +185,7 @@ class Study:
     choice: SensorChoice = ALL_SENSORS
 
     def where(self, key: str) -> str:
-        """Return the position in the file of a key of [vary] or [set], for errors."""
+        """Return the position of a key of [vary] or [set] in the file, for error messages."""
         return self.lines.get(key, self.name)
 
 
@@ -192,7 +201,7 @@ def read(path: Path) -> Study:
 
 
 def _study(top: TomlTable, folder: Path) -> Study:
-    """Return the study that a TOML table describes; its paths are relative to `folder`."""
+    """Return the study in a TOML table whose paths are relative to `folder`."""
     homes = top.take("home", lambda value: _files(value, folder))
     routines = top.take("routine", lambda value: _files(value, folder), ())
     measure, functions = top.take(
@@ -243,10 +252,7 @@ def _study(top: TomlTable, folder: Path) -> Study:
 
 
 def _keys(top: TomlTable, name: str) -> TomlTable:
-    """Return the table [vary] or [set].
-
-    Raise `InputError` if one of its keys is no parameter of sensors.
-    """
+    """Return the table [vary] or [set]; its keys must be like "PIR*.hold_time", or "sensors"."""
     table = top.below(top.take(name, dict, {}), name)
     for key in table.values:
         if "." not in key and key != SENSORS:
@@ -259,10 +265,7 @@ def _keys(top: TomlTable, name: str) -> TomlTable:
 
 
 def _values(table: TomlTable, key: str) -> tuple[Value, ...] | Range:
-    """Return the values of a key of [vary], or their range.
-
-    Raise `InputError` if there are none.
-    """
+    """Return the values of a key of [vary], as a tuple or a `Range`."""
     found = table.values[key]
     if isinstance(found, dict):
         below = table.below(found, key)
@@ -289,9 +292,9 @@ def _scalar(value: Any) -> Value:
 
 
 def _names(value: Any, what: str = "") -> tuple[str, ...]:
-    """Return a text, or the texts of a list, as a tuple of names.
+    """Return one text, or the texts of a list, as a tuple.
 
-    If `what` is given, raise `ValueError` for an empty list; the error says what it should name.
+    `what` is the noun for an error about an empty list; "" allows an empty list.
     """
     found = (text(value),) if isinstance(value, str) else texts(value)
     if what and not found:
@@ -300,11 +303,7 @@ def _names(value: Any, what: str = "") -> tuple[str, ...]:
 
 
 def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
-    """Return all choices of at least `least` and at most `most` of the named sensors.
-
-    Choices with fewer sensors come first. Raise `InputError` if the table is invalid, or if there
-    are too many choices.
-    """
+    """Return all sets of `least` to `most` of the named sensors, small sets first."""
     names = table.take("of", texts)
     if not names:
         raise table.error("it names no sensor", "of")
@@ -328,7 +327,6 @@ def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
 
 
 def _range(table: TomlTable) -> Range:
-    """Return the range that a table describes; raise `InputError` if it is invalid."""
     any_number = number(-1e12, 1e12)
     found = Range(
         table.take("from", any_number),
@@ -346,10 +344,7 @@ def _range(table: TomlTable) -> Range:
 
 
 def _check_ranges(study: Study) -> None:
-    """Raise `InputError` if a study's `draw` cannot use the varied values.
-
-    A grid needs ranges with steps, and "list" needs lists of one length.
-    """
+    """Raise `InputError` for a range without steps in a grid, or for lists of unequal length."""
     lists = {key: values for key, values in study.vary.items() if not isinstance(values, Range)}
     for key, values in study.vary.items():
         if isinstance(values, Range) and study.draw == "list":
@@ -444,10 +439,7 @@ def _frames(value: Any) -> tuple[int, int]:
 
 
 def _whole(low: int, high: int) -> Any:
-    """Return a function that reads a whole number from `low` to `high`.
-
-    This function raises `ValueError` for anything else.
-    """
+    """Return a function that checks that a value is a whole number from `low` to `high`."""
 
     def read_whole(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
@@ -463,7 +455,7 @@ Setting = dict[str, Value]
 
 
 class Run(NamedTuple):
-    """A run of a study: its number from 1, its values of the varied keys, and its seed."""
+    """A run of a study: its number from 1, the values of the varied parameters, and its seed."""
 
     number: int
     setting: Setting
@@ -485,7 +477,7 @@ def count_of(study: Study) -> int:
 
 
 def runs_of(study: Study) -> Iterator[Run]:
-    """Yield all runs in order: each combination of varied values with every seed."""
+    """Yield all runs in order: each combination of varied values with each of the seeds."""
     number = itertools.count(1)
     for setting in _settings(study):
         for seed in study.seeds:
@@ -493,7 +485,7 @@ def runs_of(study: Study) -> Iterator[Run]:
 
 
 def _settings(study: Study) -> Iterator[Setting]:
-    """Yield the combinations of varied values, each as values by key."""
+    """Yield each combination of values of the varied parameters, by key."""
     ways = list(study.vary.values())
     rows: Iterable[tuple[Value, ...]]
     if study.draw == "grid":
@@ -502,22 +494,24 @@ def _settings(study: Study) -> Iterator[Setting]:
         # `_check_ranges` has checked that these are lists of one length.
         rows = zip(*map(_values_of, ways), strict=True)
     else:
-        rows = (tuple(map(_drawn, ways, shares)) for shares in _shares(study, len(ways)).tolist())
+        rows = (tuple(map(_drawn, ways, row)) for row in _fractions(study, len(ways)).tolist())
     for row in rows:
         yield dict(zip(study.vary, row, strict=True))
 
 
-def _values_of(way: Sequence[Value] | Range) -> Sequence[Value]:
-    """Return the values of a list, or the values that a grid takes from a range."""
-    return way.values() if isinstance(way, Range) else way
+def _values_of(values: Sequence[Value] | Range) -> Sequence[Value]:
+    """Return the values of a tuple, or the values that a grid takes from a range."""
+    return values.values() if isinstance(values, Range) else values
 
 
-def _drawn(way: Sequence[Value] | Range, share: float) -> Value:
-    """Return the value of a list or range for a random number, from 0 to below 1."""
-    return way.drawn(share) if isinstance(way, Range) else way[int(share * len(way))]
+def _drawn(values: Sequence[Value] | Range, fraction: float) -> Value:
+    """Return the value that a random number, from 0 to below 1, selects."""
+    return (
+        values.drawn(fraction) if isinstance(values, Range) else values[int(fraction * len(values))]
+    )
 
 
-def _shares(study: Study, dimensions: int) -> Array:
+def _fractions(study: Study, dimensions: int) -> Array:
     """Return random or Sobol numbers from 0 to below 1, shape (runs, dimensions)."""
     if study.draw == "random":
         return np.random.default_rng(study.draw_seed).random((study.runs, dimensions))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a worker receives and returns, and its files and versions.
+"""The data that a worker receives and returns, and a worker's files and versions.
 
 The driver, which has no Blender, imports this module too.
 """
@@ -28,9 +28,9 @@ _received: dict[str, Path] = {}
 
 
 def digest_of(facts: Mapping[str, Any]) -> str:
-    """Return a digest of plain data, such as of all that a run depends on.
+    """Return a digest of plain data, as 24 hexadecimal digits.
 
-    It has 24 hexadecimal digits. It depends on the order of lists, but not on that of keys.
+    The digest depends on the order of lists, but not on the order of keys.
     """
     text = json.dumps(facts, sort_keys=True, ensure_ascii=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:24]
@@ -43,7 +43,7 @@ def digest_of_bytes(content: bytes) -> str:
 
 @dataclass(frozen=True)
 class File:
-    """A file that runs need: its path on the driver's machine, and its digest."""
+    """A file that runs need: its path on the driver's machine, and the digest of its content."""
 
     path: str
     digest: str
@@ -56,7 +56,7 @@ class File:
 
 @dataclass(frozen=True)
 class Task:
-    """All that a worker needs for a run.
+    """All data that a worker needs for a run.
 
     Attributes
     ----------
@@ -67,22 +67,22 @@ class Task:
     seed : int
         The seed of the run.
     settings, shared_settings : dict
-        The settings of sensors. The shared ones are those of them that can change the readings of
-        other sensors.
+        The values that the run sets, by sensor and parameter. The shared ones can affect the
+        readings of other sensors.
     measure, functions : tuple
-        The names of the measures, and the user's own as (label, name, source).
+        The names of the built-in measures, and the user's own functions as (label, name, source).
     keep : tuple of str
-        The logs to keep.
+        The logs to store, such as "events".
     versions : dict of str to str
-        The versions that all workers of the study have.
+        The versions of the software that all workers of the study have.
     frames : tuple of 2 ints, or None
         The first and last frame of a run without a routine.
     start, days : str and int
         The date of the first day, and the number of days.
     empty_for : float
-        How long a room is empty before and after a false alarm, s.
+        For false alarms: how long before and after an alarm its room must be empty, s.
     days_in : str
-        The driver's folder for the simulated days of runs that are not finished.
+        The driver's folder for the simulated days of unfinished runs.
     """
 
     digest: str
@@ -111,13 +111,13 @@ class RunResult:
     digest : str
         Identifies the run.
     values : dict
-        The value of each column.
+        The value of each column of the results.
     seconds : float
-        The time that the run took.
+        The time that the simulation took, s.
     error : str
         The errors of the measures that failed, or "".
     files : dict of str to str
-        The logs to keep, by name.
+        The text of each log to store, by file name.
     """
 
     digest: str
@@ -135,14 +135,14 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 
 
 class FilesOfStudy(distributed.WorkerPlugin):
-    """A Dask plugin that brings files to each worker that cannot read the driver's disk."""
+    """A Dask plugin that copies files to each worker that cannot read the driver's disk."""
 
     def __init__(self, name: str, files: Mapping[File, bytes]) -> None:
         self.name = name
         self._files = dict(files)
 
     def setup(self, worker: Any) -> None:
-        """Store the files on a worker that has just connected, if it does not have them."""
+        """Store the files on a worker that has just connected, if it cannot read them."""
         for file, content in self._files.items():
             try:
                 local_path(file)
@@ -168,17 +168,14 @@ def local_path(file: File) -> Path:
 # Cached for the process: without the cache each run takes 1 ms a megabyte more.
 @cache
 def _digest(path: Path, changed: int) -> str:
-    """Return the digest of a file.
-
-    `changed` is the file's time stamp. It is an argument only so that the cache notices a change.
-    """
+    """Return the digest of a file; `changed`, its time stamp, makes the cache notice a change."""
     return digest_of_bytes(path.read_bytes())
 
 
 # Cached for the process: without the cache each run takes 11 ms more.
 @cache
 def versions(_: None = None) -> dict[str, str]:
-    """Return the versions on which results depend.
+    """Return the versions of this package, Blender, numpy and Python, on which results depend.
 
     Raise `AngenError` if Blender's Python module is missing.
     """
@@ -198,10 +195,8 @@ def versions(_: None = None) -> dict[str, str]:
 
 
 def _code() -> str:
-    """Return a digest of the source code.
-
-    While developing, the code changes without a new version number.
-    """
+    """Return a digest of the package's source code."""
+    # During development, the code changes without a new version number.
     root = Path(__file__).resolve().parents[1]
     found = hashlib.sha256()
     for folder in ("sensor_logic", "angen_addon", "residents", "studies"):
@@ -211,7 +206,7 @@ def _code() -> str:
 
 
 def differences(ours: dict[str, str], theirs: dict[str, str]) -> str:
-    """Return a text with the versions that differ, or ""."""
+    """Return a text that lists the versions that differ, or "" if all are equal."""
     return ", ".join(
         f"{name} {ours.get(name)} and {theirs.get(name)}"
         for name in sorted({*ours, *theirs})

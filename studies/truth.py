@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Score what sensors report on days against what people did."""
+"""Compare what sensors report on simulated days with what residents did."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ PRESENCE_QUANTITIES = ("motion", "opening", "occupancy", "proximity")
 
 
 class CausedEvent(NamedTuple):
-    """A row of events.csv; `time_s` is the time since the first midnight."""
+    """An event of a sensor, with the person and the object that caused it: a row of events.csv.
+
+    `time_s` is the time since the first midnight, `because` the object.
+    """
 
     time_s: float
     sensor: str
@@ -32,7 +35,10 @@ class CausedEvent(NamedTuple):
 
 
 class Activity(NamedTuple):
-    """A row of activities.csv, with times in seconds since the first midnight."""
+    """A row of activities.csv: what a person did in a room, from `start_s` to `end_s`.
+
+    The times are in seconds since the first midnight.
+    """
 
     start_s: float
     end_s: float
@@ -42,7 +48,7 @@ class Activity(NamedTuple):
 
 
 class Where(NamedTuple):
-    """A row of people.csv: where a person is from the time `time_s` on.
+    """A row of people.csv: the room and posture of a person from the time `time_s` on.
 
     The room is "" while the person is away.
     """
@@ -63,7 +69,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class StudyDays:
-    """The events of `days` whole days, and their truth.
+    """The sensor events of `days` whole days, and what people did on them.
 
     For runs with a routine, it is the argument `recording` of a user's own function.
     """
@@ -74,9 +80,9 @@ class StudyDays:
 
 
 def days_from_rows(rows: DayRows, days: int) -> StudyDays:
-    """Return the events and truth of `days` whole days.
+    """Return the sensor events of `days` whole days, and what people did on them.
 
-    Times are cut to milliseconds, as in the tables.
+    Times are cut to milliseconds, as in the CSV files.
     """
     events = (
         CausedEvent(
@@ -100,7 +106,7 @@ def _seconds(time: int) -> float:
 def scores(
     recording: StudyDays, rooms: Mapping[str, str], empty_for: float
 ) -> dict[str, float | None]:
-    """Return how well sensors show what people did.
+    """Return measures of how well sensors detect the activities of people.
 
     A value is None if there is nothing to measure.
 
@@ -117,11 +123,11 @@ def scores(
     Returns
     -------
     noticed
-        Share of the activities at home during which a sensor in their room is on.
+        Share of the activities at home during which a sensor in the same room is on.
     missed_per_day
-        Number of the other activities at home, per day.
+        Number of the activities at home that are not noticed, per day.
     delay_s
-        Mean time from the start of a noticed activity until such a sensor is on.
+        Mean time from the start of a noticed activity until a sensor in the room is on.
     false_alarms_per_day
         Number of false alarms, per day.
     activities_per_day
@@ -148,10 +154,10 @@ def scores(
 
 
 def on_spans(recording: StudyDays) -> pandas.DataFrame:
-    """Return when each sensor was on, from those of its fields that show people.
+    """Return the time spans in which each sensor was on.
 
-    The columns are `by` (the sensor's name), `start` and `end` in s. Spans of a sensor that touch
-    or overlap are joined into one.
+    Only fields that show people, such as motion, count. The columns are `by` (the sensor's name),
+    `start` and `end` in s. Spans of a sensor that touch or overlap are joined into one.
     """
     presence_fields = {
         (kind.identifier, field.name)
@@ -171,10 +177,7 @@ def on_spans(recording: StudyDays) -> pandas.DataFrame:
 
 
 def _occupied(recording: StudyDays) -> pandas.DataFrame:
-    """Return when each room was occupied.
-
-    The columns are `by` (the room), `start` and `end` in s.
-    """
+    """Return the time spans in which each room was occupied, with the room in the column `by`."""
     table = pandas.DataFrame(list(recording.truth.people), columns=Where._fields)
     ends = table.groupby("person")["time_s"].shift(-1).fillna(recording.days * DAY_S)
     at_home = table["room"] != ""
@@ -184,7 +187,7 @@ def _occupied(recording: StudyDays) -> pandas.DataFrame:
 def _merge_spans(
     by: Iterable[str], start: Iterable[float], end: Iterable[float]
 ) -> pandas.DataFrame:
-    """Return the spans, sorted; those of the same `by` that touch or overlap become one."""
+    """Return the time spans sorted; spans with the same `by` that touch or overlap become one."""
     spans = _typed(by=by, start=start, end=end).sort_values(["by", "start", "end"])
     ended = spans.groupby("by")["end"].cummax().groupby(spans["by"]).shift(fill_value=-math.inf)
     number = (spans["start"] > ended).cumsum()
@@ -194,12 +197,12 @@ def _merge_spans(
 def _make_windows(
     by: Iterable[str], since: Iterable[float], until: Iterable[float]
 ) -> pandas.DataFrame:
-    """Return a table of windows of time, sorted by their start `since`."""
+    """Return a table of time windows, sorted by their start `since`."""
     return _typed(by=by, since=since, until=until).sort_values("since")
 
 
 def _typed(by: Iterable[str], **seconds: Iterable[float]) -> pandas.DataFrame:
-    """Return a table whose columns have the same types, whether or not it has rows."""
+    """Return a table with the text column `by` and a float column for each of `seconds`."""
     times = {name: pandas.Series(list(column), dtype=float) for name, column in seconds.items()}
     return pandas.DataFrame({"by": pandas.Series(list(by), dtype=object), **times})
 
@@ -207,10 +210,9 @@ def _typed(by: Iterable[str], **seconds: Iterable[float]) -> pandas.DataFrame:
 def _next_span(
     windows: pandas.DataFrame, spans: pandas.DataFrame, touching: bool
 ) -> pandas.DataFrame:
-    """Return the windows that a span of the same `by` overlaps.
+    """Return each window that overlaps a span with the same `by`, with the first such span.
 
-    Each comes with the first such span. If `touching`, it is enough that the span touches the
-    window.
+    If `touching`, a span that only touches the window counts too.
     """
     found = pandas.merge_asof(
         windows,

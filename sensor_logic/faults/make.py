@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Add faults to a log, and list them in a truth file, from which the log can be restored.
 
-The faults of a sensor depend on the plan with its seed, and on the sensor's name and rows. They do
+The faults of a sensor depend on the plan and its seed, and on the sensor's name and rows. They do
 not depend on other sensors.
 
 All rows of a sensor at one time are a message: they are lost, late or doubled together. The first
@@ -33,7 +33,7 @@ Span = tuple[int, int]
 
 @dataclass(frozen=True)
 class DrawnFault:
-    """A fault that was drawn at random for a sensor.
+    """A fault that was chosen at random for a sensor.
 
     `fault` is its name, `time` its begin in microseconds, and `text` a description.
     """
@@ -46,7 +46,7 @@ class DrawnFault:
 
 @dataclass
 class FaultyLog:
-    """A log with faults, and what is needed to restore it.
+    """A log with faults, and the data to restore the log without faults.
 
     Attributes
     ----------
@@ -68,20 +68,10 @@ class FaultyLog:
 
 @dataclass
 class _Sensor:
-    """A sensor's rows while faults are added to them, one after the other.
+    """The rows of a sensor, to which faults are added one after the other.
 
-    Attributes
-    ----------
-    span
-        The first and the last time of the log in microseconds.
-    frame_at
-        A function that returns the frame at a time.
-    table
-        The number of the fault's table in the plan.
-    missing
-        Rows that faults have removed.
-    drawn
-        The faults that were drawn.
+    `span` is the first and the last time of the log in µs. `table` is the index of the fault in the
+    plan. `missing` has the rows that faults have removed.
     """
 
     facts: SensorFacts
@@ -94,10 +84,7 @@ class _Sensor:
     drawn: list[DrawnFault] = field(default_factory=list)
 
     def generator(self, fault: str) -> np.random.Generator:
-        """Return the random generator for a fault of this sensor.
-
-        It depends on the seed, the table, the sensor's name and the fault's name.
-        """
+        """Return the random generator for a fault of this sensor and table."""
         names = [zlib.crc32(text.encode()) for text in (self.facts.name, fault)]
         return np.random.default_rng([self.seed, self.table, *names])
 
@@ -106,10 +93,7 @@ class _Sensor:
         self.drawn.append(DrawnFault(fault, time, self.facts, text))
 
     def messages(self) -> Iterator[list[Change]]:
-        """Return the messages, each as a list of rows of the same time.
-
-        Initial states are not messages.
-        """
+        """Yield the messages, each as a list of the rows of one time, without initial states."""
         later = [row for row in self.rows if not row.is_first]
         return (list(rows) for _, rows in groupby(later, key=lambda row: row.time))
 
@@ -120,7 +104,7 @@ class _Sensor:
 
 
 def make_faults(log: Log, plan: FaultPlan) -> FaultyLog:
-    """Return the log with faults, as the plan says."""
+    """Return the log with the faults that the plan describes."""
     first = {id(change) for change in log.initial().values()}
     of: dict[SensorFacts, list[Change]] = defaultdict(list)
     for index, change in enumerate(log.changes):
@@ -150,15 +134,12 @@ def _order(row: Change) -> tuple[int, str, str]:
 
 
 def _with_fault(row: Change, fault: str, time: int | None = None) -> Change:
-    """Return the row with one more fault, moved to `time` (microseconds) if that is given."""
+    """Return the row marked with a fault and, if `time` (µs) is given, moved to that time."""
     return replace(row, faults=(*row.faults, fault), time=row.time if time is None else time)
 
 
 def _frames(log: Log) -> Callable[[int], float]:
-    """Return a function that returns the frame nearest to a time.
-
-    It interpolates between the frames of the log's rows.
-    """
+    """Return a function that interpolates the frame at a time between the rows of the log."""
     times = np.array([change.time for change in log.changes], float)
     frames = np.array([change.frame for change in log.changes])
     return lambda time: float(round(float(np.interp(time, times, frames))))
@@ -210,7 +191,7 @@ def _false_alarms(sensor: _Sensor, fault: Fault) -> None:
 
 
 def _stuck(sensor: _Sensor, fault: Fault) -> None:
-    """Hold the sensor's outputs on or off, or hold all its fields at their values at that time."""
+    """Hold the sensor's outputs on or off for a time, or hold the values of all its fields."""
     if not fault.stuck:
         return
     rng = sensor.generator("stuck")
@@ -235,10 +216,10 @@ def _is_output(channel: Channel) -> bool:
 def _force(
     sensor: _Sensor, channel: Channel, spans: list[Span], value: Value | None, fault: str
 ) -> None:
-    """Hold a field at `value` during the given spans.
+    """Hold a field at `value` during each of the spans; None is the value at the begin of the span.
 
-    None holds the value that the field has at the begin of the span. Spans are in order and do not
-    overlap. After each span, the field has the value that the sensor senses.
+    Spans are in order and do not overlap. After each span, the field has the value that the sensor
+    senses.
     """
     rows = [row for row in sensor.rows if row.channel is channel]
     out: list[Change] = []
@@ -293,10 +274,7 @@ def _drop(sensor: _Sensor, fault: str, is_dropped: Callable[[int], bool]) -> Non
 
 
 def _clock(sensor: _Sensor, fault: Fault) -> None:
-    """Move all messages to the times that the sensor's clock shows, which is wrong.
-
-    The clock has an offset and a drift.
-    """
+    """Move all messages to the times of a wrong clock, with an offset and a drift."""
     rng = sensor.generator("clock")
     offset = _drawn(rng, fault.clock_offset)
     ppm = _drawn(rng, fault.clock_drift_ppm)
@@ -351,14 +329,17 @@ def _doubled(sensor: _Sensor, fault: Fault) -> None:
 # A row with `true_row` only is an event that the faulty log lacks; a row with `row` only was added
 # by a fault; a row with both numbers has another time. An added event is shown as in the faulty
 # log, any other event as in the log without faults. Numbers count from 1, the first row after the
-# header. A row with neither number is a fact drawn for a sensor, such as the time at which its
-# battery dies.
+# header. A row with neither number is a fault that was drawn for a sensor, such as an empty
+# battery.
 
 TRUTH_HEADER = ("faults", "row", "true_row", *HEADER)
 
 
 def truth_csv(faulty: FaultyLog) -> str:
-    """Return the truth file of a log with faults, sorted by time."""
+    """Return the truth file of a log with faults: a row for each fault and each faulty row.
+
+    The rows are sorted by time.
+    """
     found = [(drawn.time, _drawn_row(drawn)) for drawn in faulty.drawn]
     numbered = [(str(number), row) for number, row in enumerate(faulty.log.changes, start=1)]
     for number, row in [*numbered, *(("", row) for row in faulty.missing)]:
@@ -376,10 +357,10 @@ def _drawn_row(drawn: DrawnFault) -> tuple[str, ...]:
 
 
 def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
-    """Return the events of the log without faults, in the order that they had there.
+    """Return the events of the log without faults, in their original order.
 
-    Raise InputError if `truth` is not a truth file, or if it belongs to another log. Raise OSError
-    if it cannot be opened.
+    `faulty` are the events with faults, `truth` is their truth file. Raise InputError if it is not
+    a truth file, or if it belongs to another log. Raise OSError if it cannot be opened.
     """
     left: dict[int, Event[float]] = dict(enumerate(faulty, start=1))
     put: dict[int, Event[float]] = {}
@@ -396,7 +377,7 @@ def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
 
 
 def _is_same(logged: Event[float], event: Event[float], with_time: bool) -> bool:
-    """Return whether two events are equal; times are compared only `with_time`."""
+    """Return whether two events are equal; times are compared only if `with_time`."""
     return logged.row[1 - with_time :] == event.row[1 - with_time :]
 
 
@@ -407,7 +388,7 @@ def _rows(truth: Path) -> list[tuple[int, list[str]]]:
             rows = csv.reader(file)
             if tuple(next(rows, ())) != TRUTH_HEADER:
                 raise InputError(f"{truth}: line 1 is not {','.join(TRUTH_HEADER)}")
-            # Rows of drawn facts have neither number.
+            # Rows of drawn faults have neither number.
             return [
                 (rows.line_num, row)
                 for row in rows

@@ -22,16 +22,9 @@ LONGEST_S = 1e9
 
 
 class _Bounds(NamedTuple):
-    """What a key in a faults file can have as value.
+    """The valid numbers for a parameter in a faults file, with a description for messages.
 
-    Attributes
-    ----------
-    low, high
-        The least and the greatest number.
-    is_range
-        The value can also be a list [lowest, highest].
-    text
-        A description of these numbers for messages.
+    If `is_range`, the value can also be a list [lowest, highest].
     """
 
     low: float
@@ -74,11 +67,11 @@ NEEDS = {
 
 @dataclass(frozen=True)
 class Fault:
-    """Faults of some sensors.
+    """A `[[fault]]` table: the faults of a group of sensors.
 
-    The name of such a sensor matches one of `sensors`, and its kind is in `kinds`. An empty `kinds`
-    means any kind. Times are in seconds. For a pair of numbers, a value between them is drawn from
-    a uniform distribution. `docs/faults.md` explains each key.
+    The group has the sensors whose name matches one of `sensors` and whose kind is in `kinds`. An
+    empty `kinds` means any kind. Times are in seconds. For a pair of numbers, a value between them
+    is drawn from a uniform distribution. `docs/faults.md` explains each key.
     """
 
     sensors: tuple[str, ...] = ("*",)
@@ -98,7 +91,7 @@ class Fault:
     false_alarm_lasts: Range = (0.0, 0.0)
 
     def concerns(self, name: str, kind: str) -> bool:
-        """Return whether a sensor with this name, of this kind, has these faults."""
+        """Return whether a sensor with this name and kind belongs to the group."""
         return (not self.kinds or kind in self.kinds) and any(
             _matches(name, pattern) for pattern in self.sensors
         )
@@ -106,9 +99,9 @@ class Fault:
 
 @dataclass(frozen=True)
 class FaultPlan:
-    """The content of a faults file.
+    """The content of a faults file: a seed, and the faults of groups of sensors.
 
-    `places` has, for each fault, the file and the line of its key `sensors`, for messages.
+    `places` has, for error messages, the file and line of the key `sensors` of each fault.
     """
 
     seed: int
@@ -116,7 +109,7 @@ class FaultPlan:
     places: tuple[str, ...]
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Raise InputError if a name or pattern in the plan matches no sensor of a home.
+        """Raise InputError if a name or pattern in the plan matches none of a home's sensors.
 
         `names` are the names of the home's sensors.
         """
@@ -135,7 +128,7 @@ def _matches(name: str, pattern: str) -> bool:
 
 
 def read_plan(path: Path) -> FaultPlan:
-    """Read a faults file. Raise InputError, which names file and line."""
+    """Read a faults file. Raise InputError if it is invalid; the text names file and line."""
     found, lines = read_toml(read_text(path), str(path))
     where = _Places(path, lines)
     for key in found:
@@ -154,16 +147,13 @@ def read_plan(path: Path) -> FaultPlan:
 
 
 class _Places(NamedTuple):
-    """Finds the lines of keys in a faults file, for messages."""
+    """The lines of the parameters in a faults file, for error messages."""
 
     path: Path
     lines: dict[KeyPath, int]
 
     def of(self, key: str, number: int | None = None) -> str:
-        """Return the file and the line of a key.
-
-        `number` is the number of the fault's table; None means the key is at the top of the file.
-        """
+        """Return the file and line of a key, given the index of its table if it is in one."""
         path = (key,) if number is None else ("fault", number, key)
         return f"{self.path}: line {line_of(self.lines, path)}"
 

@@ -42,6 +42,10 @@ class Format:
         The end of the name of its file.
     tip
         Its description in help texts.
+    writer
+        A function that returns the contents of the files for a log.
+    read
+        A function that reads a file or folder; None if the format is not read.
     begins
         A pattern that recognises the format. It is matched with the first bytes of a file, or with
         the file names in a folder.
@@ -64,7 +68,7 @@ class Format:
     seconds: tuple[int, int] | None = None
 
     def write(self, log: Log) -> FormatFiles:
-        """Return the files of a log in this format.
+        """Return the contents of the files for a log in this format.
 
         Raise InputError if the format cannot hold the log's dates.
         """
@@ -73,9 +77,9 @@ class Format:
         return self.writer(log)
 
     def check_dates(self, start: datetime, first: float, last: float) -> None:
-        """Raise InputError unless the format can hold the dates from `first` to `last`.
+        """Raise InputError unless the format can hold the dates between two times.
 
-        `first` and `last` are in seconds since `start`.
+        The times `first` and `last` are in seconds since `start`.
         """
         why = "the log's dates are not all between the years 1 and 9999: give another start"
         with replaced(why, OverflowError):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""CASAS: a line for each change; an activity is marked on the lines where it begins and ends.
+"""The text format of the CASAS data sets, which record the sensors of real homes.
 
-`casas` is the format of Aruba, Milan, Cairo and Kyoto: `2010-11-04 00:03:50.209589 M003 ON Sleeping
-begin`. `casas-csv` is the format of the release of 2025 (doi 10.5281/zenodo.15708568):
+Each line is a change of a sensor. An activity is marked on the lines where it begins and ends.
+`casas` is the format of the homes Aruba, Milan, Cairo and Kyoto: `2010-11-04 00:03:50.209589 M003
+ON Sleeping begin`. `casas-csv` is the format of the release of 2025 (doi 10.5281/zenodo.15708568):
 `2012-07-20,10:38:54.512364,OutsideDoor,ON,Step_Out="begin"`.
 
 Neither format has a header, rooms, units or initial states. A second file holds them.
@@ -22,7 +23,7 @@ from . import source
 from .log import Change, Channel, FormatFiles, Log, LoggedActivity, camel, label, titles, unique
 from .source import ParsedLog
 
-# The suffix of the second file, which has the facts about the sensors.
+# The suffix of the second file, which describes the sensors.
 SUFFIX = ".sensors.csv"
 BEGINS = rb"\d{4}-\d\d-\d\d[\s,]+\d\d:\d\d:\d\d"
 LINE = re.compile(
@@ -44,7 +45,7 @@ ITEM = "I"
 
 @dataclass
 class _Mark:
-    """What is added to the line of a change: an activity, and the word "begin" or "end"."""
+    """The mark of an activity at the end of a line: a label, and the word "begin" or "end"."""
 
     activity: str
     word: str
@@ -104,7 +105,7 @@ def _written(
 
 
 def _numbered(channels: list[Channel]) -> dict[Channel, str]:
-    """Return a CASAS name, such as `M003`, for each channel that CASAS has a sensor for.
+    """Return a CASAS name, such as `M003`, for each channel that has a counterpart in CASAS.
 
     A channel that already has a CASAS name keeps it.
     """
@@ -124,10 +125,8 @@ def _numbered(channels: list[Channel]) -> dict[Channel, str]:
 
 
 def _has_casas_name(channel: Channel, name: str) -> bool:
-    """Return whether `name` is a CASAS name, and one that a channel of this quantity can have.
-
-    The letters of a CASAS name stand for a quantity. Letters without a known quantity fit any.
-    """
+    """Return whether `name` is a CASAS name, such as `M003`, that fits the channel's quantity."""
+    # Letters without a known quantity fit any quantity.
     letters = re.fullmatch(r"([A-Z]{1,2})\d+", name)
     quantity = letters and source.NUMBERED.get(letters[1], channel.quantity)
     return channel.type is bool and quantity == channel.quantity
@@ -139,7 +138,7 @@ def _next(prefix: str, counts: dict[str, int]) -> str:
 
 
 def _named(channels: list[Channel]) -> dict[Channel, str]:
-    """Return the name of each channel as one word; channels of text are left out."""
+    """Return the name of each channel as one word; channels with text values are left out."""
     named = {c: title for c, title in titles(channels).items() if c.type is not str}
     spelling = unique(named.values(), camel)
     return {channel: spelling[title] for channel, title in named.items()}
@@ -151,11 +150,10 @@ def _stamp(log: Log, change: Change, separator: str) -> str:
 
 
 def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[str]]:
-    """Return the mark of each marked change, by the change's `id`, and notes.
+    """Return the marks of activities, by the `id` of the change on whose line they are, and notes.
 
     An activity is marked on the first and on the last change while it lasts. A line holds only one
-    mark. If an activity does not have two lines that are still free, it is left out, and a note
-    says so.
+    mark. An activity without two free lines is left out, and a note says so.
     """
     changes = [change for change in log.updates() if change.channel in names]
     times = [change.time for change in changes]
@@ -182,16 +180,13 @@ def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[
 
 
 def _label(log: Log, activity: LoggedActivity) -> str:
-    """Return an activity's label.
-
-    If the log has several people, it begins with the person's name: `R1_Sleeping`.
-    """
+    """Return an activity's label; with several people it begins with a name, as `R1_Sleeping`."""
     name = label(activity.activity)
     return f"{label(activity.person)}_{name}" if len(log.people) > 1 else name
 
 
 class _PresentActivity:
-    """Gives the label of the activity at a time; must be called with times in ascending order."""
+    """Finds the activity at a time; calls of `at` must be in ascending order of time."""
 
     def __init__(self, log: Log) -> None:
         self.log = log
@@ -210,7 +205,8 @@ def read(path: Path) -> ParsedLog:
     """Read a file in either format, written by this program or recorded in a real home.
 
     The activities are not read. Without the second file, the sensors' kinds are guessed from their
-    names, and rows with numbers are left out. Raise ValueError, which names the line.
+    names, and rows with numbers are left out. Raise ValueError for an invalid line; the text names
+    it.
     """
     labels: set[str] = set()
     found = source.read_rows(path.with_name(f"{path.name}{SUFFIX}"), _rows(path, labels))

@@ -11,7 +11,7 @@ BEGINS = rb"\"?(time_s\"?,\"?frame|time\"?,\"?sensor)\b"
 
 
 def write(log: Log) -> FormatFiles:
-    """Return a row for each change, including initial states.
+    """Return the event log: a row for each change, including initial states.
 
     The rows have dates if the log has any.
     """

@@ -52,7 +52,7 @@ class Message(NamedTuple):
 
 
 class HomeMessages:
-    """The MQTT messages of a home's sensors.
+    """Makes the MQTT messages of a home's sensors.
 
     All topics begin with `topic`, except those of discovery messages.
     """
@@ -65,9 +65,9 @@ class HomeMessages:
         self._names = unique((channel.sensor.name for channel in self.channels), slug)
 
     def status(self, payload: str) -> Message:
-        """Return the message on the availability of all sensors.
+        """Return the message that all sensors are available or not.
 
-        `payload` is ONLINE, or OFFLINE for sensors that become "unavailable".
+        `payload` is ONLINE, or OFFLINE, for which Home Assistant shows sensors as "unavailable".
         """
         return Message(f"{self.topic}/status", payload)
 
@@ -85,7 +85,7 @@ class HomeMessages:
         ]
 
     def state(self, channel: Channel, value: Value | None) -> Message:
-        """Return the message that a channel has this value; None means an unknown value."""
+        """Return the message with a new value of a channel; None is an unknown value."""
         return Message(
             f"{self.topic}/{self._names[channel.sensor.name]}/{channel.field}",
             UNKNOWN if value is None else payload(channel, value),
@@ -132,7 +132,7 @@ class HomeMessages:
 
 
 def payload(channel: Channel, value: Value) -> str:
-    """Return the payload of a state message for this value; it is never empty."""
+    """Return the payload of the message with a channel's value; it is never empty."""
     if channel.type is bool:
         return "ON" if value else "OFF"
     if isinstance(value, float) and not math.isfinite(value):
@@ -142,7 +142,7 @@ def payload(channel: Channel, value: Value) -> str:
 
 
 def is_config_of(topic: str, message: Message) -> bool:
-    """Return whether this program wrote a discovery message for the home with this topic."""
+    """Return whether a discovery message is from this program, with `topic` as the home's topic."""
     try:
         config = json.loads(message.payload)
         return bool(
@@ -153,7 +153,7 @@ def is_config_of(topic: str, message: Message) -> bool:
 
 
 def write(log: Log) -> FormatFiles:
-    """Return the messages of a log, one a line.
+    """Return the log as MQTT messages, one a line.
 
     The discovery messages and "online" come first, then every change of a state, then "offline".
     """
@@ -176,7 +176,7 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(path: Path) -> ParsedLog:
-    """Return the states in a file of messages, for sensors that have a discovery message in it."""
+    """Read the changes from a file of messages, for sensors that have a discovery message in it."""
     found = ParsedLog([])
     known: dict[str, tuple[str, str, str]] = {}
     # Not `splitlines`: names can contain U+2028, which JSON does not escape.

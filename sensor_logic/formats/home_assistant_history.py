@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The history that Home Assistant exports (*History → Download data*) as CSV.
+"""Read the history that Home Assistant exports (*History → Download data*) as CSV.
 
 The header is `entity_id,state,last_changed`. The file lists one entity after the other, with times
 in UTC.
@@ -40,7 +40,10 @@ OF_WORD = {
 
 
 class Entity(NamedTuple):
-    """The sensor and the field that an entity reports."""
+    """The sensor and the field whose values an entity of Home Assistant reports.
+
+    `type` is the type of the field's values.
+    """
 
     sensor: str
     kind: str
@@ -49,7 +52,7 @@ class Entity(NamedTuple):
 
 
 def read(path: Path) -> ParsedLog:
-    """Read a history, or the file of messages that `home_assistant` writes.
+    """Read a history, or the file of messages that `home_assistant.write` makes.
 
     The changes are sorted by time.
     """
@@ -82,7 +85,7 @@ def read(path: Path) -> ParsedLog:
 
 
 def entities_of(names: Iterable[str]) -> dict[str, Entity]:
-    """Return the sensor and the field of each entity.
+    """Return the sensor and the field of each entity of Home Assistant, by the entity's name.
 
     Entities that match no field of any kind are left out.
     """
@@ -114,15 +117,12 @@ def _entity(name: str) -> Entity | None:
     return None
 
 
-def _fits(domain: str, of: type) -> bool:
-    return domain in BINARY if of is bool else domain == NUMBER
+def _fits(domain: str, field_type: type) -> bool:
+    return domain in BINARY if field_type is bool else domain == NUMBER
 
 
 def _value(entity: Entity | None, state: str) -> Value | None:
-    """Return the value that a state stands for.
-
-    Return None if there is none, as for "unavailable", or if the entity is unknown.
-    """
+    """Return the value that a state stands for; None for "unavailable" or an unknown entity."""
     if entity is None or state.lower() in {"unavailable", "unknown"}:
         return None
     if entity.type is bool:

@@ -2,8 +2,8 @@
 """InfluxDB's line protocol: a line for each sensor and time, in nanoseconds since 1970 in UTC.
 
 https://docs.influxdata.com/influxdb/v2/reference/syntax/line-protocol/: the measurement is the
-sensor's kind, the tags are the sensor's name and room, and the fields are the published fields. An
-activity has the measurement `activity`, with a line at its begin and one at its end.
+sensor's kind. The tags are the sensor's name and room. The fields are those that the sensor
+publishes. An activity has the measurement `activity`, with a line at its begin and one at its end.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SECONDS = -(2**63) // 10**9 + 1, 2**63 // 10**9 - 1
 
 
 def write(log: Log) -> FormatFiles:
-    """Return a line for each change, including initial states, then the lines of the activities."""
+    """Return the log as lines: all changes, including initial states, then all activities."""
     lines = []
     for (time, sensor), changes in groupby(log.changes, lambda c: (c.time, c.channel.sensor)):
         fields = ",".join(f"{_key(c.channel.field)}={_field(c)}" for c in changes)
@@ -49,8 +49,7 @@ def _tags(**tags: str) -> str:
 def _key(text: str) -> str:
     """Return the name of a measurement, tag or field, escaped.
 
-    The format cannot hold line breaks, nor a backslash at the end. Line breaks become spaces, and
-    backslashes at the end are removed.
+    Line breaks become spaces, and backslashes at the end are removed: the format cannot hold them.
     """
     possible = re.sub(r"\s", " ", text).rstrip("\\")
     return re.sub(r"([,= ])", r"\\\1", possible)
@@ -78,7 +77,7 @@ def _notes(log: Log) -> tuple[str, ...]:
 
 
 def read(path: Path) -> ParsedLog:
-    """Read the sensors' changes, without the activities."""
+    """Read the changes of sensors' fields from lines of the protocol, without the activities."""
     found = ParsedLog([], in_utc=True)
     # Not `splitlines`: names can contain U+2028.
     for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), start=1):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An event log with typed values, rooms, dates and activities.
+"""`Log`: an event log with typed values, rooms, dates and activities.
 
-All formats are written from such a log.
+All formats are written from a `Log`. Its times are whole microseconds since its start.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ DEFAULT_START = datetime(1970, 1, 1)
 
 @dataclass(frozen=True, eq=False)
 class SensorFacts:
-    """What is known of a sensor besides its events; `parameters` are in SI units."""
+    """A sensor of a log: its name, kind, room and parameters, which are in SI units."""
 
     name: str
     kind: str
@@ -34,7 +34,8 @@ class SensorFacts:
 class Channel:
     """One published field of one sensor.
 
-    `quantity` is that of the `kind.Field`. If that is empty, it is a word for the field's type.
+    `quantity` says what the field measures, such as "motion". For a field that declares no
+    quantity, it is a word for the type.
     """
 
     sensor: SensorFacts
@@ -56,7 +57,7 @@ class Change:
         For a log with faults: the index of this row in the log without faults, or None if a fault
         added the row.
     faults
-        For a log with faults: the faults that changed this row.
+        For a log with faults: the names of the faults that changed this row.
     is_first
         For a log with faults: whether the row is the initial state of its channel.
     """
@@ -71,14 +72,14 @@ class Change:
 
     @property
     def event(self) -> Event[float]:
-        """The same change as an `Event`, a row of the event log."""
+        """The change as an `Event`, a row of the event log."""
         sensor, name = self.channel.sensor, self.channel.field
         return Event(self.time / 1e6, sensor.name, name, self.frame, sensor.kind, self.value)
 
 
 @dataclass(frozen=True, order=True)
 class LoggedActivity:
-    """An activity of a person; times are whole microseconds since the log's start."""
+    """An activity of a person; `start` and `end` are whole microseconds since the log's start."""
 
     start: int
     end: int
@@ -89,7 +90,7 @@ class LoggedActivity:
 
 @dataclass(frozen=True)
 class Log:
-    """Changes in time order, with what is known of the home.
+    """All changes of sensors' fields in time order, with data about the home.
 
     Attributes
     ----------
@@ -132,7 +133,7 @@ class Log:
         return frozenset(activity.person for activity in self.activities)
 
     def initial(self) -> dict[Channel, Change]:
-        """Return the initial state of each channel."""
+        """Return the initial state of each channel; empty if initial states are unknown."""
         found: dict[Channel, Change] = {}
         for change in self.changes if self.has_states else ():
             found.setdefault(change.channel, change)
@@ -144,17 +145,17 @@ class Log:
         return [change for change in self.changes if id(change) not in first]
 
     def span(self) -> tuple[int, int]:
-        """Return the earliest and the latest time of any change or activity; (0, 0) if empty."""
+        """Return the first and the last time of all changes and activities; (0, 0) if empty."""
         times = [change.time for change in (*self.changes[:1], *self.changes[-1:])]
         times += [time for activity in self.activities for time in (activity.start, activity.end)]
         return min(times, default=0), max(times, default=0)
 
     def local(self, time: int) -> datetime:
-        """Return the local time in the home, `time` microseconds after the start."""
+        """Convert a time in µs since the log's start to the local date and time of the home."""
         return moment(self.start, timedelta(microseconds=time))
 
     def epoch_us(self, time: int) -> int:
-        """Return the microseconds since 1970 in UTC, `time` microseconds after the start.
+        """Convert a time in µs since the log's start to µs since 1970 in UTC.
 
         A start without a time zone counts as UTC.
         """
@@ -163,7 +164,7 @@ class Log:
         return since // timedelta(microseconds=1) + time
 
     def iso(self, time: int) -> str:
-        """Return the time `time` microseconds after the start, in ISO 8601.
+        """Convert a time in µs since the log's start to a text in ISO 8601.
 
         The text has microseconds and the offset from UTC. A start without a time zone counts as
         UTC.
@@ -174,10 +175,10 @@ class Log:
 
 
 def titles(channels: list[Channel]) -> dict[Channel, str]:
-    """Return a unique title for each channel.
+    """Return a unique name for each channel.
 
-    The first boolean field of a sensor has the name of the sensor as title. Any other field has the
-    name of the sensor, followed by that of the field.
+    The first boolean field of a sensor gets the sensor's name. Any other field gets the sensor's
+    name, followed by the field's name.
     """
     main: dict[SensorFacts, Channel] = {}
     for channel in channels:
@@ -200,9 +201,9 @@ def titles(channels: list[Channel]) -> dict[Channel, str]:
 
 
 def unique(names: Iterable[str], spell: Callable[[str], str]) -> dict[str, str]:
-    """Return the spelling of each name, with different names spelled differently.
+    """Return a unique spelling for each name.
 
-    `spell` makes a spelling from a name. If it is already taken, a number is added.
+    `spell` makes a spelling from a name. If another name has the same spelling, a number is added.
     """
     found: dict[str, str] = {}
     taken: set[str] = set()
@@ -255,8 +256,8 @@ def is_left_out(time: datetime, zone: tzinfo) -> bool:
 def localised(time: datetime, zone: tzinfo) -> datetime:
     """Return a local time with its zone.
 
-    Clocks that go forward skip some times. For such a time, return the time at which they went
-    forward, so that times stay in order.
+    In spring, clocks go forward and skip some times. For such a time, return the time at which they
+    went forward, so that times stay in order.
     """
     if time.tzinfo is not None or not is_left_out(time, zone):
         return time if time.tzinfo else time.replace(tzinfo=zone)
@@ -273,11 +274,11 @@ def localised(time: datetime, zone: tzinfo) -> datetime:
 
 
 def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datetime]:
-    """Return the given times in a zone.
+    """Convert times to a time zone.
 
-    Times that have no zone are in UTC if `in_utc`, else in local time. When clocks go back, they
-    repeat an hour. A local time in that hour belongs to the second pass if it would otherwise be
-    earlier than the previous time.
+    Times without a zone are in UTC if `in_utc`, else in local time. In autumn, clocks go back, and
+    an hour of local time occurs twice. A time in that hour belongs to the second occurrence if it
+    would otherwise be earlier than the previous time.
     """
     found: list[datetime] = []
     for time in times:
@@ -292,7 +293,7 @@ def in_zone(times: Iterable[datetime], zone: tzinfo, in_utc: bool) -> list[datet
 
 
 def count_left_out(times: Sequence[datetime], zone: tzinfo | None) -> int:
-    """Return how many of the local times do not exist because clocks skipped them."""
+    """Return how many of the local times do not exist in the zone, because clocks skipped them."""
     return 0 if zone is None else sum(is_left_out(time, zone) for time in times)
 
 

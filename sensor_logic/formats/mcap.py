@@ -59,7 +59,7 @@ DEFINITIONS = {
 
 @dataclass
 class Cdr:
-    """A message in CDR, the encoding of ROS 2, built field by field."""
+    """A message in CDR, the binary encoding of ROS 2, to which fields are appended one by one."""
 
     data: bytearray = field(default_factory=lambda: bytearray(b"\x00\x01\x00\x00"))
 
@@ -95,8 +95,8 @@ def string_message(value: str) -> bytes:
 def beam_message(epoch_us: int, frame_id: str, is_open: bool, reach: float) -> bytes:
     """Return a sensor_msgs/Range of a beam: -inf if the beam is blocked, else +inf.
 
-    The comment in Range.msg prescribes these values for rangers of a fixed distance. It also
-    prescribes that `min_range` equals `max_range`.
+    `reach` is the beam's length in m. The comment in Range.msg prescribes these values, and that
+    `min_range` equals `max_range`, for rangers of a fixed distance.
     """
     found = Cdr().header(epoch_us, frame_id).number("B", 1)
     return bytes(found.number("f", 0.0, reach, reach, float("inf" if is_open else "-inf")).data)
@@ -184,10 +184,7 @@ ACTIVITIES = "activities"
 
 @dataclass(frozen=True)
 class _Message:
-    """A message on a topic, as bytes.
-
-    `time` is in nanoseconds since 1970. `about` is the metadata of the topic.
-    """
+    """A message as bytes; `time` is in ns since 1970, `about` is the metadata of its topic."""
 
     time: int
     topic: str
@@ -198,20 +195,9 @@ class _Message:
 
 @dataclass
 class _Chunk:
-    """The position of a chunk in the file, and what the chunk index says about it.
+    """An entry of the chunk index, with times in ns since 1970, and positions and lengths in bytes.
 
-    Attributes
-    ----------
-    first, last
-        The times of its first and last message.
-    offset, length
-        The position and the length of its record in bytes.
-    index_offsets
-        The position of the message index of each channel.
-    index_length
-        The length of all its message indexes.
-    size
-        The length of its content.
+    `index_offsets` has the position of the message index of each channel.
     """
 
     first: int
@@ -225,18 +211,10 @@ class _Chunk:
 
 @dataclass
 class _File:
-    """A file while it is written.
+    """The file while it is written, with data for its summary.
 
-    Attributes
-    ----------
-    schemas
-        The number of each schema by name.
-    channels
-        The number, the schema and the metadata of each channel by topic.
-    chunks
-        The chunks written so far.
-    counts
-        The number of messages by channel.
+    `schemas` has the number of each schema by name. `channels` has the number, the schema and the
+    metadata of each channel by topic. `counts` has the number of messages by channel.
     """
 
     data: bytearray = field(default_factory=lambda: bytearray(MAGIC))
@@ -247,7 +225,7 @@ class _File:
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, including initial states, and all activities as text messages."""
+    """Return the log as MCAP: all changes, including initial states, and activities as text."""
     file = _File()
     file.data += _record(HEADER, _text("ros2") + _text("angen-sensors"))
     waiting: list[_Message] = []
@@ -336,9 +314,8 @@ def _parameter(channel: Channel, name: str) -> float:
 def _range_max(channel: Channel, greatest: float) -> float:
     """Return the greatest distance that the channel's sensor measures.
 
-    Without a target, the sensor reads this value. If the parameter is unknown, return the kind's
-    default. If the `greatest` value in the log is above that default, return the next larger value
-    of the kind's presets.
+    If this parameter is unknown, return the kind's default. If the log's `greatest` value is above
+    that, return the next larger value of the kind's presets.
     """
     found = _parameter(channel, "range_max")
     if "range_max" in channel.sensor.parameters or greatest <= found:
@@ -348,10 +325,7 @@ def _range_max(channel: Channel, greatest: float) -> float:
 
 
 def _add_chunk(file: _File, messages: list[_Message]) -> None:
-    """Append messages as a chunk, followed by the chunk's message indexes.
-
-    The chunk begins with the schemas and channels that the file does not have yet.
-    """
+    """Append messages as a chunk, followed by the chunk's message indexes."""
     records = bytearray()
     index: dict[int, list[tuple[int, int]]] = defaultdict(list)
     for message in messages:
@@ -385,7 +359,7 @@ def _new_channel(file: _File, message: _Message) -> bytes:
 
 
 def _about(channel: Channel) -> dict[str, str]:
-    """Return the metadata of a topic: original names of sensor and field, kind, room and unit."""
+    """Return the metadata of a topic: the sensor's name, kind and room, the field and its unit."""
     sensor = channel.sensor
     return {
         "sensor": sensor.name,
@@ -474,7 +448,10 @@ def _map(pairs: Mapping[str, str]) -> bytes:
 
 
 def read(path: Path) -> ParsedLog:
-    """Read the changes, which are on the topics whose metadata name a sensor."""
+    """Read the changes of sensors' fields from an MCAP file.
+
+    The changes are on the topics whose metadata name a sensor.
+    """
     found = ParsedLog([], in_utc=True)
     schemas: dict[int, str] = {}
     topics: dict[int, tuple[str, dict[str, str]]] = {}
@@ -500,10 +477,7 @@ def read(path: Path) -> ParsedLog:
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the type and the content of each record before the summary.
-
-    Chunks are not yielded themselves, but the records in them.
-    """
+    """Yield the type and the content of each record before the summary, also of those in chunks."""
     at = 0
     while at < len(data):
         kind, length = struct.unpack_from("<BQ", data, at)

@@ -22,7 +22,7 @@ ACTIVITY_TYPES = ("activity begins", "activity ends")
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, including initial states, and all activities."""
+    """Return the log as OCEL: all changes, including initial states, and all activities."""
     timed = [(c.time, _change(log, number, c)) for number, c in enumerate(log.changes)]
     timed += _activities(log, len(timed))
     # Sorted by elapsed time, because local times are out of order when daylight saving ends.
@@ -137,7 +137,7 @@ def _relation(identifier: str, qualifier: str) -> dict[str, str]:
 
 
 def read(path: Path) -> ParsedLog:
-    """Read the sensors' changes, without the activities."""
+    """Read the changes of sensors' fields from an OCEL file, without its activities."""
     content = json.loads(path.read_text(encoding="utf-8"))
     objects = {one["id"]: one for one in content["objects"]}
     found = ParsedLog([])
@@ -154,5 +154,5 @@ def read(path: Path) -> ParsedLog:
     return found
 
 
-def _attribute(of: dict[str, Any], name: str) -> Any:
-    return next(one["value"] for one in of["attributes"] if one["name"] == name)
+def _attribute(entry: dict[str, Any], name: str) -> Any:
+    return next(one["value"] for one in entry["attributes"] if one["name"] == name)

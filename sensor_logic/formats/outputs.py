@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of the paths to which a format is written, and the path of each of its files."""
+"""Check the paths to which a log is written in a format, and find the path of each file."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def check_installed(target: Format) -> None:
 
 
 def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
-    """Raise InputError if files of the format `target` cannot be written to `out`.
+    """Raise InputError if the files of a format cannot be written to `out`.
 
-    `sources` are files that are read, and that `out` must not replace.
+    `sources` are files that the same command reads, and that `out` must not replace.
     """
     check_installed(target)
     for source in sources:
@@ -51,7 +51,7 @@ def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:
 
 
 def output_files(target: Format, out: Path, written: FormatFiles) -> dict[Path, str | bytes]:
-    """Return the content of each file by its path.
+    """Return the contents that a format's writer made, by the path of each file.
 
     The files are in the folder `out` if the format is a folder. Else they are `out` itself and
     files beside it.

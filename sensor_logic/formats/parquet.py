@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parquet, through pyarrow: one table, for pandas and other data frames.
 
-For a simulation, the table has a row for each update of each sensor, with the columns of the sample
-files. A column that a sensor's kind does not have is empty in the sensor's rows. For an event log,
+For a simulation, the table has a row for each update of each sensor. Its columns are those of the
+sample files. A column is empty in rows of sensors whose kind does not have it. For an event log,
 the table has the rows of the log, with typed times.
 """
 
@@ -25,7 +25,7 @@ Columns = dict[str, tuple[type, list[Any]]]
 
 
 def event_columns(log: Log) -> Columns:
-    """Return the columns of the event log; each value is given as text and as a number."""
+    """Return the columns of the event log; two of them have the value, as text and as a number."""
     changes = log.changes
     numbers = [None if isinstance(c.value, str) else float(c.value) for c in changes]
     return {
@@ -66,20 +66,20 @@ def sample_columns(log: Log) -> Columns:
     return columns
 
 
-def _plain(of: type, column: Any, count: int) -> list[Any]:
+def _plain(field_type: type, column: Any, count: int) -> list[Any]:
     """Return a column's values as Python objects; None for values that were not measured."""
     if column is None:
         return [None] * count
-    if of is float:
+    if field_type is float:
         return [None if math.isnan(value) else value for value in column]
-    return [of(value) for value in column]
+    return [field_type(value) for value in column]
 
 
 TYPES = {bool: "bool_", int: "int64", float: "float64", str: "string"}
 
 
 def write(log: Log) -> FormatFiles:
-    """Return the table as the bytes of a file. Raise AngenError if pyarrow is missing."""
+    """Return the log as a Parquet file. Raise AngenError if pyarrow is missing."""
     pyarrow = _pyarrow()
     columns = sample_columns(log) if log.samples else event_columns(log)
     about = {f"angen.{key}": value for key, value in log.about.items()}
@@ -97,7 +97,7 @@ def write(log: Log) -> FormatFiles:
 
 
 def read(path: Path) -> ParsedLog:
-    """Read an event log, or the changes of the values in a table of updates.
+    """Read the changes from a table of an event log or of updates.
 
     Raise AngenError if pyarrow is missing.
     """
@@ -117,7 +117,7 @@ def read(path: Path) -> ParsedLog:
 
 
 def _event_values(row: dict[str, Any]) -> dict[str, Value]:
-    """Return the values of the fields whose changes are events, from the row of an update."""
+    """Return the values of a row of an update, for fields whose changes are events."""
     names = [field.name for field in KINDS[str(row["kind"])].events]
     return {name: as_logged(row[name]) for name in names if row.get(name) is not None}
 

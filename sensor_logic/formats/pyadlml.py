@@ -29,7 +29,10 @@ NOBODY = "R1"
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, including initial states; fields with text are left out."""
+    """Return the log as a folder: all changes, including initial states, and all activities.
+
+    Fields with text values are left out.
+    """
     named = {c: title for c, title in titles(log.channels).items() if c.type is not str}
     device = {channel: str(number) for number, channel in enumerate(named)}
     names = sorted({a.activity for a in log.activities})
@@ -98,11 +101,7 @@ def _rows(folder: Path) -> Iterator[source.TextRow]:
 
 
 def _names(folder: Path) -> dict[str, str]:
-    """Return the name of each device by its number.
-
-    The result is empty if the folder has no map of devices. The devices' rows then have names, not
-    numbers.
-    """
+    """Return the name of each device by its number; empty if no file maps the numbers."""
     path = next((folder / name for name in MAPS if (folder / name).is_file()), None)
     if path is None:
         return {}
@@ -130,12 +129,9 @@ def _time(line: int, text: str | None) -> datetime:
         ) from None
 
 
-def _areas(of: str, rows: Iterable[tuple[str, str]]) -> str:
-    """Return the file that maps devices or activities to rooms.
-
-    Its columns are separated by semicolons, as pyadlml reads them.
-    """
-    return "".join(f"{first};{room}\r\n" for first, room in [(of, "area"), *rows])
+def _areas(header: str, rows: Iterable[tuple[str, str]]) -> str:
+    """Return the file that maps devices or activities to rooms, separated by semicolons."""
+    return "".join(f"{first};{room}\r\n" for first, room in [(header, "area"), *rows])
 
 
 def _rooms(log: Log, activity: str) -> list[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read a log in any format, recognised by its content."""
+"""Read a log in any format; the format is recognised by the file's content."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HEAD = 4096
 
 @dataclass(frozen=True)
 class LoadedLog:
-    """A log from a file.
+    """A log from a file, in any format.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class LoadedLog:
     start
         Date and time of t = 0; None if unknown.
     sensors
-        What the file says about each sensor, by name.
+        The sensors by name, as far as the file describes them.
     has_states
         Whether the first event of each field is its initial state.
     has_activities
@@ -62,9 +62,10 @@ class LoadedLog:
         activities: Iterable[LoggedActivity] = (),
         about: Mapping[str, str] | None = None,
     ) -> Log:
-        """Return the events as a `Log`, with what the arguments add about sensors and home.
+        """Return the events as a `Log`, with more data about the sensors and the home.
 
-        Raise InputError, which names the file.
+        `sensors` replace sensors of the file with the same name. `about` has texts about the home,
+        by name. Raise InputError, which names the file, if the events are invalid.
         """
         facts = self.sensors | dict(sensors or {})
         states = self.has_states
@@ -151,7 +152,7 @@ def _loaded(
 def _format_of(path: Path) -> Format | None:
     """Return the format of a file or folder; None for a file of unknown content.
 
-    A folder in no other format counts as a folder of days, which has the format `events`.
+    A folder in no other format counts as a folder of simulated days, with the format `events`.
     """
     if path.is_dir():
         names = "\n".join(sorted(one.name for one in path.iterdir())).encode("utf-8", "replace")

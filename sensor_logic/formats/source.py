@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Make a `Log` from events, or from what a format's reader returned.
 
-What is known of the home and its sensors comes from one of three files: `home.toml`, the list of
-sensors as JSON, or a table of sensors beside the log. Activities come from `activities.csv`.
+Data about the home and its sensors come from one of three files: `home.toml`, the list of sensors
+as JSON, or a table of sensors beside the log. Activities come from `activities.csv`.
 """
 
 from __future__ import annotations
@@ -34,10 +34,12 @@ EPOCH = datetime(1970, 1, 1)
 
 @dataclass
 class ParsedLog:
-    """The changes in a file in time order, and the room of each sensor.
+    """The changes in a file, in time order, as the reader of a format returns them.
 
     Attributes
     ----------
+    rooms
+        The room of each sensor, by the sensor's name.
     has_states
         Whether the first change of each field is its initial state.
     has_activities
@@ -71,7 +73,7 @@ class ParsedLog:
 
 
 def since_epoch(microseconds: int) -> datetime:
-    """Return a time in UTC, without a zone, from microseconds since 1970.
+    """Convert microseconds since 1970 to date and time in UTC, without a zone.
 
     For a log without a zone, writers store times as if they were UTC.
     """
@@ -79,9 +81,9 @@ def since_epoch(microseconds: int) -> datetime:
 
 
 def field_of(quantity: str) -> tuple[str, str]:
-    """Return a kind of sensor that has a boolean field of this quantity, and the field.
+    """Return the first kind that has a boolean field of a quantity, and the field's name.
 
-    It is the first such kind by number. Raise ValueError if there is none.
+    Raise ValueError if there is none.
     """
     for kind in KINDS.values():
         for published in kind.events:
@@ -166,12 +168,14 @@ def make_log(
     samples: Recording | None = None,
     has_states: bool = True,
 ) -> Log:
-    """Return a log of events.
+    """Return a `Log` of events, after a check of their kinds, fields, values and times.
 
     Parameters
     ----------
     sensors
-        What is known of each sensor, by name. A sensor that is not in it has no room.
+        The sensors by name. A sensor that is not among them has no room.
+    start
+        Date and time of t = 0.
     about
         Texts about the home, by name.
     samples
@@ -230,32 +234,29 @@ def _field(where: str, event: Event[float]) -> Field:
     raise InputError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
 
 
-def _value(where: str, event: Event[float], of: type) -> Value:
-    """Return the value of an event with the type `of` of its field.
-
-    Values from files can be text. Errors begin with `where`.
-    """
+def _value(where: str, event: Event[float], field_type: type) -> Value:
+    """Return the value of an event, which can be text, with the type of its field."""
     text = format_value(event.value)
-    if of is str:
+    if field_type is str:
         return text
-    if of is bool and text in {"0", "1"}:
+    if field_type is bool and text in {"0", "1"}:
         return text == "1"
     try:
-        if of is not bool and math.isfinite(number := float(event.value)):
+        if field_type is not bool and math.isfinite(number := float(event.value)):
             return number
     except (ValueError, TypeError):
         pass
-    wanted = "0 or 1" if of is bool else "a number, which is finite"
+    wanted = "0 or 1" if field_type is bool else "a number, which is finite"
     raise InputError(f"{where}: '{event.field}' is '{text}', not {wanted}")
 
 
 def read_log_events(
     path: Path, start: datetime | None
 ) -> tuple[list[Event[float]], datetime | None] | ParsedLog:
-    """Read an event log and return its events and their start.
+    """Read an event log, and return its events and their start.
 
-    In the `events.csv` of a folder of days, events have dates in place of seconds. From such a
-    file, return a `ParsedLog`. If `start` is None, the start follows from the dates in the file.
+    If the file has dates instead of seconds, as the `events.csv` of simulated days does, return a
+    `ParsedLog`. If `start` is None, the start follows from the dates in the file, if it has any.
     Raise InputError or OSError.
     """
     not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
@@ -273,16 +274,13 @@ def read_log_events(
 
 
 def _end_of_days(folder: Path) -> datetime | None:
-    """Return the midnight at which the last day of a folder of days ends; None if unknown."""
+    """Return the midnight that ends the last day in a folder of simulated days; None if unknown."""
     home = home_beside(folder)
     return home.start + timedelta(days=home.days) if home.start and home.days else None
 
 
 def _start_by_row(row: Sequence[str]) -> datetime | None:
-    """Return the date and time of t = 0, from the seconds and the date of an event.
-
-    Return None for an invalid row; `read_events` reports it.
-    """
+    """Return the date and time of t = 0 from a row of an event log; None for an invalid row."""
     try:
         return datetime.fromisoformat(row[-1]) - timedelta(seconds=float(row[0]))
     except (ValueError, IndexError, OverflowError):
@@ -301,12 +299,12 @@ def _dated_changes(path: Path, rows: Iterable[list[str]]) -> Iterator[Event[date
 
 @dataclass(frozen=True)
 class HomeFile:
-    """What a `home.toml` says about a home.
+    """The content of a `home.toml`, which describes the home of a log.
 
     Attributes
     ----------
     sensors
-        What is known of each sensor, by name.
+        The sensors by name.
     start
         The begin of the first day.
     about
@@ -327,7 +325,7 @@ class HomeFile:
 def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     """Return the label of each activity in the vocabulary of the format `name`.
 
-    A format also has the vocabulary of its family: `casas-csv` also uses that of `casas`.
+    The labels of the format before the hyphen count too: `casas-csv` also uses those of `casas`.
     """
     return {**labels.get(name.partition("-")[0], {}), **labels.get(name, {})}
 
@@ -359,7 +357,7 @@ def read_home(path: Path) -> HomeFile:
 
 
 def home_beside(events: Path) -> HomeFile:
-    """Return what the `home.toml` in a folder of days says.
+    """Return the content of the `home.toml` in the folder `events`, which has simulated days.
 
     Return an empty `HomeFile` if there is no such file. Raise InputError or OSError.
     """
@@ -408,7 +406,7 @@ def read_activities(
 ) -> list[LoggedActivity]:
     """Read an `activities.csv`, with the columns start, end, person, activity, room.
 
-    `labels` are names by which activities are replaced. Raise InputError or OSError.
+    `labels` has, for some activities, the names that replace them. Raise InputError or OSError.
     """
     not_text = replaced(f"{path} is not a text file in UTF-8", UnicodeDecodeError)
     with not_text, open(path, newline="", encoding="utf-8-sig") as file:
@@ -450,7 +448,7 @@ GLUED = re.compile(rf"({'|'.join(sorted(WORDS, reverse=True))})[A-Z]{{1,2}}\d+")
 
 
 class TextRow(NamedTuple):
-    """A row of a log, with its value as text; `line` is its line in the file."""
+    """A row of a log: its line in the file, time, name of the sensor, and value as text."""
 
     line: int
     time: datetime
@@ -459,7 +457,10 @@ class TextRow(NamedTuple):
 
 
 class KeyRow(NamedTuple):
-    """A row of the table of sensors: the sensor and the field that a name in the log stands for."""
+    """A row of the table of sensors: the sensor and field that a name in the log stands for.
+
+    `initial` is the initial state as text, or "".
+    """
 
     sensor: str
     field: str
@@ -477,7 +478,7 @@ def word(channel: Channel, value: Value) -> str:
 
 
 def to_text(log: Log, names: Mapping[Channel, str]) -> str:
-    """Return the table of sensors as CSV, for channels that a log lists under `names`.
+    """Return the table of sensors as CSV, with a row for each channel and its name in the log.
 
     The column of initial states is empty if the log has none.
     """
@@ -498,13 +499,15 @@ def to_text(log: Log, names: Mapping[Channel, str]) -> str:
 
 
 def read_rows(table: Path, rows: Iterable[TextRow], has_initial: bool = False) -> ParsedLog:
-    """Return the changes in the rows.
+    """Convert the rows of a log, which are text, to changes of sensors' fields.
 
     Parameters
     ----------
     table
         The file with the table of sensors. Without it, sensors and fields are guessed from the
         names in the rows.
+    rows
+        The rows in the order of the file.
     has_initial
         Whether the rows include the initial states. If not, they are taken from the table.
     """
@@ -556,9 +559,9 @@ def is_number(text: str) -> bool:
 
 
 def mended_word(text: str) -> str | None:
-    """Return the word of `WORDS` of which a text is a damaged copy.
+    """Return the word in `WORDS` that a damaged text stands for; None if that is not clear.
 
-    Examples are OFFc, OFcF, OF and ONM026. Return None if it is not clear which word it was.
+    Examples of damaged texts are OFFc, OFcF, OF and ONM026.
     """
     upper = text.upper()
     if upper in WORDS:
@@ -575,9 +578,9 @@ def mended_word(text: str) -> str | None:
 
 @dataclass
 class RowTally:
-    """A count of rows of a file that were changed or left out, and the first of them.
+    """A count of the rows of a file that were changed or left out, with the first such row.
 
-    `noun` and `done` are words of the sentence, such as "row" and "left out".
+    `noun` and `done` are words for the message, such as "row" and "left out".
     """
 
     noun: str
@@ -586,13 +589,13 @@ class RowTally:
     first: str = ""
 
     def add(self, line: int, what: str) -> None:
-        """Count a row, and remember the first one: its line and what was in it."""
+        """Count a row, and store line and content of the first one for the message."""
         self.first = self.first or f"{at_line(line)}{what}"
         self.count += 1
 
     @property
     def text(self) -> str:
-        """A sentence with the number of rows and the first of them."""
+        """A message with the number of rows and the first of them."""
         noun = self.noun if self.count == 1 else f"{self.noun}s"
         return f"{self.count} {noun} {self.done}, first {self.first}"
 

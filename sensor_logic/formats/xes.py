@@ -39,7 +39,7 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def write(log: Log) -> FormatFiles:
-    """Return all changes, including initial states, and all activities."""
+    """Return the log as XES: all changes, including initial states, and all activities."""
     parts = [HEAD]
     parts += [_attribute(1, "string", f"angen:{key}", value) for key, value in log.about.items()]
     days: dict[str, list[Change]] = defaultdict(list)
@@ -105,19 +105,17 @@ def _event(*attributes: str) -> str:
 
 
 def _attribute(depth: int, kind: str, key: str, value: str) -> str:
-    """Return an attribute as a line, indented by `depth`; "" for an empty value.
-
-    Control characters, which XML cannot hold, are replaced.
-    """
+    """Return an attribute as a line, indented by `depth` tabs; "" for an empty value."""
     if not value:
         return ""
+    # XML cannot hold control characters: they are replaced.
     legal = re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", value)
     escaped = {"\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
     return "\t" * depth + f"<{kind} key={quoteattr(key)} value={quoteattr(legal, escaped)}/>\n"
 
 
 def read(path: Path) -> ParsedLog:
-    """Read the sensors' changes, without the activities."""
+    """Read the changes of sensors' fields from an XES file, without its activities."""
     found = ParsedLog([])
     for _, element in ElementTree.iterparse(path):
         if element.tag.rpartition("}")[2] != "event":

@@ -41,7 +41,7 @@ class RayCrossings:
     ray, solid
         The index of the ray and the number of the solid.
     begin, end
-        When the intersection begins and ends, as fractions of the step's time, 0 to 1.
+        When the intersection begins and ends, as fractions (0 to 1) of the step's time.
     near, far
         The distances of the hit from the ray's start at `begin` and at `end`; between these times,
         the distance changes linearly.
@@ -69,7 +69,7 @@ def no_crossings() -> RayCrossings:
 
 
 def joined(parts: list[RayCrossings]) -> RayCrossings:
-    """Return the crossings of all `parts` in one."""
+    """Concatenate several `RayCrossings` to one."""
     if not parts:
         return no_crossings()
     columns = zip(*(vars(part).values() for part in parts), strict=True)
@@ -77,7 +77,7 @@ def joined(parts: list[RayCrossings]) -> RayCrossings:
 
 
 def crossings(paths: Array, lengths: Array, triangles: TriangleTree, number: int) -> RayCrossings:
-    """Return the crossings of moving rays with the triangles of one solid.
+    """Return the intersections of moving rays with the triangles of one solid.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def crossings(paths: Array, lengths: Array, triangles: TriangleTree, number: int
     triangles
         The triangles of the solid.
     number
-        The number of the solid.
+        The number that identifies the solid in the result.
     """
     pieces = len(paths) - 1
     found, order = [], []
@@ -188,10 +188,7 @@ def _intersections(
 
 
 def _value(coefficients: Array, at: Array) -> Array:
-    """Return the value of a polynomial at `at`.
-
-    The coefficients are along the last axis, with that of the constant first.
-    """
+    """Return the values at `at` of polynomials; the last axis has coefficients, constant first."""
     value = coefficients[..., -1]
     for power in range(coefficients.shape[-1] - 2, -1, -1):
         value = value * at + coefficients[..., power]
@@ -264,17 +261,17 @@ class Movement:
             half = 1.0 / math.tan(self.angle / 2.0)
             self._centre = (across + half * np.cross(self._axis, across)) / 2.0
 
-    def at(self, shares: Array) -> Array:
-        """Return the body's matrices (n, 4, 4) at n fractions (0 to 1) of the motion's time."""
-        between = shares[:, None, None]
+    def at(self, fractions: Array) -> Array:
+        """Return the body's matrices (n, 4, 4) at `fractions` (n,) of the motion's time, 0 to 1."""
+        between = fractions[:, None, None]
         if not self.angle:
             return np.asarray(self.before + between * (self.after - self.before))
-        turns = _turns(self._axis, self.angle * shares)
-        matrices = np.tile(np.eye(4), (len(shares), 1, 1))
+        turns = _turns(self._axis, self.angle * fractions)
+        matrices = np.tile(np.eye(4), (len(fractions), 1, 1))
         size = np.eye(3) if self.rigid else np.eye(3) + between * self._longer
         matrices[:, :3, :3] = turns @ size @ self.before[:3, :3]
         matrices[:, :3, 3] = turns @ (self.before[:3, 3] - self._centre) + self._centre
-        matrices[:, :3, 3] += shares[:, None] * self._glide
+        matrices[:, :3, 3] += fractions[:, None] * self._glide
         return matrices
 
 
@@ -301,12 +298,14 @@ def _turns(axis: Array, angles: Array) -> Array:
     return np.asarray(np.eye(3) + sine * cross + rest * (cross @ cross))
 
 
-def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> Array:
+def seen_from(body: Movement, sensor: Movement, fractions: Array, ends: Array) -> Array:
     """Return points that move with a sensor, in the local space of a moving body.
 
     Parameters
     ----------
-    shares
+    body, sensor
+        The motions of both during a step.
+    fractions
         The n times, as fractions (0 to 1) of the step's time.
     ends
         The positions (k, 3) of the points in the world at the end of the step.
@@ -315,20 +314,22 @@ def seen_from(body: Movement, sensor: Movement, shares: Array, ends: Array) -> A
     -------
     The points (n, k, 3).
     """
-    carried = sensor.at(shares) @ np.linalg.inv(sensor.after)
-    into = np.linalg.inv(body.at(shares)) @ carried
+    carried = sensor.at(fractions) @ np.linalg.inv(sensor.after)
+    into = np.linalg.inv(body.at(fractions)) @ carried
     seen = np.einsum("nij,kj->nki", into[:, :3, :3], ends) + into[:, None, :3, 3]
     return np.asarray(seen)
 
 
 def pieces_needed(body: Movement, sensor: Movement, ends: Array, tolerance: float) -> int:
-    """Return how many equal intervals a step is divided into.
+    """Return the number of equal intervals into which a step is divided to trace moving points.
 
-    There are enough of them that, within each, points that move with the sensor have nearly
-    straight paths as seen from the body.
+    The points move with the sensor. Within each interval, their paths as seen from the body are
+    nearly straight.
 
     Parameters
     ----------
+    body, sensor
+        The motions of both during the step.
     ends
         The positions (k, 3) of the points in the world at the end of the step.
     tolerance

@@ -57,14 +57,13 @@ class Boxes:
     centre: Array
     half: Array
 
-    def overlap(self, rows: Index, others: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Return whether two boxes are at most `room` apart along each axis, for q pairs (q,).
+    def overlap(self, rows: Index, others: Boxes, which: Index, margin: float) -> NDArray[np.bool_]:
+        """Return a mask (q,) of the pairs of boxes that are at most `margin` apart along each axis.
 
-        The first box of a pair is box `rows` (q,) of these. The second one is box `which` (q,) of
-        `others`.
+        A pair has the box `rows` (q,) of this object, and the box `which` (q,) of `others`.
         """
         apart = np.abs(others.centre[which] - self.centre[rows])
-        return _all_three(apart <= others.half[which] + self.half[rows] + room)
+        return _all_three(apart <= others.half[which] + self.half[rows] + margin)
 
     def around(self) -> Boxes:
         """Return a box around every WITHIN consecutive boxes."""
@@ -99,28 +98,27 @@ class SweptBundles:
         self.turned = _boxes(points @ self.axes.swapaxes(1, 2))
         self.turned_axes = np.abs(self.axes)
 
-    def overlap(self, rows: Index, boxes: Boxes, which: Index, room: float) -> NDArray[np.bool_]:
-        """Return whether a bundle and a box can overlap, for q pairs (q,).
+    def overlap(self, rows: Index, boxes: Boxes, which: Index, margin: float) -> NDArray[np.bool_]:
+        """Return a mask (q,) of the pairs of a bundle and a box that can overlap.
 
-        They cannot if a face of one of the bundle's two bounding boxes separates bundle and box by
-        more than `room`. `rows` (q,) has the indices of the bundles, `which` (q,) those of the
-        boxes.
+        A pair has the bundle `rows` (q,) and the box `which` (q,). They cannot overlap if a face of
+        the bundle's bounding boxes separates them by more than `margin`.
         """
-        near = self.box.overlap(rows, boxes, which, room)
+        near = self.box.overlap(rows, boxes, which, margin)
         left = np.flatnonzero(near)
         rows, which = rows[left], which[left]
         apart = np.einsum("qac,qc->qa", self.axes[rows], boxes.centre[which])
         apart -= self.turned.centre[rows]
         reach = np.einsum("qac,qc->qa", self.turned_axes[rows], boxes.half[which])
-        reach += self.turned.half[rows] + room
+        reach += self.turned.half[rows] + margin
         near[left] = _all_three(np.abs(apart) <= reach)
         return near
 
 
 class TriangleTree:
-    """Triangles (m, 3, 3) in a hierarchy of boxes.
+    """A bounding volume hierarchy, which finds the triangles (m, 3, 3) near moving rays.
 
-    Triangles with a NaN or infinite corner are not in it.
+    Triangles with a NaN or infinite corner are left out.
     """
 
     def __init__(self, corners: Array) -> None:
@@ -136,23 +134,23 @@ class TriangleTree:
         self._largest = float(np.abs(corners[finite]).max(initial=0.0))
 
     def near(self, before: Array, after: Array) -> Iterator[tuple[Index, Index, Index]]:
-        """Yield candidates for crossings in batches: piece (q,), ray (q,) and triangle (q,).
+        """Yield pairs of a moving ray and a triangle that can cross, in batches of q pairs.
 
-        All crossings are among the candidates.
+        A batch has the index of the piece (q,), the ray (q,) and the triangle (q,). It may also
+        have pairs that do not cross, but no crossing is missing.
 
         Parameters
         ----------
         before, after
-            The paths of k neighbouring rays are divided into n pieces, in which the rays' ends move
-            in straight lines. These are the ends (n, k, 2, 3) at the begin and the end of each
-            piece.
+            The ends (n, k, 2, 3) of k neighbouring rays at the begin and the end of n pieces of
+            their motion. Within a piece, the ends move in straight lines.
         """
         if not len(self._numbers) or not before.size:
             return
         both = np.stack([before, after]).reshape(1, -1, 3)
-        room = ROUNDING * max(self._largest, float(np.abs(both).max()))
+        margin = ROUNDING * max(self._largest, float(np.abs(both).max()))
         first = np.zeros(1, np.intp)
-        if not _boxes(both).overlap(first, self._levels[-1], first, room).any():
+        if not _boxes(both).overlap(first, self._levels[-1], first, margin).any():
             return
         pieces, rays = before.shape[:2]
         if pieces * rays * len(self._numbers) <= FEW:
@@ -167,7 +165,7 @@ class TriangleTree:
             *(at[:, bundled].reshape(pieces * bundles, size, 2, 3) for at in (before, after))
         )
         rows, top = np.arange(pieces * bundles), len(self._levels) - 1
-        for row, which in self._descend(swept, room, top, rows, np.zeros_like(rows)):
+        for row, which in self._descend(swept, margin, top, rows, np.zeros_like(rows)):
             piece, bundle = np.divmod(row, bundles)
             if size == 1:
                 yield piece, bundle, self._numbers[which]
@@ -178,23 +176,23 @@ class TriangleTree:
                 exists = some < rays
                 single = (piece[part, None] * rays + some)[exists]
                 triangle = np.broadcast_to(which[part, None], some.shape)[exists]
-                near = self._rays_near(before, after, room, single, triangle)
+                near = self._rays_near(before, after, margin, single, triangle)
                 yield *np.divmod(single[near], rays), self._numbers[triangle[near]]
 
     def _rays_near(
-        self, before: Array, after: Array, room: float, single: Index, which: Index
+        self, before: Array, after: Array, margin: float, rows: Index, which: Index
     ) -> NDArray[np.bool_]:
-        """Return whether a ray and a triangle can be near each other, for q pairs (q,).
+        """Return a mask (q,) of the pairs of a ray and a triangle that can be near each other.
 
-        `single` (q,) has the numbers of the rays, which are counted through all pieces. `which`
-        (q,) has the positions of the triangles at the lowest level.
+        `rows` (q,) has the numbers of the rays, which are counted through all pieces. `which` (q,)
+        has the positions of the triangles at the lowest level.
         """
-        known, place = np.unique(single, return_inverse=True)
+        known, place = np.unique(rows, return_inverse=True)
         swept = SweptBundles(*(at.reshape(-1, 1, 2, 3)[known] for at in (before, after)))
-        return swept.overlap(place, self._levels[0], which, room)
+        return swept.overlap(place, self._levels[0], which, margin)
 
     def _descend(
-        self, swept: SweptBundles, room: float, level: int, rows: Index, which: Index
+        self, swept: SweptBundles, margin: float, level: int, rows: Index, which: Index
     ) -> Iterator[tuple[Index, Index]]:
         """Yield pairs of a bundle and a box of the lowest level that can overlap.
 
@@ -204,7 +202,7 @@ class TriangleTree:
         boxes = self._levels[level]
         for start in range(0, len(rows), PAIRS_AT_ONCE):
             some = slice(start, start + PAIRS_AT_ONCE)
-            near = swept.overlap(rows[some], boxes, which[some], room)
+            near = swept.overlap(rows[some], boxes, which[some], margin)
             left, found = rows[some][near], which[some][near]
             if not len(left):
                 continue
@@ -214,7 +212,7 @@ class TriangleTree:
             below = found[:, None] * WITHIN + np.arange(WITHIN)
             exists = below < len(self._levels[level - 1].centre)
             left = np.broadcast_to(left[:, None], below.shape)
-            yield from self._descend(swept, room, level - 1, left[exists], below[exists])
+            yield from self._descend(swept, margin, level - 1, left[exists], below[exists])
 
 
 def _all_three(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -267,7 +265,7 @@ RAYS_AT_ONCE = 1024
 
 @dataclass(frozen=True)
 class _Rays:
-    """k rays.
+    """k rays, with vectors that are computed once for each ray.
 
     Attributes
     ----------
@@ -294,9 +292,10 @@ class _Rays:
 
 
 class RayTree:
-    """A hierarchy of triangles (m, 3), which are given by indices into `points` (n, 3).
+    """A bounding volume hierarchy, which casts rays against very many triangles.
 
-    The arrays are not copied. Triangles with a NaN or infinite corner are never hit.
+    The triangles (m, 3) are given by indices into `points` (n, 3). The arrays are not copied.
+    Triangles with a NaN or infinite corner are never hit.
     """
 
     def __init__(self, points: NDArray[np.float32], triangles: NDArray[np.int32]) -> None:
@@ -319,10 +318,10 @@ class RayTree:
             lo, hi = _around(lo, np.minimum), _around(hi, np.maximum)
             self._levels.append((lo, hi))
         size = max((float(np.abs(part).max(initial=0.0)) for part in (lo, hi)), default=0.0)
-        self._room = ROUNDING * size
+        self._margin = ROUNDING * size
 
     def meet(self, origins: Array, directions: Array, limits: Array) -> tuple[Array, Index]:
-        """Cast rays; return the distance (k,) and the triangle (k,) of the nearest hit of each.
+        """Cast rays, and return the distance (k,) and the triangle (k,) of each ray's nearest hit.
 
         A ray without a hit has distance inf and triangle -1.
 
@@ -342,7 +341,7 @@ class RayTree:
     def ray_cast(
         self, origin: Array, direction: Array, distance: float = np.inf
     ) -> tuple[Array, Array, int, float] | tuple[None, None, None, None]:
-        """Cast a single ray; return point, normal, triangle and distance of the nearest hit.
+        """Cast a single ray, and return point, normal, triangle and distance of the nearest hit.
 
         Without a hit, return four times None. The result has the form of Blender's
         `BVHTree.ray_cast`.
@@ -384,10 +383,9 @@ class RayTree:
     def _descend(
         self, rays: _Rays, level: int, last: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """Return pairs of a ray and a box of level `last` that it enters, and where it enters.
+        """Return ray, box and distance of entry for all boxes of level `last` that a ray enters.
 
-        The third result is the distance at which the ray enters the box. Only boxes inside the
-        boxes of the given pairs, which are of `level`, are searched. If `level` is above the top
+        Only boxes inside the given boxes of `level` are searched. If `level` is above the top
         level, all boxes are.
         """
         if level == len(self._levels):
@@ -407,18 +405,15 @@ class RayTree:
     def _entered(
         self, rays: _Rays, level: int, ray: Index, box: Index
     ) -> tuple[Index, Index, Array]:
-        """Return the given pairs whose ray enters the box within its limit, and where it enters.
-
-        The third result is the distance at which the ray enters the box.
-        """
+        """Return ray, box and distance of entry of those pairs whose ray enters the box."""
         lo, hi = self._levels[level]
         enter, leave = np.zeros(len(ray)), rays.limits[ray]
         with np.errstate(invalid="ignore", over="ignore"):
             for axis in range(3):
                 start, inverse = rays.origins[ray, axis], rays.inverse[ray, axis]
                 # The margin comes last, because single precision would lose it.
-                one = (lo[box, axis] - start - self._room) * inverse
-                two = (hi[box, axis] - start + self._room) * inverse
+                one = (lo[box, axis] - start - self._margin) * inverse
+                two = (hi[box, axis] - start + self._margin) * inverse
                 # fmin and fmax ignore the NaN of a ray that runs in the plane of a face.
                 enter = np.fmax(enter, np.fmin(one, two))
                 leave = np.fmin(leave, np.fmax(one, two))
@@ -428,11 +423,9 @@ class RayTree:
     def _hit_triangles(
         self, rays: _Rays, ray: Index, leaf: Index, best: Array, hit_triangle: Index
     ) -> None:
-        """Update `best` and `hit_triangle`, in place, with the hits of rays on triangles.
+        """Test rays against the triangles in leaf boxes; update `best` and `hit_triangle` in place.
 
-        Each ray is tested against the triangles in the leaf box of its pair. `best` has the
-        distance of each ray's nearest hit. Two triangles with a common edge use the same numbers to
-        decide on which side of the edge a ray passes. So no ray slips through between them.
+        `best` has the distance of each ray's nearest hit, `hit_triangle` its triangle or -1.
         """
         places = leaf[:, None] * WITHIN + np.arange(WITHIN)
         exists = places < len(self._order)
@@ -445,6 +438,7 @@ class RayTree:
             x.append(_dot(point, some.across))
             y.append(_dot(point, some.up))
             z.append(_dot(point, some.directions))
+        # Triangles use the same numbers for a common edge: no ray slips through between them.
         sides = [x[i] * y[j] - y[i] * x[j] for i, j in ((1, 2), (2, 0), (0, 1))]
         inside = np.logical_and.reduce([side >= 0.0 for side in sides])
         inside |= np.logical_and.reduce([side <= 0.0 for side in sides])
@@ -474,10 +468,8 @@ def _rays(origins: Array, directions: Array, limits: Array) -> _Rays:
 
 
 def _dot(one: Array, two: Array) -> Array:
-    """Return the scalar products (k,) of vectors (k, 3).
-
-    A product does not depend on the position of its vectors in the array, not even by rounding.
-    """
+    """Return the scalar products (k,) of vectors (k, 3)."""
+    # Written out, so that rounding does not depend on the position of a vector in the array.
     found: Array = one[:, 0] * two[:, 0] + one[:, 1] * two[:, 1] + one[:, 2] * two[:, 2]
     return found
 
@@ -487,11 +479,8 @@ def _all_pairs(rays: int, boxes: int) -> tuple[Index, Index]:
 
 
 def _around(rows: NDArray[np.float32], extreme: np.ufunc) -> NDArray[np.float32]:
-    """Return the least or the greatest coordinates of every WITHIN consecutive rows (n, 3).
-
-    `extreme` is np.minimum or np.maximum. numpy's own reduction takes five times as long along so
-    short an axis.
-    """
+    """Return the least or greatest coordinates of every WITHIN consecutive rows (n, 3)."""
+    # numpy's own reduction takes five times as long along so short an axis.
     missing = -len(rows) % WITHIN
     found = np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)]).reshape(-1, WITHIN, 3)
     while found.shape[1] > 1:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A column of a track: values of one type in time order, compressed in memory.
+"""A column of a recording: values of one type in time order, compressed in memory.
 
 In a day, a sensor at 10 Hz has 864,000 readings, most of them equal to the one before. Values are
 compressed in chunks of equal size. A chunk is stored as runs of equal values, as a repeating
@@ -32,18 +32,18 @@ Values = NDArray[Any]
 
 
 class EvenSpacing(NamedTuple):
-    """The numbers `offset` + m × `spacing` for all integers m, a grid."""
+    """A grid of numbers: `offset` + m × `spacing` for all integers m."""
 
     offset: int
     spacing: Fraction
 
     def values(self, steps: Index) -> NDArray[np.float64]:
-        """Return the numbers (n,) of the grid with the integers m in `steps` (n,)."""
+        """Return the numbers (n,) of the grid for the integers m in `steps` (n,)."""
         spacing = self.spacing
         return np.asarray(self.offset + steps * spacing.numerator / spacing.denominator)
 
     def steps(self, values: Values) -> Index | None:
-        """Return the integer m of each value; None if a value is not exactly on the grid."""
+        """Return the integer m of each value (n,); None if a value is not exactly on the grid."""
         nearest = np.rint((values - self.offset) / float(self.spacing))
         if not (np.abs(nearest) < LARGEST).all():
             return None
@@ -77,10 +77,10 @@ class _Packed(NamedTuple):
 
 
 class Column(Sequence[Any]):
-    """Values of one type (bool, int, float or str).
+    """A sequence of values of one type (bool, int, float or str), compressed in memory.
 
     Booleans are stored as 0 and 1, texts as indices into `texts`. For a column of floats, `grid`
-    can be the even spacing that most values lie on.
+    can be the even spacing of most values.
     """
 
     def __init__(
@@ -241,7 +241,7 @@ def _same(one: Values, other: Values) -> bool:
 
 
 def _packed_on(grid: EvenSpacing | None, values: Values) -> _Packed | None:
-    """Return a chunk as differences on the grid; None if it is not on the grid."""
+    """Compress values as differences of their integers m on the grid; None if not on the grid."""
     steps = grid.steps(values) if grid is not None else None
     if steps is None:
         return None

@@ -45,10 +45,10 @@ TOO_MANY = "it has more readings than a file can hold"
 
 
 def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
-    """Return a recording and the facts about it, from the bytes after the first line.
+    """Read a recording, and the data about it that `to_bytes` got, from the bytes after line 1.
 
-    The facts are those that `to_bytes` got. Raise AngenError, also if the recording has more than
-    `values` values. Damaged bytes can also raise one of the errors in `WRONG`.
+    Raise AngenError, also if the recording has more than `values` values. Damaged bytes can also
+    raise one of the errors in `WRONG`.
     """
     size = int.from_bytes(body[:4], "little")
     unpacker = zlib.decompressobj()
@@ -76,14 +76,14 @@ def read(body: bytes, values: int) -> tuple[Recording, dict[str, Any]]:
 
 
 def size_of(recording: Recording) -> int:
-    """Return the number of values in a recording, those of all columns together."""
+    """Return the number of values in a recording, in all columns together."""
     return sum(len(track) * (4 + len(track.columns)) for track in recording.tracks.values())
 
 
 def frames_and_times(
     steps: NDArray[np.int64], clock: Clock
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the frames (n,) and the times (n,) in s of clock steps (n,)."""
+    """Return the frames (n,) and the times (n,) in s of the clock's steps (n,)."""
     rate = clock.steps_per_second
     return clock.frame_start + steps / clock.substeps, steps * rate.denominator / rate.numerator
 
@@ -94,10 +94,7 @@ class _Reader:
         self._at = start
 
     def take(self, packed: Any, size: int) -> bytes:
-        """Return the next bytes, unpacked.
-
-        `packed` is their compressed size, and `size` the size that they must have unpacked.
-        """
+        """Return the next bytes, decompressed from `packed` bytes to exactly `size` bytes."""
         self._at += _whole(packed, 0)
         unpacker = zlib.decompressobj()
         raw = unpacker.decompress(self._data[self._at - packed : self._at], size + 1)
@@ -196,9 +193,9 @@ LEVEL = 3
 
 
 def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
-    """Return a recording, and `facts` about it, as bytes.
+    """Return a recording, with the data `facts` about it, as bytes for a file.
 
-    The facts are plain values by name, as in JSON. Raise AngenError if the recording is too large.
+    `facts` has plain values by name, as in JSON. Raise AngenError if the recording is too large.
     """
     if size_of(recording) > VALUES or sum(t.nbytes for t in _tracks(recording)) > BYTES:
         raise AngenError(TOO_MANY)
@@ -215,9 +212,9 @@ def to_bytes(recording: Recording, facts: dict[str, Any]) -> bytes:
 
 
 def from_bytes(data: bytes, values: int = VALUES) -> tuple[Recording, dict[str, Any]]:
-    """Return the recording and the facts about it, from bytes that `to_bytes` returned.
+    """Return the recording and the data about it, from bytes that `to_bytes` returned.
 
-    Raise AngenError if they are damaged, or if the recording has more than `values` values.
+    Raise AngenError if the bytes are damaged, or if the recording has more than `values` values.
     """
     title, _, body = data.partition(b"\n")
     if not title.startswith(TITLE + b" "):
@@ -286,10 +283,7 @@ def _track_header(track: Track, clock: Clock | None, out: _Writer) -> dict[str, 
 
 
 def _steps(track: Track, clock: Clock | None) -> NDArray[np.int64] | None:
-    """Return the clock's steps at which the updates were.
-
-    Return None if the clock does not give exactly the updates' frames and times for these steps.
-    """
+    """Return the clock's steps (n,) of the updates; None if frames or times do not match these."""
     if clock is None:
         return None
     frames, times = np.asarray(track.frames), np.asarray(track.times)
@@ -306,7 +300,7 @@ def _same(one: Column, other: Column) -> bool:
 
 
 def _column(column: Column, out: _Writer) -> dict[str, Any]:
-    """Append a column, and return its entry in the header."""
+    """Append a column to the file's data, and return its entry in the header."""
     values = column.numbers()
     if column.type is str:
         texts = sorted(column.texts)

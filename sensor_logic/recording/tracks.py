@@ -20,7 +20,9 @@ from .columns import Column, EvenSpacing
 
 @dataclass(eq=False)
 class Track:
-    """One sensor's readings in time order, as columns; frames and times (s) are floats.
+    """One sensor's readings in time order, as columns.
+
+    Frames and times (s) are floats.
 
     Attributes
     ----------
@@ -68,8 +70,8 @@ class Track:
     def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
         """Append n readings.
 
-        `readings` has `active` (n,), `value` (n,) and `fields`: a list or array (n,) for each
-        field, or None for a field that no reading measured.
+        `readings` has `active` (n,), `value` (n,) and `fields`. The latter has a list or array (n,)
+        for each field, or None for a field that no reading measured.
         """
         self.frames.extend(frames)
         self.times.extend(times)
@@ -103,7 +105,7 @@ class Track:
     def reading_at(self, index: int) -> Field:
         """Return the main field at an update: the first field with a number that was measured.
 
-        It depends on the method that the sensor had at the update with this index.
+        `index` is that of the update. The field depends on how the sensor measured at this update.
         """
         numbers = [f for f in self.kind.samples if f.type is float]
         measured = (f for f in numbers if not math.isnan(self.columns[f.name][index]))
@@ -117,7 +119,11 @@ class Track:
 
 @dataclass
 class Recording:
-    """The tracks of a run by sensor name, its first and last frame, and its time base."""
+    """The readings of a run: a track for each sensor, by the sensor's name.
+
+    `clock` is the time base, if known. `frame_start` and `frame_end` are the run's first and last
+    frame.
+    """
 
     tracks: dict[str, Track] = field(default_factory=dict)
     clock: Clock | None = None
@@ -125,7 +131,7 @@ class Recording:
     frame_end: int = 0
 
     def track_of(self, uid: int | tuple[int, ...]) -> Track | None:
-        """Return the track of the sensor with this `uid`, or None."""
+        """Return the track of the sensor with this `uid`, or None if there is none."""
         return next((track for track in self.tracks.values() if track.uid == uid), None)
 
     def only(self, names: Collection[str]) -> Recording:

@@ -23,7 +23,7 @@ from .sections import Line
 class ReportedSensor:
     """A sensor in a report.
 
-    `period` (s) is the time between updates. `settings` has the parameters that differ from their
+    `period` is the time between updates in s. `settings` has the parameters that differ from their
     defaults, as pairs of a name and a value with its unit.
     """
 
@@ -36,10 +36,9 @@ class ReportedSensor:
 
 @dataclass(frozen=True)
 class PlanShape:
-    """The lines that show a solid in the plan; `top` (m) is its highest point below the cut.
+    """The lines that show a solid in the floor plan, which is a horizontal cut through a storey.
 
-    The plan is cut at a height, as usual for floor plans. The `role` decides how the solid is
-    drawn:
+    `top` (m) is the solid's highest point below the cut. The `role` decides how it is drawn:
 
     - "wall": it is cut, and thin
     - "solid": it is cut
@@ -55,14 +54,14 @@ class PlanShape:
 
 @dataclass(frozen=True)
 class SensorInPlan:
-    """A sensor in the plan.
+    """A sensor in the floor plan.
 
     Attributes
     ----------
     at
         The position (2,) in m.
     looks
-        The horizontal components (2,) of its unit viewing direction: short if it looks up or down.
+        The x and y components (2,) of its unit viewing direction: short if it looks up or down.
     height
         The height in m above the floor.
     fans
@@ -70,7 +69,7 @@ class SensorInPlan:
     beams
         Single rays: the start and the end (2, 2) of each.
     pad
-        The outline (n, 2) of a pressure-sensitive face.
+        The outline (n, 2) of the surface of a pressure sensor, or None.
     """
 
     name: str
@@ -86,8 +85,8 @@ class SensorInPlan:
 class PlanStorey:
     """A storey of the home in the plan.
 
-    `floor` and `cut` are heights in m. `view` (2, 2) has the lower left and the upper right corner
-    of the area that the plan shows.
+    `floor` is the height of the floor, and `cut` that of the plane which cuts the walls, in m.
+    `view` (2, 2) has the lower left and the upper right corner of the area that the plan shows.
     """
 
     floor: float
@@ -129,7 +128,7 @@ class Report:
         return clock.step_time(first), clock.step_time(last)
 
     def ordered(self) -> tuple[ReportedSensor, ...]:
-        """Return the sensors in the order in which they are numbered: by room, then by name.
+        """Return the sensors in the order of their numbers: by room, then by name.
 
         Sensors without a room come last.
         """
@@ -149,7 +148,7 @@ def _natural(text: str) -> tuple[tuple[str, int, str], ...]:
 
 @dataclass(frozen=True)
 class Figures:
-    """The figures of a sensor.
+    """Statistics of a sensor over a run, for the report's table.
 
     Attributes
     ----------
@@ -161,10 +160,10 @@ class Figures:
         The times (s) of the first and the last of these events.
     active
         The fraction (0 to 1) of updates at which the sensor was active.
-    field
-        The first field with a number that was measured, if any.
     greatest
         The greatest valid value of `field`.
+    field
+        The first field with a number that was measured, if any.
     invalid
         The fraction of updates whose reading is not valid.
     """
@@ -192,7 +191,7 @@ class Figures:
 
 
 def figures(track: Track) -> Figures:
-    """Return the figures of a sensor's track."""
+    """Return the statistics of a sensor's track, for the report's table."""
     changes = [track.times[index] for index in event_rows(track).tolist()]
     name, values = quantity(track)
     valid = ~invalid(track)
@@ -212,8 +211,8 @@ def figures(track: Track) -> Figures:
 def quantity(track: Track) -> tuple[str, Array]:
     """Return the name and the values (n,) of the first field with a number that was measured.
 
-    Only fields whose changes are events count. If there is no such field, as for a switch, return
-    "" and no values.
+    Only fields whose changes are events are considered. If none has a number, as for a switch,
+    return "" and an empty array.
     """
     names = [field.name for field in track.kind.events if field.type is float]
     for name in names:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the plan of a storey: cut walls, furniture from above, sensors and what they see."""
+"""Draw the plan of a storey: cut walls, furniture from above, sensors and the areas they cover."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BEARING = 20.0
 
 
 class Frame:
-    """The mapping from positions in the plan (m, y upwards) to pixels in the drawing."""
+    """The transformation from positions in the plan (m, y upwards) to pixels in the drawing."""
 
     def __init__(self, view: Array) -> None:
         size = np.maximum(view[1] - view[0], 1e-6)
@@ -42,7 +42,7 @@ class Frame:
         self.bottom = TOP + self.height
 
     def px(self, points: Array) -> Array:
-        """Return points (n, 2) in m as pixels (n, 2).
+        """Return the positions in pixels (n, 2) of points (n, 2) in m.
 
         Points far outside the frame are moved nearer to it.
         """
@@ -53,7 +53,7 @@ class Frame:
 def floor_plan(
     storey: PlanStorey, numbers: Mapping[str, int], kinds: Mapping[str, str], name: str
 ) -> tuple[str, float]:
-    """Return the plan as SVG, and its height in px.
+    """Return the drawing of a storey as SVG, and its height in px.
 
     `numbers` and `kinds` have the number and the kind of each sensor by its name. All ids in the
     SVG begin with `name`.
@@ -81,7 +81,7 @@ def floor_plan(
 
 
 def _axes(frame: Frame) -> list[str]:
-    """Return the x and y axis, with ticks at positions of the scene in metres."""
+    """Return the SVG elements of the x and y axes, with ticks in metres."""
     parts = []
     low, high = frame.view
     for axis, ends in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
@@ -108,7 +108,7 @@ def _axes(frame: Frame) -> list[str]:
 
 
 def _scale_bar(frame: Frame) -> str:
-    """Return a scale bar in two halves, which is at least an eighth of the width long."""
+    """Return a scale bar in two halves, at least an eighth as long as the drawing is wide."""
     length = ticks(0.0, frame.width / frame.scale / 4, 2)[1]
     x, y, size = frame.left, frame.bottom + 40, length * frame.scale
     half = f"{coordinate(x + size / 2)}"
@@ -136,10 +136,7 @@ def _shapes(frame: Frame, shapes: Sequence[PlanShape]) -> list[str]:
 
 
 def _smallest(drawn: Sequence[tuple[int, float, float, int, str]]) -> set[int]:
-    """Return the indices of the shapes to leave out, the smallest ones.
-
-    Without them, at most MOST_POINTS points remain.
-    """
+    """Return the indices of the smallest shapes; without them at most MOST_POINTS points remain."""
     points, found = sum(d[3] for d in drawn), set()
     for i in sorted(range(len(drawn)), key=lambda i: (drawn[i][2], drawn[i][4])):
         if points <= MOST_POINTS:
@@ -161,20 +158,14 @@ def _styles(shape: PlanShape) -> list[tuple[str, Sequence[Line]]]:
 
 
 def _is_thin(lines: Sequence[Line]) -> bool:
-    """Return whether a solid that is cut is as thin as a wall.
-
-    The surface of a whole room or of a sky is not. The thickness is estimated from the area, less
-    that of holes, and the length of the outlines.
-    """
+    """Return whether the outlines of a cut solid enclose something as thin as a wall."""
+    # Not thin: the surface of a whole room or of a sky. Holes have a negative area.
     area = abs(sum(line.area for line in lines))
     return 2 * area <= THIN_M * sum(line.length for line in lines)
 
 
 def _path(frame: Frame, lines: Sequence[Line]) -> tuple[str, int, float]:
-    """Return the lines as an SVG path, the number of its points, and its size in px.
-
-    Lines outside the frame are left out, and lines too small to see.
-    """
+    """Return the visible lines as an SVG path, the number of its points, and its size in px."""
     path, points, largest = [], 0, 0.0
     low = np.array([frame.left, TOP])
     high = np.array([frame.left + frame.width, frame.bottom])
@@ -209,7 +200,7 @@ def _fans(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
 
 
 def _lines(frame: Frame, placed: SensorInPlan, colour: int) -> list[str]:
-    """Return a sensor's beams and pad; for a sensor without fans and beams, also where it looks."""
+    """Return a sensor's beams and pad as SVG elements; without rays, its viewing direction."""
     parts = []
     origin = frame.px(placed.at[None])
     if placed.beams:
@@ -230,10 +221,7 @@ def _marks(
     numbers: Mapping[str, int],
     kinds: Mapping[str, str],
 ) -> list[str]:
-    """Return the marks with the sensors' numbers.
-
-    If a mark is moved away from its sensor, a line connects them.
-    """
+    """Return the numbered marks as SVG, with a line from a displaced mark to its sensor."""
     if not sensors:
         return []
     shown = sorted(sensors, key=lambda placed: numbers[placed.name])

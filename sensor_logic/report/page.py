@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report as a page (HTML with embedded drawings) or as one drawing (SVG)."""
+"""Write the report as a page (HTML with embedded drawings) or as one drawing (SVG)."""
 
 from __future__ import annotations
 
@@ -123,10 +123,7 @@ def _numbered(report: Report) -> Numbered:
 
 
 def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
-    """Yield the parts of the timeline, each of a size that fits on a sheet of paper.
-
-    Each is a drawing, its height and its description.
-    """
+    """Yield each part of the timeline that fits on a sheet: drawing, height in px, description."""
     numbered = _numbered(report)
     for start in range(0, len(numbered), ROWS):
         rows = numbered[start : start + ROWS]
@@ -139,7 +136,7 @@ def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
 
 
 def _plans(report: Report) -> Iterator[tuple[str, str, tuple[str, float, str]]]:
-    """Yield the heading, the caption and the drawing of each storey's plan."""
+    """Yield, for each storey's plan, the heading, the caption and the drawing."""
     numbers = {sensor.name: number for number, sensor in _numbered(report)}
     kinds = {sensor.name: sensor.kind_name for sensor in report.sensors}
     for i, storey in enumerate(report.storeys, start=1):
@@ -201,7 +198,7 @@ def _table_row(
 
 
 def _settings(report: Report) -> str:
-    """Return a table of all settings that differ from their defaults."""
+    """Return a table of the sensors' settings that differ from their defaults."""
     rows = []
     for number, sensor in _numbered(report):
         if sensor.settings:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines of a plan, from triangles: where a horizontal plane cuts them, and outlines from above.
+"""The lines of a floor plan, computed from triangles.
 
-Both are polylines in x and y. Corners closer than a tenth of a millimetre are welded. So loops also
-close for meshes whose faces do not share vertices.
+The lines are where a horizontal plane cuts the triangles, or the outlines from above. Both are
+polylines in x and y. Corners closer than a tenth of a millimetre are welded. So lines also close
+for meshes whose faces do not share vertices.
 """
 
 from __future__ import annotations
@@ -77,7 +78,10 @@ def cut(points: Array, triangles: Triangles, height: float) -> list[Line]:
 
 
 def from_above(points: Array, triangles: Triangles) -> list[Line]:
-    """Return the outlines of the faces that point up, as seen from above."""
+    """Return the outlines of the faces that point up, as seen from above.
+
+    The triangles (m, 3) are given by indices into `points` (n, 3), in m.
+    """
     points, corners = weld(points, triangles)
     a, b, c = (points[corners[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
@@ -93,7 +97,7 @@ def from_above(points: Array, triangles: Triangles) -> list[Line]:
 
 
 def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
-    """Return the triangles that the plane can cut, also if welding moves their corners."""
+    """Return the triangles that the plane can cut, with a margin for welding."""
     levels = points[:, 2][triangles]
     reach = np.abs(points[np.isfinite(points)]).max(initial=0.0)
     margin = 10 * WELD_M + 4 * reach / CELLS
@@ -103,9 +107,10 @@ def _near(points: Array, triangles: Triangles, height: float) -> Triangles:
 
 
 def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
-    """Return the points after welding, and the triangles given by their indices.
+    """Merge points that are closer than a tenth of a millimetre.
 
-    Triangles of zero area are left out, and triangles with a NaN or infinite corner.
+    Return the remaining points, and the triangles as indices into these. Triangles of zero area are
+    left out, and triangles with a NaN or infinite corner.
     """
     finite: Mask = np.asarray(np.isfinite(points).all(axis=1))
     used, inverse = np.unique(triangles[finite[triangles].all(axis=1)], return_inverse=True)
@@ -117,10 +122,10 @@ def weld(points: Array, triangles: Triangles) -> tuple[Array, Indices]:
 
 
 def _same_places(points: Array) -> tuple[Indices, Indices]:
-    """Return the distinct places among points (n, 2 or 3).
+    """Return the distinct positions among points (n, 2 or 3).
 
-    The first result has the index of the first point at each place. The second has, for each point
-    (n,), the number of its place.
+    The first result has the index of the first point at each position. The second has, for each
+    point (n,), the index of its position in the first result.
     """
     low = points.min(axis=0)
     cell = max(WELD_M, float((points.max(axis=0) - low).max()) / (CELLS - 1))
@@ -173,7 +178,7 @@ def joined(lines: list[Line], gap: float) -> list[Line]:
     """Return the lines, with open lines joined if their ends are at most `gap` (m) apart.
 
     The nearest ends are joined first. Walls that adjoin are often modelled without faces between
-    them, so the lines where they are cut are open there.
+    them, so their outlines are open there.
     """
     closed = [line for line in lines if line.closed]
     loose = [line.points for line in lines if not line.closed]
@@ -197,9 +202,9 @@ def joined(lines: list[Line], gap: float) -> list[Line]:
 
 
 def simplified(points: Array, tolerance: float, closed: bool = False) -> Array:
-    """Return points (n, 2) of a polyline without those that hardly change its shape.
+    """Return a polyline (n, 2) without points that hardly change its shape.
 
-    The points that are left out are within `tolerance` of the simplified line.
+    All points that are left out are within `tolerance` of the remaining line.
 
     References
     ----------

@@ -27,7 +27,7 @@ def safe(text: str) -> str:
 
 
 def shown_number(value: float) -> str:
-    """Return a number as text, with a minus sign (not a hyphen) and without rounding errors."""
+    """Return a number with at most six digits as text, with a minus sign instead of a hyphen."""
     return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
 
 
@@ -51,7 +51,7 @@ def ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def place(value: float, low: float, high: float, first: float, last: float) -> float:
-    """Return the position of a value on an axis.
+    """Return the position of a value on an axis, by linear interpolation.
 
     The axis has the value `low` at the position `first`, and `high` at `last`.
     """
@@ -59,7 +59,7 @@ def place(value: float, low: float, high: float, first: float, last: float) -> f
 
 
 def text_width(text: str, size: float) -> float:
-    """Return the approximate width of a text in a sans-serif font; it is rather too large."""
+    """Return an estimate of the width of a text in a sans-serif font, which is mostly too large."""
     return sum(_width(character) for character in text) * size
 
 
@@ -82,7 +82,7 @@ def shortened(text: str, width: float, size: float) -> str:
     return text.rstrip() + "…"
 
 
-# Colours, and a mark for each kind of sensor, which can be told apart without colour.
+# Colours, and a mark for each kind of sensor; marks differ in shape too.
 
 # The colours by name, on white and on black.
 INKS = {
@@ -132,7 +132,7 @@ HUE_STYLE = """
 
 
 def style(colours: dict[str, str]) -> str:
-    """Return the CSS of all drawings, with the given colours by their names."""
+    """Return the CSS of all drawings, with a CSS colour for each name in `INKS`."""
     text = "".join(HUE_STYLE.replace("$n", str(n)) for n in range(1, HUES + 1)) + STYLE
     for name in sorted(colours, key=len, reverse=True):
         text = text.replace(f"${name}", colours[name])
@@ -140,17 +140,20 @@ def style(colours: dict[str, str]) -> str:
 
 
 def plain_style() -> str:
-    """Return the CSS of a drawing outside the page, black on white."""
+    """Return the CSS for a drawing outside the HTML page, black on white."""
     return style({name: light for name, (light, _) in INKS.items()})
 
 
 def hue(kind_name: str) -> int:
-    """Return the number of a kind's colour, from 1 to HUES; kinds are counted by their number."""
+    """Return the number, from 1 to HUES, of the colour in which a kind of sensor is drawn."""
     return (KINDS[kind_name].number - 1) % HUES + 1
 
 
 def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str:
-    """Return a small shape with a label, centred at (x, y), in the colour of the kind."""
+    """Return an SVG shape with a label, centred at (x, y); colour and shape depend on the kind.
+
+    `about` is the tooltip.
+    """
     kind = f'class="fill{hue(kind_name)}"'
     half = 8.0 if len(label) < 3 else 9.5
     shapes = {
@@ -178,13 +181,15 @@ DIRECTIONS = 16
 def spread(
     places: Array, size: tuple[float, float], box: tuple[float, float, float, float]
 ) -> Array:
-    """Return positions (n, 2) for marks of points `places` (n, 2), so that marks do not overlap.
+    """Return positions (n, 2) of marks near the points `places` (n, 2), so that no marks overlap.
 
     Marks are placed in order. Each gets the free position nearest to its point. If none is free, it
-    gets the position farthest from all other marks.
+    gets the position farthest from all other marks. Lengths are in px.
 
     Parameters
     ----------
+    places
+        The points (n, 2) that the marks label.
     size
         Width and height of a mark.
     box

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the timeline: a row for each sensor, with when it was active and its values.
+"""Draw the timeline: a row for each sensor, which shows its values and when it was active.
 
 Rows are grouped by room.
 """
@@ -30,7 +30,7 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Columns:
-    """A track in n columns of equal duration, which are drawn as columns of pixels.
+    """A track, reduced to n columns of pixels, which are equally long time spans.
 
     Attributes
     ----------
@@ -68,9 +68,10 @@ class Columns:
 
 
 def columns(track: Track, period: float, step: float, span: tuple[float, float], n: int) -> Columns:
-    """Return the track during `span` (s) in `n` columns.
+    """Return a track, reduced to `n` columns of pixels.
 
-    `period` (s) is the time between updates. An update can be late by up to one `step` (s).
+    `period` is the time between updates, and `step` their longest delay. `span` is the begin of the
+    first column and the end of the last one. All times are in s.
     """
     times = np.array(track.times, np.float64)
     if not len(times):
@@ -83,7 +84,7 @@ def columns(track: Track, period: float, step: float, span: tuple[float, float],
     width = (span[1] - span[0]) / n
 
     def share(mask: NDArray[np.bool_]) -> Array:
-        """Return the fraction (n,) of each column in which readings in the mask apply."""
+        """Return the fraction (n,) of each column that is covered by the readings in the mask."""
         durations = np.where(mask, held - times, 0.0)
         total = np.concatenate([[0.0], np.cumsum(durations)])
         moments = np.stack([times, held], axis=1).ravel()
@@ -113,7 +114,7 @@ def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[A
     n = len(edges) - 1
 
     def at(moments: Array, side: str) -> Array:
-        """Return the value that applies at each moment; with side "left", just before it."""
+        """Return the value that applies at each time; with side "left", just before it."""
         index = np.searchsorted(times, moments, "right" if side == "right" else "left") - 1
         exists = index >= 0
         reaches = held[index] > moments if side == "right" else held[index] >= moments
@@ -129,9 +130,9 @@ def _envelope(times: Array, held: Array, values: Array, edges: Array) -> tuple[A
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the runs of columns in which the mask is true.
+    """Return the runs of true values in a mask, as pairs (begin, end) of indices.
 
-    For each run, it is the index of the first column, and the index after the last one.
+    The index `end` is the one after the last true value.
     """
     change = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in change.reshape(-1, 2)]
@@ -150,7 +151,7 @@ SECONDS_UP_TO = 300.0
 
 
 def moments(first: float, last: float, count: int) -> list[float]:
-    """Return about `count` round times (s) between `first` and `last`, for ticks."""
+    """Return about `count` round times (s) between `first` and `last`, for the ticks of an axis."""
     span = last - first
     if span <= SECONDS_UP_TO:
         found = ticks(first, last, count)
@@ -164,7 +165,7 @@ def moments(first: float, last: float, count: int) -> list[float]:
 def time_label(time: float, span: float) -> str:
     """Return the label of a time (s) on an axis that spans `span` seconds.
 
-    Depending on the span, it is like 90, 1:30 or 2:15.
+    A longer span gives a coarser label: 90, 1:30 (min:s), 2:15 (h:min), or a number of days.
     """
     if span <= SECONDS_UP_TO:
         return shown_number(time)
@@ -204,7 +205,7 @@ LEGEND_HEIGHT = 48.0
 def timeline(
     report: Report, numbered: Sequence[tuple[int, ReportedSensor]], name: str
 ) -> tuple[str, float]:
-    """Return the rows of some sensors as SVG, and the height in px.
+    """Return the timeline of some sensors as SVG, and its height in px.
 
     `numbered` has the number and the sensor of each row. All ids in the SVG begin with `name`.
     """
@@ -229,9 +230,9 @@ def timeline(
 
 
 def column_width(sensors: int) -> float:
-    """Return the width of a column in px, as narrow as possible.
+    """Return the width of a timeline's column in px, as small as possible.
 
-    The rows of all sensors together have at most COLUMNS columns.
+    All rows together, one for each of the `sensors`, have at most COLUMNS columns.
     """
     most = round((RIGHT - LEFT) / FINEST)
     whole = [k for k in range(1, most + 1) if most % k == 0]
@@ -289,7 +290,7 @@ def _row(
 
 
 def _spans(seen: Columns, width: float, name: str, colour: int) -> list[str]:
-    """Return the drawing of a row, relative to the row's upper left corner."""
+    """Return the SVG elements of a row, relative to the row's upper left corner."""
     parts = []
     measured = bool(seen.quantity)
     if measured:
@@ -329,17 +330,12 @@ def _box(a: int, b: int, width: float, pattern: str) -> str:
 
 
 def _curve(seen: Columns, width: float, colour: int) -> str:
-    """Return the values as a curve with steps, filled down to zero.
-
-    In each column, it goes from the least to the greatest value.
-    """
+    """Return the values as an SVG curve with steps, filled down to zero."""
     top = seen.top if np.isfinite(seen.top) and seen.top > 0.0 else 1.0
 
     def level(values: np.typing.NDArray[np.float64]) -> np.typing.NDArray[np.float64]:
-        """Return the height above the curve's base, in half pixels.
-
-        Invalid values can be above the top. They are limited to slightly more than it.
-        """
+        """Return the heights above the curve's base, in half pixels."""
+        # Invalid values can be above the top.
         return np.round(np.clip(values / top, 0.0, 1.1) * (CURVE_BASE - CURVE_TOP) * 2)
 
     low, high, last = level(seen.low), level(seen.high), level(seen.last)
@@ -363,7 +359,7 @@ def _curve(seen: Columns, width: float, colour: int) -> str:
 
 
 def legend(report: Report, name: str, y: float) -> str:
-    """Return the legend of the timeline, which has two lines."""
+    """Return the two lines of the timeline's legend as SVG."""
     named = {sensor.kind_name for sensor in report.sensors}
     kinds = [kind for kind in KINDS.values() if kind.identifier in named]
     parts, x = [], 4.0

@@ -58,6 +58,9 @@ class Field:
     quantity
         What the field measures, such as "motion" or "force". It decides the type of message in the
         formats of other tools.
+    shape
+        The names of the parameters with the numbers of columns and of rows, for a text that holds a
+        picture: a number for each of its pixels, row by row, with semicolons. Reports show it.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Field:
     optional: bool = False
     used_when: UsedWhen = ()
     quantity: str = ""
+    shape: tuple[str, str] | None = None
 
     def text(self, value: float, lengths: Lengths = METRES) -> str:
         """Return a value with its unit, as shown in the interface and in reports."""

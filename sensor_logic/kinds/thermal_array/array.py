@@ -130,6 +130,12 @@ class ThermalArrayParameters(Parameters):
         unit="s",
     )
 
+    keep_frames: bool = parameter(
+        True,
+        "Keep frames",
+        "Samples have the temperatures of all pixels. A large array with noise fills 5 kB a frame",
+    )
+
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         """Return sentences about limits that contradict each other."""
         problems = self.must_be_smaller("coldest", "hottest", lengths)
@@ -299,7 +305,7 @@ class ThermalArray(Model):
             "warm_pixels": count,
             "max_c": highest,
             "mean_c": frames.mean(axis=1),
-            "frame_c": [frame_text(frame) for frame in frames],
+            "frame_c": [frame_text(f) for f in frames] if parameters.keep_frames else None,
         }
         return Readings(occupied, highest, fields)
 

@@ -107,6 +107,9 @@ class Kind:
     needs
         The queries that the model makes to the scene. Each has pairs of a parameter and a choice:
         the model makes the query if all these parameters have these choices.
+    signal_rate
+        The update rate in Hz that suffices for the signal of a moving body, for models whose signal
+        builds up between updates; a lower rate is warned of. 0: any rate suffices.
     in_room
         Whether the sensor observes the room that it is mounted in. A sensor that is part of a door
         or of furniture does not.
@@ -135,6 +138,7 @@ class Kind:
     samples: tuple[Field, ...]
     model: Callable[[], Any]
     needs: Mapping[str, UsedWhen] = field(default_factory=dict)
+    signal_rate: float = 0.0
     in_room: bool = False
     presets: tuple[Preset, ...] = ()
     part: str = ""

@@ -12,13 +12,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from bpy.types import Context
 
-from ....panels.lines import draw_row
+from ....panels.lines import draw_lines, draw_row
 from ....panels.readings import ReadingText
 from ....sensor_logic.geometry.pixels import pixel_corners
 from ....sensor_logic.kinds.thermal_array.array import array_rays
 from ....sensor_logic.model import Array
 from ....sensor_logic.palette import colours, limits
 from ....sensor_logic.wording import measured
+from ...advice.warmth import nothing_warm
 from ...authoring.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
@@ -106,6 +107,9 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
 
     `seen` has the texts of the sensor's reading.
     """
+    cold = nothing_warm(context.view_layer)
+    if cold:
+        draw_lines(layout, cold.text, "INFO")
     fields = seen.fields
     if fields is None:
         return

@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from angen_sensors.sensor_logic.kind import WARMTH
+from angen_sensors.sensor_logic.coverage.motions import MOTIONS, WALKER, Rays, Start, hits
+from angen_sensors.sensor_logic.kind import RAYS, WARMTH
 from angen_sensors.sensor_logic.kinds.thermal_array import KIND
 from angen_sensors.sensor_logic.kinds.thermal_array.array import (
     ThermalArray,
@@ -274,6 +275,68 @@ def test_the_lens_touching_a_body_reads_the_body():
     (seen,) = read(ThermalArrayParameters(), Room((lambda x, y: x > -99, 33.0, 0.98)))
     assert frame(seen) == pytest.approx(mixed(1.0, 33.0, 0.98), abs=0.006)
     assert not seen.active, "nothing else is in view to compare with"
+
+
+# Coverage maps.
+
+
+def plain_room(floor=0.0):
+    """Return the answers of a room with nothing but a floor at the ambient temperature."""
+
+    def ranges(bundle, origins, ways, length):
+        with np.errstate(divide="ignore"):
+            far = np.where(ways[:, 2] < 0, (floor - origins[:, 2]) / ways[:, 2], np.inf)
+        return np.minimum(far, length)
+
+    def warmth(bundle, origins, ways, length):
+        kelvin = np.full(len(ways), AMBIENT + ZERO)
+        return Emission(kelvin, np.full(len(ways), 0.95), AMBIENT + ZERO)
+
+    return {RAYS: ranges, WARMTH: warmth}
+
+
+def strength(parameters, motion, place, length, pose, rate=10.0):
+    looking = KIND.view(parameters, Update(0, 0.0, pose, plain_room()), rate)
+    start = Start(np.array([[*place, 0.0]]), np.zeros(1), np.array([length]))
+    found = looking.strengths(motion, start)
+    assert looking.may_notice(motion, start)[0] or found[0] == 0.0
+    return found[0]
+
+
+# At 2.5 m, it looks down.
+CEILING = Pose(np.array([0.0, 0.0, 2.5]), np.eye(3))
+
+
+@pytest.mark.parametrize("background", ["MEDIAN", "LEARNT"])
+@pytest.mark.parametrize("moving", [0.0, 0.9])
+def test_a_person_below_is_covered_also_at_rest(background, moving):
+    parameters = ThermalArrayParameters(background=background)
+    step = MOTIONS["STEP"]
+    below = strength(parameters, step, (0.0, 0.0), moving, CEILING)
+    assert below == pytest.approx((mixed(1.0, WALKER.celsius, 0.95) - AMBIENT) / 2.0, abs=1e-9)
+    assert strength(parameters, step, (4.0, 0.0), moving, CEILING) == 0.0
+
+
+def test_the_strength_is_that_of_the_model():
+    """The body of the map, as the model sees it with rays of its own."""
+    for place in ((0.9, 0.0), (1.3, 0.2), (1.6, 0.0), (1.8, 0.0), (2.0, 0.3)):
+        for need in (1, 2, 4, 9):
+            parameters = ThermalArrayParameters(min_pixels=need)
+            motion, start = MOTIONS["CHEST"], Start(np.array([[*place, 0.0]]), *np.zeros((2, 1)))
+
+            def warmth(bundle, origins, ways, length, motion=motion, start=start):
+                free = np.full(len(ways), 50.0)
+                found = hits(motion, start, 0.0, Rays(origins[0], ways, free))
+                kelvin = np.full(len(ways), AMBIENT + ZERO)
+                kelvin[found.ray] = WALKER.celsius + ZERO
+                return Emission(kelvin, np.full(len(ways), WALKER.emissivity), AMBIENT + ZERO)
+
+            update = Update(0, 0.0, CEILING, {WARMTH: warmth})
+            reading = ThermalArray().update(parameters, update)
+            found = strength(parameters, motion, place, 0.0, CEILING)
+            assert (found > 1.0) == reading.active
+            excess = np.sort(frame(reading).ravel())[-need] - AMBIENT
+            assert found == pytest.approx(excess / 2.0, abs=0.003)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from ...kind import WARMTH, Field, Kind
 from .array import ThermalArray, ThermalArrayParameters
+from .coverage import view
 from .presets import PRESETS
 
 OCCUPIED = Field("occupied", bool, quantity="occupancy")
@@ -49,4 +50,5 @@ KIND = Kind(
     in_room=True,
     presets=PRESETS,
     part="AMG8833",
+    view=view,
 )

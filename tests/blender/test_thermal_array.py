@@ -214,6 +214,24 @@ def test_without_frames_samples_have_no_column(room, tmp_path):
     assert head == "time_s,frame,max_c,occupied,warm_pixels,mean_c"
 
 
+@pytest.mark.parametrize("name", ["casas", "home-assistant", "mcap", "influx"])
+def test_formats_have_the_temperature(room, tmp_path, command, name):
+    person_who_enters(room)
+    home, out = tmp_path / "home.blend", tmp_path / "out"
+    bpy.ops.wm.save_as_mainfile(filepath=str(home))
+    bpy.ops.wm.open_mainfile(filepath=str(home))
+    assert command("simulate", "--format", name, "--out", out)[0] == 0
+    texts = {path.name: path.read_bytes() for path in tmp_path.glob("out*")}
+    whole = b"".join(texts.values())
+    expected = {
+        "casas": b"T001 28.",
+        "home-assistant": b'\\"device_class\\": \\"temperature\\"',
+        "mcap": b"sensor_msgs/msg/Temperature",
+        "influx": b"max_c=28.",
+    }
+    assert expected[name] in whole.replace(b": ", b": "), whole[:2000]
+
+
 def drawn_sensor(world, addon_part):
     picture = addon_part("angen_addon.view.overlay.picture")
     seen = picture.DrawnSensors(world.scene)

@@ -180,6 +180,7 @@ def test_enum_numbers_in_files(world):
         "LIGHT": 4,
         "DISTANCE": 5,
         "CONTACT": 6,
+        "THERMAL_ARRAY": 7,
     }
 
 

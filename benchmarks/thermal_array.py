@@ -121,7 +121,8 @@ def errors(frames: int) -> list[dict[str, Any]]:
         error = np.array(found[name]) - exact
         rows.append({
             "name": name, "rays": len(cells[0]), "rms_k": rms(error),
-            "busy_rms_k": rms(error[busy]), "edge_rms_k": rms(error[at_edge]), "worst_k": float(np.abs(error).max()),
+            "busy_rms_k": rms(error[busy]), "edge_rms_k": rms(error[at_edge]),
+            "worst_k": float(np.abs(error).max()),
             "cast_ms": seconds[name] / exact.shape[0] * 1e3,
             "pixels": exact.size, "with_edge": float(at_edge.mean()), "busy": float(busy.mean()),
             "contrast_k": float(np.ptp(exact)),

@@ -79,6 +79,29 @@ class Field:
 
 
 @dataclass(frozen=True)
+class OwnerProperties:
+    """Properties that a kind of sensor needs of objects or materials, such as breathing.
+
+    Attributes
+    ----------
+    attribute
+        The name of the property group in Blender.
+    owners
+        The types of its owners: "Object", "Material" or both.
+    label, tip
+        The title of its panel, and a sentence on it.
+    parameters
+        The class of the properties.
+    """
+
+    attribute: str
+    owners: tuple[str, ...]
+    label: str
+    tip: str
+    parameters: type[Parameters]
+
+
+@dataclass(frozen=True)
 class Kind:
     """A kind of sensor.
 
@@ -115,6 +138,8 @@ class Kind:
         For coverage maps: a function of the parameters, an `Update` in the scene at rest, and the
         update rate in Hz. It returns a `DetectorView` (coverage/detect.py). None: the kind has no
         coverage maps.
+    owner_properties
+        The properties that the kind needs of other objects and of materials.
     """
 
     identifier: str
@@ -135,6 +160,7 @@ class Kind:
     presets: tuple[Preset, ...] = ()
     part: str = ""
     view: Callable[[Any, Any, float], Any] | None = None
+    owner_properties: tuple[OwnerProperties, ...] = ()
 
     def requires(self, need: str, parameters: Any = None) -> bool:
         """Return whether the model makes the query `need` with these parameters.

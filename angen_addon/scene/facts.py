@@ -19,7 +19,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.kinds import KINDS, owner_properties
 from .animation import action_curves, set_by_animation
 from .lengths import SUFFIX
 from .marks import COVERAGE_MARK
@@ -111,6 +111,20 @@ def _properties_of_other_kinds(struct: Any) -> frozenset[str]:
     return PARAMETERS - {kind.attribute} if kind else PARAMETERS
 
 
+def default_owner_properties(struct: Any) -> frozenset[str]:
+    """Return the names of the groups of `Kind.owner_properties` that have all default values.
+
+    They are left out, so that a new kind of sensor changes no facts of earlier files.
+    """
+    found = [made.attribute for made in owner_properties(type(struct).__name__)]
+    return frozenset(name for name in found if _is_default(getattr(struct, name)))
+
+
+def _is_default(group: Any) -> bool:
+    names = group.bl_rna.properties.keys() - {"rna_type"}
+    return all(getattr(group, n) == group.bl_rna.properties[n].default for n in names)
+
+
 def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Facts:
     """Return the values of an evaluated datablock as keyframes and drivers set them at this frame.
 
@@ -146,7 +160,7 @@ class _Walk:
             return [struct.identifier if is_socket else getattr(struct, "name", "")]
         self._seen.add(key)
         found: Facts = []
-        left_out = without or _properties_of_other_kinds(struct)
+        left_out = without | _properties_of_other_kinds(struct) | default_owner_properties(struct)
         for name, kind in _reading_plan_of(struct, self._present):
             if name in left_out:
                 continue

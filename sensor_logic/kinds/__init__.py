@@ -10,7 +10,7 @@ from __future__ import annotations
 import pkgutil
 from importlib import import_module
 
-from ..kind import Kind
+from ..kind import Kind, OwnerProperties
 
 NO_KIND = "NONE"
 
@@ -34,3 +34,9 @@ def _found() -> list[Kind]:
 
 
 KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _found()}
+
+
+def owner_properties(owner: str) -> list[OwnerProperties]:
+    """Return the properties that kinds need of a type of owner, "Object" or "Material"."""
+    found = (made for kind in KINDS.values() for made in kind.owner_properties)
+    return [made for made in found if owner in made.owners]

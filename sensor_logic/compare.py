@@ -74,9 +74,10 @@ class HomeIntervals:
 
 
 def read(path: Path) -> HomeIntervals:
-    """Read an event log, a folder of days, or a log in any of the readable formats.
+    """Return the intervals of all sensors in a log at `path`.
 
-    Raise InputError, which names the file and the problem, or OSError.
+    It can be an event log, a folder of simulated days, or a log in a format of another tool. Raise
+    InputError if the content is not valid, or OSError if it cannot be read.
     """
     source = read_log(path)
     log = source.log(start=source.start or DEFAULT_START)
@@ -137,7 +138,7 @@ Values = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Measure:
-    """One statistic of a group of sensors.
+    """One statistic of a group of sensors, in two logs.
 
     Attributes
     ----------
@@ -146,7 +147,7 @@ class Measure:
     name, unit
         The name of the statistic and its unit.
     values
-        Its values (n,) in the first and in the second home.
+        The values (n,) of the statistic in the first and in the second log.
     """
 
     group: str
@@ -156,14 +157,14 @@ class Measure:
 
     @property
     def distance(self) -> float:
-        """The Kolmogorov-Smirnov distance between the two homes; NaN if one has too few values."""
+        """The Kolmogorov-Smirnov distance between the two logs; NaN if one has too few values."""
         return ks_distance(*self.values) if self.has_enough_values else math.nan
 
     @property
     def has_enough_values(self) -> bool:
-        """Whether both homes have enough values for the distance to mean something.
+        """Whether both logs have enough values for a distance.
 
-        Both need more than one value. Even two samples of the same distribution can reach the
+        Each needs more than one value. Two samples of the same distribution can by chance have the
         largest distance, 1. The probability of this must be at most CHANCE.
         """
         n, m = map(len, self.values)
@@ -187,7 +188,7 @@ def quantiles(values: Values) -> list[float]:
 
 
 def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
-    """Return all statistics for each group of sensors, such as motion, that either home has."""
+    """Return the statistics of the logs `one` and `two`, for each group of sensors."""
     groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
     return [
         Measure(group, name, unit, (of(one, group), of(two, group)))
@@ -206,34 +207,33 @@ def _sensors_in(home: HomeIntervals, group: str) -> list[SensorIntervals]:
 
 
 def on_times(home: HomeIntervals, group: str) -> Values:
-    """Return how long, in s, sensors of the group were on: a duration for each interval."""
-    return _seconds([end - begin for s in _sensors_in(home, group) for begin, end in s.intervals])
+    """Return the durations in s of all intervals in which sensors of the group were on."""
+    return _rounded_seconds(
+        [end - begin for s in _sensors_in(home, group) for begin, end in s.intervals]
+    )
 
 
 def gaps(home: HomeIntervals, group: str) -> Values:
-    """Return the times in s between successive changes to on, of any sensors of the group."""
-    return _seconds(
+    """Return the times in s between successive changes from off to on in a group of sensors."""
+    return _rounded_seconds(
         np.diff(np.sort([start for s in _sensors_in(home, group) for start in s.starts]))
     )
 
 
-def _seconds(values: list[float] | Values) -> Values:
-    """Round durations to microseconds, the resolution of logs.
-
-    Durations that were equal in the log then stay equal.
-    """
+def _rounded_seconds(values: list[float] | Values) -> Values:
+    """Round durations to microseconds, so that durations that are equal in the log stay equal."""
     return np.round(np.asarray(values, float), 6)
 
 
 def counts(home: HomeIntervals, group: str) -> Values:
-    """Return how often sensors of the group went on: a number for each sensor on each day."""
+    """Return the number of changes to on for each sensor of the group on each day."""
     edges, scale = _days(home)
     found = [np.histogram(s.starts, edges)[0] * scale for s in _sensors_in(home, group)]
     return np.concatenate(found) if found else np.empty(0)
 
 
 def shares(home: HomeIntervals, group: str) -> Values:
-    """Return the percentage of each day in which at least one sensor of the group was on."""
+    """Return, for each day, the percentage of time in which any sensor of the group was on."""
     merged: list[list[float]] = []
     for begin, end in sorted(i for s in _sensors_in(home, group) for i in s.intervals):
         if merged and begin <= merged[-1][1]:
@@ -266,10 +266,10 @@ HEADS = ("n", *(f"{100 * q:g} %" for q in QUANTILES))
 
 
 def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """Return the comparison as text.
+    """Return the comparison of the logs `one` and `two` as text.
 
-    Each statistic has a heading with the distance, and a row for each home. The last lines name the
-    logs that are shorter than a day.
+    Each statistic in `found` has a heading with the distance, and a row for each log. The last
+    lines name the logs that are shorter than a day.
     """
     width = max(len(one.name), len(two.name), 8)
     lines = [f"{'':<{width}}" + "".join(f"{head:>10}" for head in HEADS)]
@@ -301,10 +301,10 @@ def _short(value: float) -> str:
 
 
 def data(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> dict[str, Any]:
-    """Return the comparison as plain values, for programs.
+    """Return the comparison of the logs `one` and `two` as data for JSON.
 
-    A figure is None if there are too few values for it. Figures per day of a log shorter than a day
-    are scaled up to 24 hours.
+    `found` has the statistics. A figure is None if there are too few values for it. The figures per
+    day of a log shorter than a day are scaled up to 24 hours.
     """
     return {
         "logs": [one.name, two.name],
@@ -343,9 +343,10 @@ POINTS = 200
 
 
 def svg(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """Return a picture with a panel for each statistic and a curve for each home.
+    """Return an SVG picture that compares the logs `one` and `two`.
 
-    At each x, the curve shows the share of values that are at most x. The x axis is logarithmic.
+    Each statistic in `found` has a panel with a curve for each log. At each x, the curve shows the
+    fraction of values that are at most x. The x axis is logarithmic.
     """
     shown = [m for m in found if any(len(values) for values in m.values)]
     rows = -(-len(shown) // COLUMNS)

@@ -15,11 +15,11 @@ from ..kind import Kind, OwnerProperties
 NO_KIND = "NONE"
 
 
-def _found() -> list[Kind]:
+def _load_kinds() -> list[Kind]:
     """Return the kinds in this folder, ordered by number.
 
-    Raise ValueError if two kinds have the same number or identifier. Also raise it if the
-    `attribute` of a kind is not the name of the kind's module.
+    Raise ValueError if two kinds have the same number or identifier, or if a kind's `attribute` is
+    not the name of its module.
     """
     kinds: list[Kind] = []
     for module in pkgutil.iter_modules(__path__):
@@ -33,7 +33,7 @@ def _found() -> list[Kind]:
     return sorted(kinds, key=lambda kind: kind.number)
 
 
-KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _found()}
+KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _load_kinds()}
 
 
 def owner_properties(owner: str) -> list[OwnerProperties]:

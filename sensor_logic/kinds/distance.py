@@ -180,9 +180,9 @@ JUST_SEEN = 1.0 - 1e-9
 
 
 class DistanceSensor(Model):
-    """The model of one sensor. Its state is whether a target was near at the last update.
+    """Model of one distance sensor.
 
-    The hysteresis depends on this state.
+    Its state is whether a target was near at the last update, on which the hysteresis depends.
     """
 
     def __init__(self) -> None:
@@ -215,11 +215,10 @@ class DistanceSensor(Model):
 
 
 def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array, Array]:
-    """Return origins (n, 3), unit directions (n, 3) and lengths (n,) of all rays.
+    """Return the rays of all zones: origins (n, 3), unit directions (n, 3), lengths (n,) in m.
 
-    The rays are in the order of their zones, which are sorted by row from the upper left in the
-    sensor's view. Within a zone, the rays are sorted in the same way. A plane perpendicular to the
-    axis is divided into equal cells, and each ray goes through the centre of a cell.
+    Zones are listed by row, from the upper left as seen from the sensor. The rays in each zone are
+    listed in the same way.
     """
     k = parameters.rays
     x = _cell_middles(parameters.horizontal_fov, parameters.zones_across, k)
@@ -235,10 +234,7 @@ def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array,
 
 
 def _cell_middles(angle: float, zones: int, rays: int) -> Array:
-    """Return the coordinates (zones, rays) along one axis at which rays cross a plane.
-
-    The plane is perpendicular to the sensor's axis, at distance 1.
-    """
+    """Return where rays cross a plane at distance 1: coordinates (zones, rays) along one axis."""
     cells = zones * rays
     middles = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0
     return (math.tan(angle / 2.0) * middles).reshape(zones, rays)
@@ -250,10 +246,10 @@ def reach(parameters: DistanceParameters) -> float:
 
 
 def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
-    """Return R(ρ), the greatest distance in m at which a target of reflectance ρ is detected.
+    """Return the greatest distance in m at which a target that fills a zone is detected.
 
-    The target fills a zone. R is a power of ρ that fits the data sheet's values for white and grey
-    targets. For an ideal receiver in the dark, the exponent is ½.
+    This distance is a power of the reflectance, fitted to the data sheet's values for white and
+    grey targets. For an ideal receiver in the dark, the exponent is ½.
     """
     power = math.log(parameters.range_max / parameters.range_grey) / math.log(WHITE / GREY)
     found: Array = parameters.range_max * (reflectance / WHITE) ** power
@@ -261,10 +257,10 @@ def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
 
 
 def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: Array) -> Array:
-    """Return the distance (z,) in m of each zone, without noise; inf if the zone detects no target.
+    """Return the distance (z,) in m that each zone reads, without noise.
 
-    The k rays of each zone have `ranges` (z, k) in m. The surfaces that they hit have `reflectance`
-    (z, k).
+    The distance is inf if the zone detects no target. Each zone has k rays, with `ranges` (z, k) in
+    m. `reflectance` (z, k) is that of the surfaces that the rays hit.
     """
     near = np.maximum(ranges, max(parameters.range_min, 1e-6))
     visible = (range_of(parameters, reflectance) / near) ** 2 / ranges.shape[1]
@@ -289,22 +285,23 @@ def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: A
     return best
 
 
-def _weighted(near: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
-    """Return the mean (z,) of the ranges of each zone, weighted by visibility.
+def _weighted(ranges: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
+    """Return the mean range (z,) of each zone's rays, weighted by their visibility.
 
-    Only rays in the mask `which` (z, k) count. The mean is inf if the sum of their visibilities is
-    too small.
+    Only rays in the mask `which` (z, k) count. The mean is inf if their visibilities add up to less
+    than `JUST_SEEN`.
     """
     weight = np.where(which, visible, 0.0)
     total = weight.sum(axis=1)
-    mean = (weight * near).sum(axis=1) / np.maximum(total, 1e-300)
+    mean = (weight * ranges).sum(axis=1) / np.maximum(total, 1e-300)
     return np.where(total >= JUST_SEEN, mean, np.inf)
 
 
 def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
     """Return the standard deviation in m of readings at `distance` (m).
 
-    It combines two independent noises: one constant, one in proportion to the distance.
+    It combines two independent kinds of noise. One is constant, and the other is proportional to
+    the distance.
     """
     found: Array = np.hypot(
         parameters.noise_sigma, parameters.noise_growth * np.asarray(distance, np.float64)
@@ -313,20 +310,14 @@ def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
 
 
 def _noise(parameters: DistanceParameters, update: Update, zones: int) -> Array:
-    """Return a standard normal random number for each zone, zones without a target included.
-
-    Return zeros if the sensor has no noise.
-    """
+    """Return a standard normal number for each zone, or zeros if the sensor has no noise."""
     if parameters.noise_sigma == 0.0 and parameters.noise_growth == 0.0:
         return np.zeros(zones)
     return update.noise().normal(size=zones)
 
 
 def _with_noise(parameters: DistanceParameters, distance: Array, noise: Array) -> Array:
-    """Return the readings in m with noise added.
-
-    They are then rounded to the resolution and limited to range_min … range_max.
-    """
+    """Return distances in m with noise, rounded to the resolution and limited to the range."""
     found = distance + noise * sigma(parameters, distance)
     if parameters.resolution > 0.0:
         found = np.round(found / parameters.resolution) * parameters.resolution
@@ -342,10 +333,7 @@ SIDE_OF_27 = 2.0 * math.atan(math.tan(math.radians(27.0) / 2.0) / math.sqrt(2.0)
 
 
 def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    """Return a preset of a part.
-
-    All presets set the same parameters, so that none keeps values of a preset chosen before.
-    """
+    # All these presets set the same parameters, so that none keeps values of an earlier preset.
     common = {
         "target": "MATERIAL",
         "zones_across": 1,

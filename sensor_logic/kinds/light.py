@@ -4,7 +4,7 @@
 - Model: `LightSensor`, with its photoresistor, parameters and presets in this file.
 - Scene: angen_addon/scene/light/, beginning with probe.py; `LightChanges` in
   angen_addon/scene/changes.py tells when light must be measured again.
-- Window: angen_addon/kinds/light.py.
+- Interface: angen_addon/kinds/light.py.
 - Physics: docs/light.md; how light is measured: docs/light_how.md.
 - Tests: tests/pure/test_light.py, tests/blender/test_light_*.py.
 """
@@ -53,11 +53,10 @@ def equivalent_lux(
 
 
 def follow(before: float, target: float, dt: float, rise: float, fall: float) -> float:
-    """Return the conductance after `dt` seconds, starting at `before`.
+    """Return the conductance after `dt` s of exponential approach from `before` to `target`.
 
-    It approaches `target` exponentially. The time constant in s is `rise` for growing conductance,
-    else `fall`. The result is exact if the light is constant during `dt`, so the length of the
-    steps does not matter.
+    The time constant in s is `rise` if the conductance grows, else `fall`. The result is exact for
+    light that is constant during `dt`.
     """
     constant = rise if target > before else fall
     return target + (before - target) * math.exp(-dt / constant) if constant > 0.0 else target
@@ -284,7 +283,7 @@ class LightParameters(Parameters):
 
 
 class LightSensor(Model):
-    """The model of one sensor.
+    """Model of one light sensor.
 
     Its state is that of its photoresistor or integrator, and of its comparator.
     """
@@ -333,10 +332,10 @@ class LightSensor(Model):
     def _resistor(
         self, parameters: LightParameters, lux: float, dt: float, fields: dict[str, Any]
     ) -> float:
-        """Return the illuminance in lux that the photoresistor shows.
+        """Store resistance and voltage in `fields`, and return the apparent illuminance in lux.
 
-        It is the constant illuminance at which the photoresistor would have its present
-        conductance. At the first update, the conductance is that of constant light.
+        The apparent illuminance is that of constant light with the photoresistor's present
+        conductance. At the first update, the light counts as constant.
         """
         curve = parameters.resistance_10lux, parameters.gamma, parameters.dark_resistance
         target = conductance(lux, *curve)
@@ -355,9 +354,9 @@ class LightSensor(Model):
     def _digital(self, parameters: LightParameters, lux: float, dt: float) -> float:
         """Return the illuminance in lux that the digital part reports.
 
-        It is the mean over the integration time, in whole counts. Each sample is weighted with the
-        time since the previous update. The light before the first update counts as equal to the
-        first sample.
+        It is the mean over the integration time, in whole counts. Each sample is weighted by the
+        time since the previous update. Light before the first update counts as equal to the first
+        sample.
         """
         span = parameters.integration_time
         self._window.append((dt if self._time is not None else math.inf, lux))

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Passive infrared motion detector (PIR): the parameters of both models, and the range scan.
 
-The range scan is the model of the thesis. It scans with a fan of rays. At every update the fan is
-tilted one step further below the horizon, and then starts at the horizon again (a saw-tooth). Each
-scan is compared with the previous scan at the same tilt. A range that changed by more than the
-threshold means movement.
+The range scan is the model of the thesis. It casts a fan of rays at each update. From update to
+update, the fan is tilted further below the horizon, and then starts at the horizon again. Each scan
+is compared with the previous scan at the same tilt. A range that changed by more than the threshold
+means movement.
 """
 
 from __future__ import annotations
@@ -259,7 +259,7 @@ class PirParameters(Parameters):
         return max(1, math.floor(self.vertical_fov / self.vertical_step + 1e-4))
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """Return the contradictions between parameters of the chosen model."""
+        """Return sentences about parameters of the selected model that contradict each other."""
         problems = self.must_be_smaller("range_min", "range_max", lengths)
         if problems:
             return problems
@@ -309,7 +309,7 @@ def fan_directions(parameters: PirParameters) -> Array:
 
     The sensor looks along −Z, with +Y up. With h the horizontal field of view, ray i of n has the
     azimuth −h/2 + i·h/(n−1), counter-clockwise seen from +Y. A single ray looks straight ahead.
-    Tilt k turns the whole fan by k·vertical_step about X, from −Z towards −Y.
+    Tilt k rotates the fan by k·vertical_step about X, from −Z towards −Y.
     """
     return _local_directions(
         parameters.rays, parameters.horizontal_fov, parameters.vertical_step, parameters.tilt_count
@@ -317,7 +317,7 @@ def fan_directions(parameters: PirParameters) -> Array:
 
 
 class _FanRays(NamedTuple):
-    """The rays of some tilts in the world: origins (n, 3), directions (n, 3), lengths (n,) in m."""
+    """World-space rays of some tilts: origins (n, 3), directions (n, 3), lengths (n,) in m."""
 
     origins: Array
     directions: Array
@@ -325,7 +325,7 @@ class _FanRays(NamedTuple):
 
 
 class RangeScan(Model):
-    """The model of one detector. Its state is the last scan at each tilt, and its output stage."""
+    """Model of one range scan. Its state is the last scan at each tilt, and its output timing."""
 
     def __init__(self) -> None:
         self._previous: dict[int, Array] = {}
@@ -367,20 +367,11 @@ class RangeScan(Model):
     def _changes(
         self, parameters: PirParameters, updates: Updates, bundle: int, tilts: range, which: Index
     ) -> Array:
-        """Return the largest change of a range since the last scan, for each update and tilt.
+        """Return the largest change of a range since the last scan at a tilt: (k, tilts) in m.
 
-        The result is (k, tilts) in m. A range is compared with that of the same ray in the previous
-        scan at the same tilt. Without a previous scan, the change is 0. Ranges are limited to
-        range_min … range_max.
-
-        Parameters
-        ----------
-        bundle
-            The number of this bundle of rays, for `Updates.ask`.
-        tilts
-            The tilts to scan at each of the updates.
-        which
-            The indices (k,) of the updates to scan at.
+        The change is 0 if there was no scan at that tilt. Ranges are limited to range_min …
+        range_max. `which` (k,) has the indices of the updates to scan at. `bundle` is the first
+        argument of the query `RAYS`.
         """
         rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
             parameters, updates.pose

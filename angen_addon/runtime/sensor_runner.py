@@ -70,13 +70,23 @@ def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None =
 
 
 def answer_surfaces(
-    need: str, query: Query, bundle: int, *rays: Array, which: Index | None = None
+    need: str,
+    query: Query,
+    bundle: int,
+    origins: Array,
+    directions: Array,
+    length: Array,
+    *details: Any,
+    which: Index | None = None,
 ) -> Answers:
-    """Return what the probe for the query `need` reads of the surfaces that rays hit."""
+    """Return what the probe for the query `need` reads of the surfaces that rays hit.
+
+    `details` are arguments of the query besides the rays.
+    """
     frames = query.frames if which is None else query.frames[which]
     known = query.sensor.uid, query.bundle(bundle)
-    in_units = query.read.rays_in_units(*rays)
-    return query.probes.surfaces[need].see(query.depsgraph, *known, in_units, frames)
+    in_units = query.read.rays_in_units(origins, directions, length)
+    return query.probes.surfaces[need].see(query.depsgraph, *known, in_units, frames, *details)
 
 
 def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:

@@ -309,7 +309,7 @@ class Trace:
         answers: Answers = answer(*arguments, which=which)
         met = None
         if need in CAST and len(answers.rows):
-            bundle, origins, directions, length = arguments
+            bundle, origins, directions, length, *_ = arguments
             read, known = query.read, (query.sensor.uid, query.bundle(bundle))
             last = query.steps[-1 if which is None else int(which[-1])]
             if need == RAYS:

@@ -376,6 +376,10 @@ class RayCaster:
             self._hit_solids(rows, rays, rays.box(length), seen, by_trees=True)
         return seen.ranges, seen.met
 
+    def _passes(self, sensor: Uid) -> NDArray[np.bool_]:
+        """Return the mask (n,) of the solids that the rays of a sensor pass through."""
+        return self.solids.owned_by(sensor)
+
     def _no_hits(self, length: Array) -> RayHits:
         count = len(length)
         met = np.full(count, NOTHING, np.int64)
@@ -385,7 +389,7 @@ class RayCaster:
         state = self.solids.listing, len(self.solids.gone)
         known = self._own.get(sensor)
         if known is None or known.state != state:
-            mask = self.solids.owned_by(sensor)
+            mask = self._passes(sensor)
             numbers = frozenset(self.solids.solids[i].number for i in np.flatnonzero(mask))
             moving = self.solids.moving
             columns = np.flatnonzero(~mask[self.frames.rows])

@@ -81,6 +81,8 @@ written() {
 render() {
     chosen "$1" || return 0
     "$blender" -b --factory-startup "$2" --python-expr "import bpy
+for frame in range(1, $3 + 1):  # physics needs all frames before
+    bpy.context.scene.frame_set(frame)
 render = bpy.context.scene.render
 render.resolution_x, render.resolution_y, render.resolution_percentage = 960, 540, 100
 render.engine, bpy.context.scene.cycles.samples = 'CYCLES', 256
@@ -99,8 +101,8 @@ window coverage_window 1320x812 coverage $home_file
 window day_window 1240x900 day $home_file
 window places_window 1240x785 places $home_file
 window pir_pyroelectric 1280x960 pyroelectric $home_file
-window residents 1316x872 residents ""
-window atelier 1000x760 atelier sample_blends/atelier.blend
+window residents 1316x760 residents ""
+window atelier 1120x800 atelier sample_blends/atelier.blend
 window distance_zones 1310x790 distance ""
 window contact_rings 1310x790 contact ""
 window switch_swept 1310x790 switch ""

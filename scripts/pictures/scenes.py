@@ -33,6 +33,10 @@ def place() -> Iterator[None]:
     window.through_camera(space, CAMERA)
     window.plain(space)
     space.show_region_ui = False
+    scene = bpy.context.scene
+    scene.angen_overlay.fields = scene.angen_show_places = False
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.objects.active = None
     window.play_up_to(1850)
     yield
     x, y = (int(region.x + MOUSE[0] * region.width), int(region.y + MOUSE[1] * region.height))
@@ -148,16 +152,26 @@ def pyroelectric() -> Iterator[None]:
     sensor.angen_sensor.pir.lens = "HC_SR501"
     sensor.angen_sensor.pir.range_max = 7.0
     window.through_camera(space, CAMERA)
-    space.shading.color_type = "MATERIAL"
-    space.overlay.show_floor = False
+    window.plain(space)
+    space.show_region_ui = False
+    bpy.context.scene.angen_show_places = False
     areas["PROPERTIES"].spaces[0].context = "PHYSICS"
     # The outliner's height goes to the properties.
+    main = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=main, area=areas["OUTLINER"]):
+        bpy.ops.screen.area_close()
     yield
     window.play_up_to(1640)
     yield
     window.redraw()
     yield
     yield
+
+
+def only_places() -> None:
+    """Hide what the sensors see and read, so that the marks of the places remain."""
+    overlay = bpy.context.scene.angen_overlay
+    overlay.fields = overlay.names = overlay.values = False
 
 
 def places() -> Iterator[None]:
@@ -170,8 +184,7 @@ def places() -> Iterator[None]:
     window.only_panels("places")
     window.plain(space)
     space.shading.light = "FLAT"
-    overlay = bpy.context.scene.angen_overlay
-    overlay.fields = overlay.names = overlay.values = False
+    only_places()
     inside = window.region_of(view)
     with bpy.context.temp_override(window=main, area=view, region=inside):
         window.select("Door kitchen")
@@ -198,6 +211,7 @@ def residents() -> Iterator[None]:
     space = window.areas()["VIEW_3D"].spaces[0]
     window.plain(space)
     window.view_from(space, (1.8, 0.0, 0.8), 4.4, 69.0)
+    window.only_panels("sidebar_resident")
     yield
     window.open_sidebar(window.areas()["VIEW_3D"])
     yield
@@ -288,9 +302,11 @@ def atelier() -> Iterator[None]:
     window.plain(space)
     space.show_region_ui = False
     space.shading.light = "FLAT"
-    bpy.context.scene.angen_overlay.show = False
-    bpy.ops.object.select_all(action="DESELECT")
-    window.view_from(space, (14.5, 0.0, 0.8), 13.0, 42.0, 27.0)
+    space.overlay.show_extras = False
+    only_places()
+    bpy.context.scene.angen_show_places = True
+    window.select("Bath door")
+    window.view_from(space, (14.5, 0.3, 0.4), 13.5, 30.0, 27.0)
     yield
     yield
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from mathutils import Vector
 
 sys.path.append(str(Path(__file__).parent))
 import window
@@ -157,9 +158,7 @@ def pyroelectric() -> Iterator[None]:
     bpy.context.scene.angen_show_places = False
     areas["PROPERTIES"].spaces[0].context = "PHYSICS"
     # The outliner's height goes to the properties.
-    main = bpy.context.window_manager.windows[0]
-    with bpy.context.temp_override(window=main, area=areas["OUTLINER"]):
-        bpy.ops.screen.area_close()
+    window.close("OUTLINER")
     yield
     window.play_up_to(1640)
     yield
@@ -230,8 +229,7 @@ def timeline() -> Iterator[None]:
     scene = bpy.context.scene
     areas = window.areas()
     # A higher timeline replaces the low one at the bottom.
-    with bpy.context.temp_override(window=main, area=areas["DOPESHEET_EDITOR"]):
-        bpy.ops.screen.area_close()
+    window.close("DOPESHEET_EDITOR")
     yield
     with bpy.context.temp_override(window=main, area=areas["VIEW_3D"]):
         bpy.ops.screen.area_split(direction="HORIZONTAL", factor=TIMELINE)
@@ -307,6 +305,78 @@ def atelier() -> Iterator[None]:
     bpy.context.scene.angen_show_places = True
     window.select("Bath door")
     window.view_from(space, (14.5, 0.3, 0.4), 13.5, 30.0, 27.0)
+    yield
+    yield
+
+
+BEDROOM = (0.0, 0.0, 0.2)
+
+
+def imported() -> Iterator[None]:
+    """Show the bedroom of `docs/your_own_home.md` as its glTF file has it, without its ceiling."""
+    view = empty_scene()
+    bpy.ops.import_scene.gltf(filepath=os.environ["HOME_MODEL"])
+    bpy.data.objects["wall(Clone).036"].hide_set(True)
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.objects.active = None
+    view.spaces[0].show_region_ui = False
+    view.spaces[0].overlay.show_floor = True
+    window.close("OUTLINER", "PROPERTIES")
+    yield
+    window.view_from(view.spaces[0], BEDROOM, 6.2, 42.0, -30.0)
+    yield
+    yield
+
+
+def prepared() -> Iterator[None]:
+    """Show the bedroom as the commands of `docs/your_own_home.md` leave it."""
+    view = window.areas()["VIEW_3D"]
+    window.plain(view.spaces[0])
+    view.spaces[0].overlay.show_extras = False
+    window.close("OUTLINER", "PROPERTIES")
+    window.only_panels("table", "simulation", "events")
+    detector = next(o for o in bpy.data.objects if o.angen_sensor.kind == "PIR")
+    window.select(detector.name)
+    main = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=main, area=view, region=window.region_of(view)):
+        bpy.ops.angen.simulate("EXEC_DEFAULT")
+    yield
+    window.view_from(view.spaces[0], (0.7, -0.3, 0.4), 6.2 * 1.94, 42.0, -30.0)
+    window.play_up_to(142)
+    window.open_sidebar(view)
+    yield
+    yield
+
+
+# Beside the bed and the sofa of the page.
+MORE_PLACES = (("Kitchen", "STAND", (10.0, 2.0, 0.9)), ("Upstairs", "SIT", (6.0, 5.0, 3.2)))
+
+
+def places_ifc() -> Iterator[None]:
+    """Show the places of the FZK-Haus, without its upper floor."""
+    view = window.areas()["VIEW_3D"]
+    space = view.spaces[0]
+    window.plain(space)
+    window.close("OUTLINER", "PROPERTIES")
+    yield
+    window.only_panels("places")
+    only_places()
+    main = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=main, area=view, region=window.region_of(view)):
+        for name, use, at in MORE_PLACES:
+            bpy.context.scene.cursor.location = at
+            bpy.ops.angen.place_point(use=use)
+            bpy.context.object.name = name
+        window.select(next(o.name for o in bpy.data.objects if o.name.startswith("Door Innent")))
+        bpy.ops.angen.places_check()
+    for obj in bpy.data.objects:
+        heights = [(obj.matrix_world @ Vector(corner)).z for corner in obj.bound_box]
+        slab = obj.name.startswith("Slab") and max(heights) > 1.0
+        if min(heights) > 2.0 or slab or obj.name.startswith("Site"):
+            obj.hide_set(True)
+    window.view_from(space, (7.3, 5.0, 0.0), 18.5, 30.0)
+    yield
+    window.open_sidebar(view)
     yield
     yield
 
@@ -407,7 +477,7 @@ PICTURES = {
     scene.__name__: scene
     for scene in (
         *(place, coverage, day, overlay, pyroelectric, places, residents, timeline),
-        *(scrub, atelier, distance, contact, switch),
+        *(scrub, atelier, distance, contact, switch, imported, prepared, places_ifc),
     )
 }
 # Seconds between two steps, where not half a second.

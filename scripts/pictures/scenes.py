@@ -417,6 +417,7 @@ def distance() -> Iterator[None]:
     sensor("DISTANCE", "VL53L5CX", (0.6, 2.0, 1.2), (90.0, 0.0, -90.0))
     window.view_from(view.spaces[0], (2.6, 2.0, 0.7), 6.8, 58.0, -40.0)
     yield
+    window.only_panels("table", "active_sensor")
     window.play_up_to(31)
     window.open_sidebar(view)
     yield
@@ -427,18 +428,18 @@ def contact() -> Iterator[None]:
     """The two distances of a door contact, and its magnet between them."""
     view = empty_scene()
     window.lens(view.spaces[0])
-    leaf = box("Leaf", (0.9, 0.04, 0.3), (0.47, 0.0, 0.9))
+    box("Leaf", (0.9, 0.04, 0.3), (0.47, 0.0, 0.9))
     box("Frame", (0.06, 0.08, 0.5), (-0.06, 0.0, 0.9))
-    magnet = bpy.data.objects.new("Magnet", None)
-    bpy.context.collection.objects.link(magnet)
-    magnet.empty_display_type, magnet.empty_display_size = "CUBE", 0.008
-    magnet.location, magnet.parent = (-0.44, -0.03, 0.0), leaf
-    magnet.matrix_parent_inverse.identity()
-    magnet.location = (-0.434 / 0.9, -0.03 / 0.04, 0.0)
+    # 34 mm from the contact, which closes at 32 mm and opens at 36 mm.
+    magnet = box("Magnet", (0.01, 0.02, 0.03), (0.0325, -0.03, 0.9))
     found = sensor("CONTACT", "MS_214_1_NDC_L", (0.002, -0.045, 0.9), (90.0, 0.0, 0.0))
     found.angen_sensor.contact.magnet = magnet
+    # The label would hide the magnet.
+    overlay = bpy.context.scene.angen_overlay
+    overlay.names = overlay.values = False
     window.view_from(view.spaces[0], (0.01, -0.04, 0.9), 0.28, 70.0, 20.0)
     yield
+    window.only_panels("table", "active_sensor")
     window.play_up_to(31)
     window.open_sidebar(view)
     yield
@@ -467,6 +468,7 @@ def switch() -> Iterator[None]:
     scene.frame_set(1)
     bpy.ops.angen.event_jump(direction="NEXT")
     bpy.ops.angen.explain()
+    window.only_panels("table", "events")
     yield
     window.open_sidebar(view)
     yield

@@ -409,11 +409,11 @@ def sensor(
 
 
 def distance() -> Iterator[None]:
-    """The zones of a distance sensor on walls and a pillar."""
+    """The zones of a distance sensor on a wall and a column."""
     view = empty_scene()
     box("Floor", (4.0, 4.0, 0.1), (2.0, 2.0, -0.05))
     box("Wall", (0.1, 4.0, 2.0), (4.0, 2.0, 1.0))
-    box("Pillar", (0.3, 0.3, 1.6), (2.0, 2.4, 0.8))
+    box("Column", (0.3, 0.3, 1.6), (2.0, 2.4, 0.8))
     sensor("DISTANCE", "VL53L5CX", (0.6, 2.0, 1.2), (90.0, 0.0, -90.0))
     window.view_from(view.spaces[0], (2.6, 2.0, 0.7), 6.8, 58.0, -40.0)
     yield

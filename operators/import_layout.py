@@ -20,8 +20,8 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
     bl_idname = "angen.import_layout"
     bl_label = "Import Sensor Layout"
     bl_description = (
-        "Add and change sensors to match a layout file, such as angen list --json prints. "
-        "If the file has an error, nothing changes"
+        "Add and change sensors to match a layout file (JSON), such as `angen list --json` "
+        "prints. If the file has an error, nothing changes"
     )
     bl_options = {"REGISTER", "UNDO"}
 

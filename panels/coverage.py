@@ -78,7 +78,7 @@ def _draw_rooms(layout: UILayout, found: dict, scene: Any, is_fresh: bool) -> No
     at = f", frame {frame}" if frame != scene.frame_current else ""
     box.label(text=f"{found['motion']}, {plural(found['sensors'], 'detector')}{at}")
     if shown.is_of_proposal(scene):
-        box.label(text="With the proposed places alone", icon="INFO")
+        box.label(text="Only the proposed places are counted", icon="INFO")
     box.active = is_fresh
     rooms = found["rooms"]
     if len(rooms) > ROOMS_SHOWN:

@@ -70,7 +70,10 @@ def _draw_origin(layout: Any, seen: ReadingText) -> None:
     if seen.old:
         draw_lines(layout, seen.old, "TIME")
     if seen.keys:
-        text = f"Baked keys say '{seen.keys}': drivers read them. Unbake removes them"
+        text = (
+            f"The baked keyframes have '{seen.keys}', which drivers read. Unbake removes the "
+            "keyframes"
+        )
         box = draw_lines(layout, text, "KEYFRAME_HLT")
         box.operator("angen.unbake_keyframes", icon="KEYFRAME").selected = True
 

@@ -113,7 +113,7 @@ def _check(options: argparse.Namespace, outputs: Outputs) -> int:
         outputs.printed += f"and {len(found) - SHOWN_DIFFERENCES} more\n"
     note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
     if options.lacks:
-        note("the check fails, because the home lacks what is named above")
+        note("the check fails, because the files or drivers named above are missing or do not work")
     return FAILED if found or options.lacks else DONE
 
 
@@ -132,7 +132,7 @@ def _add_explain(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--now",
         action="store_true",
-        help="explain the reading at this time instead, or what would change it",
+        help="explain the reading at this time instead, and what would change it",
     )
     verb.add_argument("--quiet", action="store_true", help="print no progress and no advice")
 

@@ -372,7 +372,7 @@ def cells_of(
         grid = _grid(home, floor, members, marked, size)
         doing = Doing(0.0, "looking for rooms")
         labels = yield from saying(doing, labels_of(home, grid, members, marked))
-        doing = Doing(0.0, "looking where there is room to move")
+        doing = Doing(0.0, "looking for free floor")
         parts.append((yield from saying(doing, _storey_cells(home, grid, labels, motion, number))))
     every = _join(parts, size)
     known = every.rooms
@@ -380,14 +380,14 @@ def cells_of(
     for name in rooms:
         if name not in known:
             raise AngenError(
-                f"no room '{name}' with free floor was found; there are "
-                f"{', '.join(known) or 'none'}. Set the field Room of a sensor in it, or of a mesh "
-                "that marks it and is Ignored by sensors"
+                f"no room '{name}' with free floor was found; the rooms are "
+                f"{', '.join(known) or 'none'}. To add a room, set the field Room of a sensor in "
+                "it, or of a mesh around it that is Ignored by sensors"
             )
     if not len(whole):
         raise AngenError(
-            "no free floor was found below the sensors: give each room a floor and a sensor inside "
-            "it, or take smaller cells"
+            "no free floor was found below the sensors: give each room a floor and a sensor "
+            "inside it, or set smaller cells"
         )
     return whole
 

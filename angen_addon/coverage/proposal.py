@@ -296,8 +296,8 @@ class Proposal:
         bound = min(1.0, (choice.bound + self.before) / all_cells)
         return (
             f"{len(self.chosen)} of {self.tried} candidates cover {100 * covered:.1f} % of the "
-            f"floor. No choice of the same number covers more than {100 * bound:.1f} %, so this is "
-            f"at least {math.floor(1000 * choice.assured + 1e-9) / 10:g} % of the best"
+            f"floor. No choice of the same number covers more than {100 * bound:.1f} %, so this "
+            f"choice is at least {math.floor(1000 * choice.assured + 1e-9) / 10:g} % of the best"
         )
 
 
@@ -469,4 +469,4 @@ def _check(wish: Wish) -> None:
         raise AngenError(f"the spacing is {wish.spacing:g} m: it must be from 0.1 m to 5 m")
     problems = wish.parameters.problems()
     if problems:
-        raise AngenError(f"the parameters of the detector to place: {problems[0]}")
+        raise AngenError(f"the parameters of the detector to place are wrong: {problems[0]}")

@@ -101,7 +101,7 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
         for curve in _drivers(owner, shading=False)
         for target in _targets(curve.driver)
     )
-    reasons = ["other code has a frame handler"] if other_handlers else []
+    reasons = ["a script has added a frame change handler"] if other_handlers else []
     if state.are_driven():
         reasons.append("drivers read the outputs of sensors")
     reasons += [
@@ -112,7 +112,10 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
     for owner in owners:
         spans = _busy_spans(owner, shading)
         if np.isinf(spans).any():
-            reasons.append(f"keys of '{owner.name}' act without end (modifiers, extrapolation)")
+            reasons.append(
+                f"'{owner.name}' has animation without an end (cycles or other "
+                "modifiers, extrapolation)"
+            )
         parts.append(spans)
     different = tuple(dict.fromkeys(reasons))
     return Stillness(_join_spans(parts), different, time_stretch(scene), timed)

@@ -166,7 +166,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         metavar="FILE.json",
         help="first add and change sensors to match this layout, as `apply` does",
     )
-    verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    verb.add_argument("--quiet", action="store_true", help="print no progress")
     # Set in the processes that --jobs starts.
     verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)
 

@@ -87,7 +87,7 @@ def test_noise_alone_and_the_sensors_own_movement(world, explained):
     obj.angen_sensor.pir.noise_sigma = 0.0
     world.key(obj, "location", {1: (0, 0, 0), 20: (0, 0, 0.3)}, "CONSTANT")
     _, found = explained(obj, 19)
-    assert "moved itself by 0.300 m" in dict(found.facts)["Sensor"]
+    assert "the sensor itself moved by 0.300 m" in dict(found.facts)["Sensor"]
 
 
 def stage(world, seed):

@@ -166,7 +166,7 @@ CHANGES = {
     "off": (lambda w: setattr(named("pir").angen_sensor, "enabled", False), "'pir'"),
     "furniture": (lambda w: setattr(named("shelf"), "location", (1, 1, 1.1)), "'shelf'"),
     "new box": (lambda w: w.box((1, 1, 1), (1, 1, 0.5), "chest"), "'chest' (new)"),
-    "hidden": (lambda w: named("shelf").hide_set(True), "what is shown or hidden"),
+    "hidden": (lambda w: named("shelf").hide_set(True), "which objects are shown"),
     "setting": (lambda w: setattr(w.scene.angen_coverage, "motion", "CAT"), "Motion"),
 }
 
@@ -231,7 +231,7 @@ def test_discarding_a_proposal_brings_back_the_map_before(flat: Any) -> None:
     for count in (2, 1):
         flat.scene.angen_coverage.count = count
         ops.place_propose()
-    assert "With the proposed places" in _panel()
+    assert "Only the proposed places" in _panel()
     assert shown.summary(flat.scene)["rooms"] != before[2]["rooms"]
     ops.place_discard()
     assert (_map(flat).name, len(_map(flat).data.polygons), shown.summary(flat.scene)) == before

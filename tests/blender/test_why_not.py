@@ -49,7 +49,7 @@ def test_a_detector_that_warms_up_says_so_everywhere(world, passing):
     panel = drawn("ANGEN_PT_active_sensor")
     assert panel.labels[1] == "Warming up, 59 s left"
     assert "Warm-up" in drawn("ANGEN_PT_table").labels
-    text = "Its warm-up time of 60 s outlasts the animation of 2 s: it reports nothing"
+    text = "Its warm-up time of 60 s is longer than the animation of 2 s, so it reports nothing"
     assert text in panel.text
     ((_, _, button),) = (o for o in panel.operators if o[0] == "Set to 0 s")
     assert asked(25).startswith("0 of 0 events")
@@ -70,7 +70,7 @@ def test_the_command_line_says_so_too(world, passing, capsys, tmp_path):
         return capsys.readouterr()
 
     told = run("simulate", "--events", str(tmp_path / "events.csv")).err
-    text = "its warm-up time of 60 s outlasts the animation of 2 s: it reports nothing"
+    text = "its warm-up time of 60 s is longer than the animation of 2 s, so it reports nothing"
     assert f"'{passing.name}': {text}" in told
     told = run("explain", "--sensor", passing.name, "--time", "1.5", "--now").out
     assert told.startswith(f"{passing.name}, frame 37 (1.500 s)")

@@ -295,7 +295,7 @@ def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
     turn = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
     if way <= SAME and turn <= 1e-3:
         return ""
-    return f"moved itself by {lengths.text(way)} and turned by {turn:.2f}°"
+    return f"the sensor itself moved by {lengths.text(way)} and turned by {turn:.2f}°"
 
 
 def _doubt(

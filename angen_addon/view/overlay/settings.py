@@ -40,7 +40,7 @@ SETTINGS = property_group(
         ),
         "fields": BoolProperty(
             name="Fields of View",
-            description="Draw what each sensor sees: its rays, up to their hits",
+            description="Draw what each sensor sees: its rays, up to the surfaces that they hit",
             default=True,
         ),
         "handles": BoolProperty(

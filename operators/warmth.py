@@ -23,7 +23,7 @@ class ANGEN_OT_warmth_set(Operator):
     bl_description = "Give the selected objects and their children a usual temperature"
     bl_options = {"REGISTER", "UNDO"}
 
-    sort: EnumProperty(name="Sort", items=ITEMS)
+    sort: EnumProperty(name="Type", items=ITEMS)
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:

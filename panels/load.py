@@ -91,9 +91,7 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
             if has_mass(other) and sensing.weighed_with(other, view_layer).surfaces
         ]
     if bearers:
-        text = (
-            f"{_names(bearers)} has a mass too, and both are added: is this weight counted twice?"
-        )
+        text = f"Counted twice? {_names(bearers)} has a mass too, and both masses are added"
         draw_lines(layout, text, "ERROR")
 
 

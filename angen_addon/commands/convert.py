@@ -90,8 +90,8 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
         )
     if source.left_out:
         note(
-            f"{plural(source.left_out, 'change')} in {options.events} at local times that clocks in "
-            f"{options.timezone} skip in spring: moved to the end of the skipped time"
+            f"{plural(source.left_out, 'change')} in {options.events} at local times that clocks "
+            f"in {options.timezone} skip in spring: moved to the end of the skipped time"
         )
     if options.undo_faults:
         source = replace(source, events=undo(source.events, options.undo_faults))

@@ -22,7 +22,7 @@ TURNED, MOVED = math.radians(2), 0.02
 MOTIONS = [
     (
         "AUTO", "Automatic", "As its keyframes move it. Without keyframes, it turns about its "
-                             "origin if that is at an edge, otherwise about its left edge", 0,
+        "origin if that is at an edge, otherwise about its left edge", 0,
     ),
     ("LEFT", "Hinge left", "It turns about its left edge, seen from the side that it opens to", 3),
     (

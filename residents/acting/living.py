@@ -205,7 +205,8 @@ class Performer(Navigator):
         off = self._distance_to(point)
         if off > 2 * ARM_WAY:
             raise step.error(
-                f"it is {off:.1f} m away from {self.name!r} at {self.last_place!r}; go there before"
+                f"it is {off:.1f} m away from {self.name!r} at {self.last_place!r}; add a step "
+                '"go" before it'
             )
         self.touch(point)
 
@@ -230,7 +231,7 @@ class Performer(Navigator):
         if step.word == "take" and step.name in self.hands:
             return
         if step.word == "put" and step.name not in self.hands:
-            raise step.error("it is not in the hand; take it before")
+            raise step.error('it is not in the hand; add a step "take" before it')
         if step.word == "take" and len(self.hands) == 2:
             raise step.error(f"both hands are full: {', '.join(self.hands)}")
         place = self.home.places.places[where]

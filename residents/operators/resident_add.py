@@ -23,7 +23,7 @@ class ANGEN_OT_resident_add(Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    sort: EnumProperty(name="Sort", items=SORT_ITEMS)
+    sort: EnumProperty(name="Type", items=SORT_ITEMS)
     walking_frame: BoolProperty(
         name="Walking Frame", description="Give a person a walking frame to push", default=False
     )

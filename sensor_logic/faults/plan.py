@@ -176,7 +176,7 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
         if key not in known:
             raise InputError(f"{place}: '{key}' is unknown; known are {', '.join(sorted(known))}")
         if NEEDS.get(key, key) not in table:
-            raise InputError(f"{place}: {key} needs {NEEDS[key]} too; give both")
+            raise InputError(f"{place}: {key} also needs {NEEDS[key]}; give both")
         if key in NUMBERS:
             values[key] = _number(place, key, value)
         elif key == "stuck":
@@ -192,7 +192,9 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
                 f"known are {', '.join(KINDS)}"
             )
     if not set(table) - {"sensors", "kinds"}:
-        raise InputError(f"{where.of('sensors', number)}: this table names no fault")
+        raise InputError(
+            f"{where.of('sensors', number)}: this table has no fault; add one, such as lost = 0.01"
+        )
     return Fault(**values)
 
 

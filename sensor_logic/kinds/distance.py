@@ -71,9 +71,9 @@ class DistanceParameters(Parameters):
     target: str = parameter(
         "MATERIAL",
         "Target",
-        "Where the reflectance of targets comes from",
+        "How the reflectance of targets is chosen",
         choices=(
-            Choice("MATERIAL", "Materials", "The colours of their materials", 0),
+            Choice("MATERIAL", "Materials", "From the colours of their materials", 0),
             Choice("FIXED", "Fixed", "One value for all targets", 1),
         ),
     )
@@ -128,7 +128,9 @@ class DistanceParameters(Parameters):
         0.0, "Noise", "Standard deviation of a reading at distance 0", unit="m"
     )
     noise_growth: float = parameter(
-        0.0, "Noise growth", "How much the standard deviation grows with each metre, in metres"
+        0.0,
+        "Noise growth",
+        "Growth of the standard deviation with each metre of distance, in metres",
     )
     resolution: float = parameter(
         0.0, "Resolution", "Readings are multiples of this; 0: exact", unit="m"
@@ -142,7 +144,8 @@ class DistanceParameters(Parameters):
         if self.range_grey > self.range_max:
             return [
                 f"range_grey ({lengths.typed(self.range_grey)}) is beyond range_max "
-                f"({lengths.typed(self.range_max)}): white is seen at least as far as grey"
+                f"({lengths.typed(self.range_max)}): a white target must be seen at least as far "
+                "as a grey one"
             ]
         return []
 
@@ -163,7 +166,7 @@ class DistanceParameters(Parameters):
         return [
             Advice(
                 f"The threshold ({threshold}){added} is beyond the range max ({most}): near goes "
-                "off only where no zone detects anything",
+                "off only when no zone detects a target",
                 "Lower the threshold or the hysteresis",
             )
         ]
@@ -394,8 +397,8 @@ PRESETS: tuple[Preset, ...] = (
     _part(
         "HC_SR04",
         "HC-SR04 (ultrasound)",
-        "HC-SR04 data sheet: 2 cm to 4 m, 15°, up to 3 mm; what it meets throws sound back "
-        "whatever its colour. Where the first echo is not enough, the next one counts",
+        "HC-SR04 data sheet: 2 cm to 4 m, 15°, up to 3 mm; targets reflect sound whatever their "
+        "colour. Where the first echo is not enough, the next one counts",
         range_min=0.02,
         range_max=4.0,
         range_grey=4.0,

@@ -106,12 +106,17 @@ class LightParameters(Parameters):
         1024, "Samples", "Light paths per reading", minimum=1, maximum=1_000_000
     )
     clip_start: float = parameter(
-        0.5, "Clip start", "Views do not show what is nearer", unit="m", source=THESIS, **FOUR_WALL
+        0.5,
+        "Clip start",
+        "Views do not show surfaces nearer than this",
+        unit="m",
+        source=THESIS,
+        **FOUR_WALL,
     )
     clip_end: float = parameter(
         5.0,
         "Clip end",
-        "Views do not show what is farther",
+        "Views do not show surfaces farther than this",
         unit="m",
         positive=True,
         source=THESIS,
@@ -133,7 +138,7 @@ class LightParameters(Parameters):
     threshold: float = parameter(
         50.0,
         "Threshold",
-        "Lit is on above this reading, in percent or lux by the method",
+        "Lit goes on above this reading, in percent or lux, depending on the method",
         unit=READING,
     )
     report_step: float = parameter(
@@ -152,17 +157,19 @@ class LightParameters(Parameters):
     output: str = parameter(
         "RESISTOR",
         "Output",
-        "Which circuit is behind the light-sensitive face",
+        "Circuit that measures the light",
         choices=(
-            Choice("RESISTOR", "Photoresistor", "A light-dependent resistor in a divider", 0),
-            Choice("DIGITAL", "Digital", "A light-to-digital part that counts lux", 1),
+            Choice(
+                "RESISTOR", "Photoresistor", "A light-dependent resistor in a voltage divider", 0
+            ),
+            Choice("DIGITAL", "Digital", "A digital light sensor that counts lux", 1),
         ),
         **ILLUMINANCE,
     )
     gamma: float = parameter(
         0.7,
         "Gamma",
-        "Slope of the resistance over illuminance, both logarithmic",
+        "Slope of the resistance over the illuminance, both on logarithmic scales",
         positive=True,
         source="0.6 ± 0.1, GL55 series manual",
         **RESISTOR,
@@ -190,7 +197,7 @@ class LightParameters(Parameters):
     rise_time: float = parameter(
         0.02,
         "Rise time",
-        "Time constant with which it follows rising light",
+        "Time constant of the photoresistor for rising light",
         unit="s",
         source="20 ms, " + GL5528,
         **RESISTOR,
@@ -198,7 +205,7 @@ class LightParameters(Parameters):
     fall_time: float = parameter(
         0.03,
         "Fall time",
-        "Time constant with which it follows falling light",
+        "Time constant of the photoresistor for falling light",
         unit="s",
         source="30 ms, " + GL5528,
         **RESISTOR,
@@ -206,7 +213,7 @@ class LightParameters(Parameters):
     load_resistor: float = parameter(
         10_000.0,
         "Load resistor",
-        "Fixed resistor of the divider",
+        "Fixed resistor of the voltage divider",
         unit="Ω",
         positive=True,
         short="Load",

@@ -115,7 +115,7 @@ class OpticalSwitchParameters(Parameters):
     """The parameters of an optical switch."""
 
     range_min: float = parameter(
-        0.001, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
+        0.001, "Range min", "Surfaces nearer than this are not detected", unit="m", source=THESIS
     )
     range_max: float = parameter(
         0.5, "Range max", "How far the beam reaches", unit="m", positive=True, source=THESIS
@@ -123,14 +123,15 @@ class OpticalSwitchParameters(Parameters):
     threshold: float = parameter(
         0.05,
         "Threshold",
-        "Open where the beam reaches at least this far. Datasheets: gap",
+        "The switch is open while the beam reaches at least this far. Datasheets: gap",
         unit="m",
         source=THESIS,
     )
     aperture_rays: int = parameter(
         1,
         "Aperture rays",
-        "Rays side by side in the aperture; the share that reaches the receiver is the light",
+        "Number of rays side by side in the aperture. The light is the share of the rays that "
+        "reach the receiver",
         minimum=1,
         maximum=10_000,
     )

@@ -162,12 +162,12 @@ def test_bad_arguments(home, command, arguments, words):
     [
         (["simulate", "--sensor", "Dorr"], ["'Dorr'", "did you mean Dörr"]),
         (["simulate", "--sensor", "???"], ["'???'", "Hall, PIR"]),
-        (["simulate", "--sensor", "Hal*PRI"], ["no sensor fits 'Hal*PRI'", "mean Hall, PIR?"]),
+        (["simulate", "--sensor", "Hal*PRI"], ["no sensor matches 'Hal*PRI'", "mean Hall, PIR?"]),
         (["simulate", "--sensor", "D*", "--kind", "PIR"], ["no sensor is left", "Dörr"]),
         (["simulate", "--kind", "PRI"], ["--kind", "'PRI'", "'PIR'"]),
         (
             ["day", "--sensor", "X*", "--routine", "a", "--start", "2026-03-02", "--out", "b"],
-            ["no sensor fits 'X*'"],
+            ["no sensor matches 'X*'"],
         ),
         (
             ["explain", "--sensor", "*", "--time", "1"],

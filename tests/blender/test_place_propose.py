@@ -308,7 +308,7 @@ def test_place_saves_a_file_with_the_sensors(command: Any, tmp_path: Path) -> No
         (("coverage", "--cell", "0"), 2, "length above 0"),
         (("coverage", "--cell", "9"), 1, "from 0.05 m to 2 m"),
         (("coverage", "--sensor", "nobody"), 2, "no sensor is called 'nobody'"),
-        (("coverage", "--room", "cellar"), 1, "there are den"),
+        (("coverage", "--room", "cellar"), 1, "the rooms are den"),
         (("coverage", "--picture", "map.png"), 2, "must end in .svg"),
         (("coverage", "--motion", "DOG"), 2, "invalid choice"),
         (("coverage", "--height", "4"), 1, "above 0 and below"),

@@ -89,7 +89,7 @@ def test_an_edit_makes_live_readings_old(door):
     leaf().location = (0, 0, -0.02)
     door.update()
     assert told().text.endswith(", old") and told().icon == readings.OLD
-    assert "edited since" in told().old
+    assert "edited after" in told().old
     door.scene.frame_set(20)
     assert told().old == ""
 

@@ -59,7 +59,7 @@ class Applied(NamedTuple):
         parts += [f"{len(self.removed)} removed"] if self.removed else []
         found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
         if self.cleared:
-            found += f"; ordinary objects again: {named(self.cleared)}"
+            found += f"; no longer sensors: {named(self.cleared)}"
         return f"{found}; {self.replaced}" if self.replaced else found
 
 

@@ -94,7 +94,7 @@ class DayLine:
         It is "" if no day was simulated.
         """
         made, took = self._whole() - self._earlier, time.perf_counter() - self._begin
-        return f"; {made} made in {_rounded(took)}" if made else ""
+        return f"; {made} simulated in {_rounded(took)}" if made else ""
 
 
 def _rounded(seconds: float) -> str:

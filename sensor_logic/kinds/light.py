@@ -403,7 +403,8 @@ class LightSensor(Model):
 
 MANUAL = (
     "GL55 Series CdS Photoresistor Manual, p. 2 (10 lx of 2856 K after 2 h at 400 to 600 lx; dark "
-    "10 s after 10 lx; gamma = lg(R10/R100)); its rows bear no names and are taken in their order"
+    "10 s after 10 lx; gamma = lg(R10/R100)); the table does not name its rows, so they are taken "
+    "in order"
 )
 CURVE = (
     "resistances as traded (10 lx; dark); gamma from the curve lux = a / ohm^b of the "
@@ -475,8 +476,8 @@ PRESETS: tuple[Preset, ...] = (
         0.1,
         40_000.0,
         0.402,
-        "0.1 to 40 000 lx and 402 ms as in Raspberry Connect's description of the breakout "
-        "board; the step is the least light that it tells apart, at its high gain",
+        "0.1 to 40 000 lx and 402 ms as in Raspberry Connect's description of the breakout board; "
+        "the step is its resolution at high gain",
     ),
     _digital(
         "VEML7700",

@@ -535,8 +535,8 @@ PRESETS: tuple[Preset, ...] = (
             "subtract_own_weight": True,
             "noise_sigma": 0.0,
         },
-        "no part: the pad of the thesis, of any size, which tells each force; the resistor is an "
-        "ideal FSR 402",
+        "no product: the pad of the thesis, of any size, which measures every force; the resistor "
+        "is an ideal FSR 402",
     ),
     _switch_pad("SMART_CAREGIVER_CHAIR", "Smart Caregiver chair pad (25 × 38 cm)", (10, 15)),
     _switch_pad("SMART_CAREGIVER_MAT", "Smart Caregiver floor mat (61 × 122 cm)", (24, 48)),

@@ -226,7 +226,7 @@ def test_the_day_of_a_process_that_is_killed_is_made_by_another(
         "angen: a process of --jobs was ended by the signal SIGKILL; another process "
         "simulates 2026-03-03 again"
     )
-    assert status == 0 and "2 of 2 days are in" in last and "2 made in" in last
+    assert status == 0 and "2 of 2 days are in" in last and "2 simulated in" in last
     assert content(home.parent / "both") == LIVED[2]
 
 

@@ -403,7 +403,7 @@ class _WarmUpdate:
 
 
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` by the object that changed the power on the elements most.
+    """Explain update `index` by the object that changed the radiation on the elements most.
 
     Raise `AngenError` if the sensor cannot be read.
     """
@@ -508,7 +508,7 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
     over = abs(cause.signal) > 1.0
     moving = cause.things[0] if cause.things else None
     who = (
-        f"{quoted(moving.name)} changed the power on the elements most"
+        f"{quoted(moving.name)} changed the radiation on the elements most"
         if moving
         else "nothing warmer or colder than the room moved through the zones"
     )
@@ -608,7 +608,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     text = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
     pir = replay.sensor.parameters
     if name in _noticed_names(found):
-        return f"{text}: seen, but it changes too little, or too slowly"
+        return f"{text}: seen, but the readings change too little or too slowly"
     if away[name] > pir.range_max:
         label = label_of(specs(replay.sensor.kind.parameters)["range_max"], pir).lower()
         return f"{text}: beyond the {label} of {replay.lengths.typed(pir.range_max)}"

@@ -255,8 +255,9 @@ SCENE_SETTINGS = {
     ),
     "angen_substeps": IntProperty(
         name="Substeps",
-        description="How many times in each frame sensors can read, for movement that is too fast "
-        "for the frame rate. While scrubbing, sensors read whole frames only",
+        description="Number of times in each frame at which sensors can read, for movement that "
+        "is too fast for the frame rate. While scrubbing, sensors read whole frames "
+        "only",
         default=1,
         min=1,
         soft_max=64,

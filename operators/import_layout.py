@@ -29,7 +29,7 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
     remove: BoolProperty(
         name="Remove Others",
-        description="Delete the sensors that the layout lacks. Objects that are more than a "
+        description="Delete sensors that are not in the layout. Objects that are more than a "
         "housing, such as furniture, stay as ordinary objects",
     )
 

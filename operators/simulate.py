@@ -121,7 +121,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
     )
     without_light: BoolProperty(
         name="Without Light",
-        description="Leave out light sensors, which take the longest",
+        description="Leave out light sensors, which take most of the time",
         options={"SKIP_SAVE"},
     )
     replace: BoolProperty(
@@ -139,7 +139,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
-        what = "all sensors but those of light" if properties.without_light else "all sensors"
+        what = "all sensors except light sensors" if properties.without_light else "all sensors"
         return f"Record the readings of {what} over the frames. Esc keeps the frames that are done"
 
     @classmethod

@@ -30,7 +30,7 @@ class ANGEN_PT_doctor(ClosedSidebar, Panel):
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
         if found:
-            layout.label(text="After mending, Examine Home again", icon="INFO")
+            layout.label(text="After changes, press Examine Home again", icon="INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_doctor,))

@@ -362,7 +362,9 @@ def _check_ranges(study: Study) -> None:
                 f'{study.where(key)}: draw = "list" needs lists such as [1, 2, 3], not ranges'
             )
         if isinstance(values, Range) and study.draw == "grid" and not values.steps:
-            raise InputError(f"{study.where(key)}: a grid needs steps, such as steps = 5")
+            raise InputError(
+                f'{study.where(key)}: draw = "grid" needs steps in each range, such as steps = 5'
+            )
     lengths = {len(values) for values in lists.values()}
     if study.draw == "list" and len(lengths) > 1:
         lengths_text = ", ".join(f"{key} has {len(values)}" for key, values in lists.items())

@@ -162,8 +162,8 @@ def local_path(file: File) -> Path:
         return path
     if file.digest not in _received:
         raise AngenError(
-            f"on {platform.node()}, the file {file.path} is missing or differs from "
-            "the one of the study"
+            f"on {platform.node()}, the file {file.path} is missing or is not the same as at the "
+            "start of the study"
         )
     return _received[file.digest]
 

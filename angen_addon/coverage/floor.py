@@ -441,8 +441,8 @@ def _grid(
     shape = np.maximum(np.ceil(high / size) - first, 1).astype(int)
     if shape.prod() > MOST_CELLS:
         raise AngenError(
-            f"cells of {size:g} m would be {shape.prod()} cells, more than {MOST_CELLS}: "
-            "take larger cells"
+            f"cells of {size:g} m would be {shape.prod()} cells, more than {MOST_CELLS}: set "
+            "larger cells"
         )
     return Grid(first * size, (int(shape[0]), int(shape[1])), size, floor)
 

@@ -339,12 +339,12 @@ def propose(
     found = yield from saying(Doing(0.05, "looking for walls and ceilings"), looking)
     if not found:
         raise AngenError(
-            f"no wall or ceiling was found for a detector {wish.height:g} m above the floor: take "
+            f"no wall or ceiling was found for a detector {wish.height:g} m above the floor: set "
             "another height or mounting"
         )
     if len(found) > MOST_CANDIDATES:
         raise AngenError(
-            f"{len(found)} candidates are more than {MOST_CANDIDATES}: take fewer rooms or a "
+            f"{len(found)} candidates are more than {MOST_CANDIDATES}: set fewer rooms or a "
             "larger spacing"
         )
     weights = np.ones(len(cells))
@@ -436,7 +436,7 @@ class _Search:
             self._share = max(self._share, 0.05 + self._first + (0.95 - self._first) * looked)
             yield Doing(
                 self._share,
-                f"{len(known)} computed exactly; the best so far covers "
+                f"{len(known)} candidates computed exactly; the best choice so far covers "
                 f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",
                 found=True,
             )

@@ -147,7 +147,11 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
         try:
             sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
         except AngenError as error:
-            yield str(error), "Correct its parameters in the sidebar, Active Sensor", (sensor.name,)
+            yield (
+                str(error),
+                "Correct the sensor's parameters in the sidebar, Active Sensor",
+                (sensor.name,),
+            )
             continue
         if sight is None or not sight.bundles:
             continue

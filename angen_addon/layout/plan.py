@@ -377,7 +377,10 @@ def _check_editable(change: SensorChange) -> None:
             "and place: change that sensor, or use Override Linked Home"
         )
     if not sensor.object.is_editable:
-        raise entry.error(f"it is linked from {sensor.library}: change it there, or override it")
+        raise entry.error(
+            f"it is linked from {sensor.library}: change it in that file, or make a "
+            "library override of it"
+        )
     if change.displaced and motion_paths(sensor.object):
         how = motion_paths(sensor.object)[0]
         raise entry.error(

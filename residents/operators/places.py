@@ -34,8 +34,9 @@ class ANGEN_OT_place_point(Operator):
     bl_idname = "angen.place_point"
     bl_label = "Add Place"
     bl_description = (
-        "Add an empty at the 3D cursor as a place for residents: where they stand, or on the "
-        "seat, bed or other object itself. Its arrow shows where they look, or where the head lies"
+        "Add an empty at the 3D cursor as a place for residents. Put it where they stand, or on "
+        "the seat, bed or other object that they use. Its arrow shows where they look, or where "
+        "the head lies"
     )
     bl_options = {"REGISTER", "UNDO"}
 

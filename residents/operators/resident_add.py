@@ -19,7 +19,7 @@ class ANGEN_OT_resident_add(Operator):
     bl_label = "Add Resident"
     bl_description = (
         "Add a person or a cat that stands at the 3D cursor: a skinned body that all sensors "
-        "notice. A routine decides what it does all day"
+        "notice. A routine says what it does all day"
     )
     bl_options = {"REGISTER", "UNDO"}
 

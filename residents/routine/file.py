@@ -260,7 +260,7 @@ def _absence(table: TomlTable, persons: Any) -> Absence:
     person = table.one_of("person", persons)
     begins, ends = table.take("from", _moment), table.take("to", _moment)
     if ends <= begins:
-        raise table.error("'to' is not after 'from'", "to")
+        raise table.error("'to' must be after 'from'", "to")
     table.finish()
     return Absence(person, begins, ends)
 

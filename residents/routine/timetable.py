@@ -355,7 +355,7 @@ def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]
     if start.tzinfo is not None or end.tzinfo is not None:
         raise InputError(f"{where}: a time has a time zone; give local times without one")
     if end <= start:
-        raise InputError(f"{where}: the end is not after the start")
+        raise InputError(f"{where}: the end must be after the start")
     if not person or not activity:
         raise InputError(f"{where}: give a person and an activity")
     return start, end, person, activity

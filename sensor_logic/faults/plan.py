@@ -140,10 +140,14 @@ def read_plan(path: Path) -> FaultPlan:
     where = _Places(path, lines)
     for key in found:
         if key not in {"seed", "fault"}:
-            raise InputError(f"{where.of(key)}: '{key}' is unknown; known are seed and [[fault]]")
+            raise InputError(
+                f"{where.of(key)}: '{key}' is unknown: only seed and tables [[fault]] are allowed"
+            )
     seed = found.get("seed", 0)
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < SEEDS:
-        raise InputError(f"{where.of('seed')}: seed is {seed!r}, not a whole number up to 2^32")
+        raise InputError(
+            f"{where.of('seed')}: seed is {seed!r}: it must be a whole number from 0 to 2^32"
+        )
     tables = found.get("fault", [])
     if not (isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables)):
         raise InputError(f"{path} has no table [[fault]]")
@@ -174,7 +178,9 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
     for key, value in table.items():
         place = where.of(key, number)
         if key not in known:
-            raise InputError(f"{place}: '{key}' is unknown; known are {', '.join(sorted(known))}")
+            raise InputError(
+                f"{place}: '{key}' is unknown: choose one of {', '.join(sorted(known))}"
+            )
         if NEEDS.get(key, key) not in table:
             raise InputError(f"{place}: {key} also needs {NEEDS[key]}; give both")
         if key in NUMBERS:
@@ -188,8 +194,8 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
     for kind in values.get("kinds", ()):
         if kind not in KINDS:
             raise InputError(
-                f"{where.of('kinds', number)}: kind '{kind}' is unknown; "
-                f"known are {', '.join(KINDS)}"
+                f"{where.of('kinds', number)}: kind '{kind}' is unknown: choose one of "
+                f"{', '.join(KINDS)}"
             )
     if not set(table) - {"sensors", "kinds"}:
         raise InputError(

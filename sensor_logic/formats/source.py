@@ -204,7 +204,7 @@ def make_log(
         channel = channels[key]
         if channel.sensor.kind != event.kind:
             raise InputError(
-                f"{where}: '{event.sensor}' is of kind {event.kind} here and of kind "
+                f"{where}: '{event.sensor}' has the kind {event.kind} here, and the kind "
                 f"{channel.sensor.kind} elsewhere"
             )
         value = _value(where, event, published.type)
@@ -222,12 +222,14 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
 def _field(where: str, event: Event[float]) -> Field:
     kind = KINDS.get(event.kind)
     if kind is None:
-        raise InputError(f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}")
+        raise InputError(
+            f"{where}: kind '{event.kind}' is unknown: choose one of {', '.join(KINDS)}"
+        )
     for published in kind.events:
         if published.name == event.field:
             return published
     names = ", ".join(f.name for f in kind.events)
-    raise InputError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
+    raise InputError(f"{where}: {event.kind} has no field '{event.field}': its fields are {names}")
 
 
 def _value(where: str, event: Event[float], of: type) -> Value:

@@ -37,12 +37,12 @@ class DistanceParameters(Parameters):
     """The parameters of a distance sensor."""
 
     threshold: float = parameter(
-        1.0, "Threshold", "Near is on where a target is closer than this", unit="m"
+        1.0, "Threshold", "The output is on while a target is closer than this", unit="m"
     )
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "Near goes off where the distance exceeds the threshold by this much",
+        "The output goes off again when the distance exceeds the threshold by this much",
         unit="m",
     )
     report_step: float = parameter(
@@ -110,7 +110,7 @@ class DistanceParameters(Parameters):
     echo: str = parameter(
         "MEAN",
         "Echo",
-        "Which distance a zone reads where its rays hit several targets",
+        "Distance that a zone reads if its rays hit several targets",
         choices=(
             Choice("MEAN", "Mean", "The mean, weighted by the signal that each returns", 0),
             Choice("STRONGEST", "Strongest", "The target that returns the strongest signal", 1),
@@ -156,7 +156,7 @@ class DistanceParameters(Parameters):
             return [
                 Advice(
                     f"The threshold ({threshold}) is not above the range min "
-                    f"({lengths.typed(self.range_min)}): near never goes on",
+                    f"({lengths.typed(self.range_min)}), so the output near never goes on",
                     "Raise the threshold",
                 )
             ]
@@ -165,8 +165,8 @@ class DistanceParameters(Parameters):
         added = f" plus the hysteresis ({lengths.typed(self.hysteresis)})" * bool(self.hysteresis)
         return [
             Advice(
-                f"The threshold ({threshold}){added} is beyond the range max ({most}): near goes "
-                "off only when no zone detects a target",
+                f"The threshold ({threshold}){added} is beyond the range max ({most}), so the "
+                "output near goes off only when no zone detects a target",
                 "Lower the threshold or the hysteresis",
             )
         ]

@@ -69,7 +69,7 @@ def follow(before: float, target: float, dt: float, rise: float, fall: float) ->
 # constants of a photoresistor and its voltage divider, or the counts of a digital part. A
 # comparator with hysteresis then decides whether the sensor is lit.
 
-THESIS = "camera sensor of the thesis's Gazebo plugin"
+THESIS = "camera sensor of the Gazebo plugin from the thesis behind this extension"
 GL5528 = "GL5528 data sheet"
 BH1750 = "BH1750FVI data sheet"
 LUX = ("method", "ILLUMINANCE")
@@ -138,7 +138,7 @@ class LightParameters(Parameters):
     threshold: float = parameter(
         50.0,
         "Threshold",
-        "Lit goes on above this reading, in percent or lux, depending on the method",
+        "The output lit goes on above this reading, in percent or lux, depending on the method",
         unit=READING,
     )
     report_step: float = parameter(
@@ -151,7 +151,8 @@ class LightParameters(Parameters):
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "Difference between the readings at which lit goes on and off, around the threshold",
+        "Difference between the readings at which the output goes on and off, half of it above "
+        "and half below the threshold",
         unit=READING,
     )
     output: str = parameter(
@@ -274,8 +275,8 @@ class LightParameters(Parameters):
         if on >= most:
             return [
                 Advice(
-                    f"Lit goes on above {on:g} {unit}, and the sensor reads at most {most:g} "
-                    f"{unit}: once off, lit stays off",
+                    f"The output lit goes on above {on:g} {unit}, but the sensor reads at most "
+                    f"{most:g} {unit}: once off, lit stays off",
                     "Lower the threshold or the hysteresis",
                 )
             ]
@@ -455,7 +456,7 @@ PRESETS: tuple[Preset, ...] = (
             "field_of_view": 0.02,
             "noise_sigma": 0.0,
         },
-        "camera sensor of the thesis's Gazebo plugin",
+        "camera sensor of the Gazebo plugin from the thesis behind this extension",
     ),
     _resistor("GL5516", (5.0, 10.0), 0.5, 0.5, (30.0, 30.0)),
     _resistor("GL5528", (10.0, 20.0), 1.0, 0.6, (20.0, 30.0)),

@@ -102,7 +102,7 @@ def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
 # A swept switch has a latched output, as with an input that interrupts on an edge: an object that
 # breaks the beam between two updates makes the switch read closed at the next update.
 
-THESIS = "laser switch of the thesis's Gazebo plugin"
+THESIS = "laser switch of the Gazebo plugin from the thesis behind this extension"
 # The middle of the comparator's levels, 0.60 and 0.45 of the full light at the default hysteresis.
 SWITCHING_LEVEL = 0.525
 # Tolerance for the hysteresis, stored in single precision: 3 of 5 rays must reach the level 0.60.
@@ -398,7 +398,7 @@ PRESETS: tuple[Preset, ...] = (
             "aperture": 0.0,
             "noise_sigma": 0.0,
         },
-        "laser switch of the thesis's Gazebo plugin",
+        "laser switch of the Gazebo plugin from the thesis behind this extension",
     ),
     _slotted("TCST1103", "Vishay TCST1103 (3.1 mm)", 3.1, 1.0, VISHAY_83764),
     _slotted("TCST1202", "Vishay TCST1202 (3.1 mm, fine)", 3.1, 0.5, VISHAY_83764),

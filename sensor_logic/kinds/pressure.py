@@ -35,7 +35,9 @@ FSR_402_SHEET = "Interlink FSR 402 data sheet, PDS-10004"
 class PressureParameters(Parameters):
     """The parameters of a pressure sensor."""
 
-    threshold: float = parameter(1.0, "Threshold", "Pressed is on above this force", unit="N")
+    threshold: float = parameter(
+        1.0, "Threshold", "The output pressed is on above this force", unit="N"
+    )
     report_step: float = parameter(
         1.0,
         "Report step",
@@ -535,8 +537,8 @@ PRESETS: tuple[Preset, ...] = (
             "subtract_own_weight": True,
             "noise_sigma": 0.0,
         },
-        "no product: the pad of the thesis, of any size, which measures every force; the resistor "
-        "is an ideal FSR 402",
+        "no product: a pad of any size that measures every force, from the thesis behind this "
+        "extension; the resistor is an ideal FSR 402",
     ),
     _switch_pad("SMART_CAREGIVER_CHAIR", "Smart Caregiver chair pad (25 × 38 cm)", (10, 15)),
     _switch_pad("SMART_CAREGIVER_MAT", "Smart Caregiver floor mat (61 × 122 cm)", (24, 48)),

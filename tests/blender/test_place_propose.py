@@ -314,7 +314,7 @@ def test_place_saves_a_file_with_the_sensors(command: Any, tmp_path: Path) -> No
         (("coverage", "--height", "4"), 1, "above 0 and below"),
         (("place", "--count", "0"), 2, "1 or more"),
         (("place", "--preset", "NONE"), 1, "no preset"),
-        (("place", "--mounting-height", "9"), 1, "take another height"),
+        (("place", "--mounting-height", "9"), 1, "set another height"),
         (("coverage", "--csv", "/nowhere/x.csv"), 2, "does not exist"),
     ],
 )

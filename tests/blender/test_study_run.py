@@ -435,7 +435,7 @@ def test_a_worker_that_does_not_see_the_drivers_files_gets_them(tmp_path, addon_
     tasks = addon_part("studies.tasks")
     home = tasks.File(str(tmp_path / "home.blend"), tasks.digest_of_bytes(b"BLENDER"))
     (tmp_path / "home.blend").write_bytes(b"another home of that name")
-    with pytest.raises(Exception, match=r"file .*home\.blend is missing or differs"):
+    with pytest.raises(Exception, match=r"file .*home\.blend is missing or is not the same"):
         tasks.local_path(home)
     plugin = tasks.FilesOfStudy("files", {home: b"BLENDER"})
     pickle.loads(pickle.dumps(plugin)).setup(None)

@@ -355,5 +355,5 @@ def test_the_truth_of_another_log_is_refused(convert, tmp_path) -> None:
     rows = (tmp_path / "faulty.csv").read_text().splitlines(keepends=True)
     (tmp_path / "faulty.csv").write_text("".join(rows[:1] + rows[2:]), newline="")
     status, err = convert(*UNDO, "--undo-faults", "OUT/truth.csv")
-    assert status == 2 and "does not fit the log" in err
+    assert status == 2 and "does not match the log" in err
     assert not (tmp_path / "back.csv").exists()

@@ -28,8 +28,8 @@ def entry(text):
 
 
 WRONG = [
-    ("", 1, "no JSON"),
-    ("[\n{]", 2, "no JSON"),
+    ("", 1, "not valid JSON"),
+    ("[\n{]", 2, "not valid JSON"),
     ('{"name": "A"}', 1, "'name' is unknown: give a list of sensors"),
     ("{}", 1, "'sensors' is missing"),
     ('{"sensors":\n {}}', 2, "sensors must be a list"),
@@ -48,10 +48,10 @@ WRONG = [
     (entry('"location": [1, 2]'), 3, "x, y and z"),
     (entry('"location": [1, 2, "3"]'), 3, "location must be a number"),
     (entry('"location": [1, 2,\n 1e39]'), 3, "too large"),
-    (entry('"look": [0, 0, 0]'), 3, "look is no direction"),
+    (entry('"look": [0, 0, 0]'), 3, "look is not a direction"),
     (entry('"rotation": [0, 0, 0], "look": [1, 0, 0]'), 3, "give one of them"),
     (entry('"relative_to": "Door"'), 3, "needs a location"),
-    (entry('"bounds": [[1, 1, 1], [0, 2, 2]]'), 3, "least"),
+    (entry('"bounds": [[1, 1, 1], [0, 2, 2]]'), 3, "smallest"),
     (entry('"preset": "HC_SR50"'), 3, "did you mean HC_SR501"),
     (entry('"parameters": []'), 3, "object in { }"),
     (entry('"parameters": {"rays": 1,\n"range_mx": 1}'), 4, "did you mean range_max"),

@@ -81,7 +81,7 @@ def study(tmp_path: Path):
         ('[vary]\n"PIR*.rays" = [nan]', "line 3: PIR*.rays: nan is no number"),
         ('[vary]\n"a.b" = { from = 2, to = 1 }', "line 3: 'to' must be above 'from'"),
         ('[vary]\n"a.b" = { from = 0, to = 1, log = true }', "line 3: with log = true"),
-        ('[vary]\n"a.b" = { from = 0, to = 1 }', "line 3: a grid needs steps"),
+        ('[vary]\n"a.b" = { from = 0, to = 1 }', 'line 3: draw = "grid" needs steps'),
         (
             'draw = "list"\n[vary]\n"a.b" = [1]\n"a.c" = [1, 2]',
             'line 4: draw = "list" needs lists of the same length: a.b has 1, a.c has 2',
@@ -92,7 +92,7 @@ def study(tmp_path: Path):
         ('[vary]\n\nsensors.of = ["a"]\nsensors.least = 2', "line 5: least: 2 is not a whole"),
         (
             '[vary]\nsensors = { of = ["a", "b"], least = 2, most = 1 }',
-            r"line 3: 'most' \(1\) must be at least 'least' \(2\)",
+            "line 3: 'most' (1) must be at least 'least' (2)",
         ),
         ('[vary]\nsensors = { of = ["a", "a"] }', "line 3: 'a' is given twice"),
         (

@@ -27,7 +27,7 @@ SETTINGS = property_group(
     {
         "show": BoolProperty(
             name="Show Sensors",
-            description="Draw what sensors see and read in 3D views. If off, this takes no time",
+            description="Draw in 3D views what sensors see and read. If off, it costs no time",
             default=True,
         ),
         "which": EnumProperty(

@@ -92,7 +92,7 @@ PRESETS: tuple[Preset, ...] = (
             "blocking_time": 0.0,
             "warm_up_time": 0.0,
         },
-        "range scan of the thesis's Gazebo plugin",
+        "range scan of the Gazebo plugin from the thesis behind this extension",
     ),
     *LENS_PRESETS,
     _range_scan(

@@ -24,7 +24,7 @@ from ...physics import OutputTiming
 from ...wording import METRES, Lengths
 from .lenses import LENSES, read_table
 
-THESIS = "range scan of the thesis's Gazebo plugin"
+THESIS = "range scan of the Gazebo plugin from the thesis behind this extension"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
 MAX_RAYS = 100_000
 SCAN: dict[str, Any] = {"used_when": (("model", "RANGE_SCAN"),)}
@@ -76,7 +76,8 @@ class PirParameters(Parameters):
     horizontal_fov: float = parameter(
         math.radians(120),
         "Horizontal field of view",
-        "Angle of the whole fan about the sensor's up axis. Datasheets: horizontal detection angle",
+        "Horizontal angle from the first to the last ray of the fan. Datasheets: horizontal "
+        "detection angle",
         unit="rad",
         maximum=2 * math.pi,
         source=THESIS,
@@ -214,7 +215,7 @@ class PirParameters(Parameters):
     retrigger: bool = parameter(
         True,
         "Retrigger",
-        "Movement during the hold time restarts it. Datasheets: repeatable trigger (H)",
+        "Movement during the hold time restarts the hold time. Datasheets: repeatable trigger (H)",
     )
     blocking_time: float = parameter(
         0.0,

@@ -42,7 +42,7 @@ BUILDS = [
         ("sit Sofa, turn over", "the person must be lying: add a step before it"),
         ("put Cup at Stove", 'it is not in the hand; add a step "take" before it'),
         ("take Bed", "take Bed: only objects whose Use is Use can be carried, and its Use is Lie"),
-        ("sit Sofa while drink Sofa every 5 min", "drink Sofa: its Use is Sit, and only"),
+        ("sit Sofa while drink Sofa every 5 min", "drink Sofa: only objects whose Use is Use"),
         ("drink Stoov", "drink Stoov: no thing is marked 'Stoov'"),
         ("take Safe", "take Safe: it is 1.9 m large; only objects up to 1 m can be carried"),
         ("sit Sofa, reach Stove", "away from 'anna' at 'Sofa'; add a step \"go\" before it"),

@@ -377,7 +377,7 @@ def legend(report: Report, name: str, y: float) -> str:
         ('<path class="bar1" stroke-width="12" d="M0 6h22"/>', "active"),
         (
             '<path class="bar1" stroke-width="6" d="M0 9h22"/>',
-            "on for a shorter time than the line is wide",
+            "on for a very short time",
         ),
         (f'<rect width="22" height="12" fill="url(#{name}-invalid)"/>', "reading not valid"),
         (f'<rect width="22" height="12" fill="url(#{name}-off)"/>', "not simulated"),

@@ -123,7 +123,7 @@ ROW = EVENTS_HEAD + b"0,1,A,PIR,moved,1\n"
         (b"a,b\n1,2\n", ["line 1", "time_s,frame", "pyadlml"]),
         (ROW + b"1,1,A,PIR,moved,1\n0,1,A,PIR,moved,0\n", ["line 4", "sort the events by time"]),
         (EVENTS_HEAD + b"0,1,A,PIR,moved,perhaps\n", ["line 2", "'moved'", "0 or 1"]),
-        (EVENTS_HEAD + b"0,1,A,LIGHT,illuminance_lux,bright\n", ["line 2", "a number"]),
+        (EVENTS_HEAD + b"0,1,A,LIGHT,illuminance_lux,bright\n", ["line 2", "a finite number"]),
         (EVENTS_HEAD + b"0,1,A,SONAR,moved,1\n", ["line 2", "SONAR", "PIR"]),
         (EVENTS_HEAD + b"0,1,A,PIR,open,1\n", ["line 2", "'open'", "moved"]),
         (ROW + b"0,1,A,LIGHT,lit,1\n", ["line 3", "'A'", "PIR", "LIGHT"]),

@@ -200,7 +200,7 @@ def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
         for name, unit, of in (
             ("on for", "s", on_times),
             ("from on to on", "s", gaps),
-            ("per sensor and day", "times", counts),
+            ("on a sensor and day", "times", counts),
             ("any on", "% of a day", shares),
         )
     ]

@@ -179,7 +179,7 @@ def _driver_reasons(owners: Iterable[Any], shading: bool) -> Iterator[str]:
             if driver.type == "SCRIPTED" and not is_timeless_driver(driver):
                 yield f"a driver of '{owner.name}' may follow the frame: {driver.expression}"
             if any("frame" in target.data_path for target in _targets(driver)):
-                yield f"a driver of '{owner.name}' reads a frame"
+                yield f"a driver of '{owner.name}' reads the frame number"
 
 
 def _curve_spans(curve: Any) -> Array:

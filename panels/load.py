@@ -99,7 +99,7 @@ def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
     above = bearer(obj)
     if above is not None:
         mass = f"{above.angen_load.mass:g} kg"
-        draw_lines(layout, f"It weighs with '{above.name}' ({mass})", "INFO")
+        draw_lines(layout, f"Its weight is part of '{above.name}' ({mass})", "INFO")
         return
     weighed = sensing.weighed_with(obj, view_layer)
     text = (

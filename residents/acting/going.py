@@ -159,7 +159,7 @@ class Navigator(Actor):
         if found is None:
             x, y = ground.nearest_reachable(storey, self.position, goal, self.radius)
             raise step.error(
-                f"{self.name!r} finds no way to it from {self.last_place!r}; "
+                f"{self.name!r} cannot reach it from {self.last_place!r}; "
                 f"the nearest point that can be reached is ({x:.2f}, {y:.2f}) m"
             )
         return found
@@ -387,7 +387,7 @@ class Navigator(Actor):
         except NoPath as error:
             x, y = error.nearest
             raise step.error(
-                f"{self.name!r} finds no way to it; "
+                f"{self.name!r} cannot reach it; "
                 f"the nearest point that can be reached is ({x:.2f}, {y:.2f}) m"
             ) from None
 

@@ -233,7 +233,9 @@ class Performer(Navigator):
         if step.word == "put" and step.name not in self.hands:
             raise step.error('it is not in the hand; add a step "take" before it')
         if step.word == "take" and len(self.hands) == 2:
-            raise step.error(f"both hands are full: {', '.join(self.hands)}")
+            raise step.error(
+                f"both hands are full: {', '.join(self.hands)}; add a step put before it"
+            )
         place = self.home.places.places[where]
         if self._distance_to(place.target) > (LEANING if self.posture == SITTING else ARM_WAY):
             yield from self.go_to_place(step, place)
@@ -341,6 +343,6 @@ class Performer(Navigator):
                     (len(between), float(np.hypot(*(spot.at - self.position))), door, side)
                 )
         if not found:
-            raise step.error(f"{self.name!r} finds no way to an entrance from {self.last_place!r}")
+            raise step.error(f"{self.name!r} cannot reach an entrance from {self.last_place!r}")
         _, _, door, side = min(found, key=lambda one: one[:2])
         return door, side

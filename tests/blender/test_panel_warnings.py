@@ -113,7 +113,7 @@ def test_the_weight_panel_says_what_is_weighed(world):
     assert "The weight presses" in layout.text and "'hair', 'skin'" in layout.text
     assert "ERROR" not in layout.icons
     activate(world, skin)
-    assert "It weighs with 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text
+    assert "Its weight is part of 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text
     skin.angen_load.mass = 60.0
     assert "Counted twice? 'rig'" in drawn("ANGEN_PT_sidebar_weight").text
     rig.angen_load.mass = 0.0

@@ -114,7 +114,7 @@ def test_what_is_seen_moving_too_little_is_not_called_hidden(world):
     activate(world.pir())
     ops.simulate()
     told = asked(20)
-    assert "'Creeping', 2.298 m away: seen, but it changes too little" in told
+    assert "'Creeping', 2.298 m away: seen, but the readings change too little" in told
     assert "hidden" not in told
 
 
@@ -126,8 +126,8 @@ def test_nor_is_who_is_warm_and_too_weak_for_the_threshold(world):
     activate(world.sensor("PIR", "pir", model="PYROELECTRIC"))
     ops.simulate()
     told = asked(25)
-    assert "changed the power" in told and "rays now" in told
-    assert "'Person', 1.650 m away: seen, but it changes too little" in told
+    assert "changed the radiation" in told and "rays now" in told
+    assert "'Person', 1.650 m away: seen, but the readings change too little" in told
 
 
 def test_a_shut_switch_tells_how_far_the_beam_must_be_clear(world):
@@ -135,7 +135,7 @@ def test_a_shut_switch_tells_how_far_the_beam_must_be_clear(world):
     activate(world.switch())
     ops.simulate()
     told = asked(5)
-    assert "the beam must be free up to 0.05 m: 'Flag' ends it 0.038 m before that" in told
+    assert "the beam must be free up to 0.05 m: 'Flag' blocks it 0.038 m before that" in told
 
 
 def test_a_pad_tells_what_is_above_it_and_its_threshold(world):

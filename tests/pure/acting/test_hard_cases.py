@@ -46,7 +46,7 @@ BUILDS = [
         ("drink Stoov", "drink Stoov: no thing is marked 'Stoov'"),
         ("take Safe", "take Safe: it is 1.9 m large; only objects up to 1 m can be carried"),
         ("sit Sofa, reach Stove", "away from 'anna' at 'Sofa'; add a step \"go\" before it"),
-        ("use Safe", r"use Safe: 'anna' finds no way to it from 'Sofa'; the nearest point that can "
+        ("use Safe", r"use Safe: 'anna' cannot reach it from 'Sofa'; the nearest point that can "
          r"be reached is \((\d\.\d+), (\d\.\d+)\) m"),
         ("sit Sofa while leave every 5 min", 'the step "leave" cannot be repeated'),
     ],

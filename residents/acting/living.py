@@ -234,7 +234,7 @@ class Performer(Navigator):
             raise step.error('it is not in the hand; add a step "take" before it')
         if step.word == "take" and len(self.hands) == 2:
             raise step.error(
-                f"both hands are full: {', '.join(self.hands)}; add a step put before it"
+                f"both hands are full: {', '.join(self.hands)}; add the step `put` before it"
             )
         place = self.home.places.places[where]
         if self._distance_to(place.target) > (LEANING if self.posture == SITTING else ARM_WAY):

@@ -404,7 +404,7 @@ def test_the_warm_thing_that_moves_is_named(world, explained):
     assert abs(found.cause.signal) > 1.0
     assert found.cause.things[0].name == "Walker"
     assert found.cause.things[0].temperature == pytest.approx(34 + 273.15)
-    assert found.headline.startswith("Motion: 'Walker' changed the power")
+    assert found.headline.startswith("Motion: 'Walker' changed the radiation")
     _, before = explained(obj, 8, recording)
     assert abs(before.cause.signal) < 1.0
     assert "nothing warmer or colder" in before.headline

@@ -132,7 +132,8 @@ MOTIONS: Mapping[str, Motion] = {
         Motion(
             "CHEST",
             "Chest",
-            "The trunk of a walking person without legs and head: the part visible over furniture",
+            "The chest of a walking person, without legs and head: the part that is visible over "
+            "furniture",
             bottom=1.0,
             top=1.45,
             step=3 * FOOT,
@@ -142,7 +143,7 @@ MOTIONS: Mapping[str, Motion] = {
         Motion(
             "ARM",
             "Arm",
-            "An arm of 3 × 3 × 15 in, 36 in up, turns by 90° in a second (NEMA WD 7)",
+            "An arm of 3 × 3 × 15 in, 36 in above the floor, turns by 90° in a second (NEMA WD 7)",
             bottom=36 * INCH - 1.5 * INCH,
             top=36 * INCH + 1.5 * INCH,
             step=math.pi / 2,

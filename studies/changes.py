@@ -72,7 +72,10 @@ class Changes(ExitStack):
         """Move a sensor along the home's axes (m), and turn it about its own axes (rad)."""
         obj = sensor.object
         if sensor.holders or not obj.is_editable:
-            raise AngenError(f"'{sensor.name}' is linked or in an instance, and cannot be moved")
+            raise AngenError(
+                f"'{sensor.name}' is linked or in an instance, so that a study cannot move it: make it "
+                "local (Object, Relations, Make Local), or move another sensor"
+            )
         held = motion_paths(obj)
         if held:
             raise AngenError(

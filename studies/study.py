@@ -325,7 +325,7 @@ def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
     if total > MOST_CHOICES:
         raise table.error(
             f"there are {total} combinations of sensors, more than {MOST_CHOICES}: give fewer "
-            "sensors, or another 'least' or 'most'",
+            "sensors, or 'least' and 'most' (sensors in a combination) closer together",
             "of",
         )
     return tuple(chosen for count in counts for chosen in itertools.combinations(names, count))

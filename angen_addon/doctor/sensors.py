@@ -365,13 +365,16 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
         if power <= most:
             continue
         what = "lx" if sun else "lm"
-        usual = "up to 100 W/m² at noon" if sun else f"{USUAL_LUMENS / efficacy:.2g} W"
+        usual = (
+            "up to 100 W/m² at noon"
+            if sun
+            else f"{USUAL_LUMENS / efficacy:.2g} W for a household lamp of {USUAL_LUMENS} lm"
+        )
         yield (
             f"'{lamp.name}' shines with {power:g} {unit} of light, "
             f"{power * efficacy:,.0f} {what}: is that the lamp's electrical power?",
-            "Blender's watts are watts of light, not of electricity: divide lumens by "
-            f"{efficacy:g} (a household lamp of {USUAL_LUMENS} lm: {usual}); Light tab, "
-            f"{'Strength' if sun else 'Power'}",
+            f"Blender's watts are watts of light. Set {'Strength' if sun else 'Power'} in the Light "
+            f"tab to the lumens of the lamp divided by {efficacy:g}. Usual: {usual}",
             (lamp.name,),
         )
 

@@ -290,8 +290,8 @@ class ANGEN_OT_day_leave(Operator):
         changed = shown.leave(context.scene)
         if changed:
             text = (
-                "These were edited while the day was shown, and are not fully restored: "
-                f"{named(changed)}"
+                "You edited these while the day was shown, so that they may differ from before: "
+                f"{named(changed)}. Check them, or undo"
             )
             self.report({"WARNING"}, text)
         state.CACHE.settings_changed(context.scene)

@@ -373,8 +373,8 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
         yield (
             f"'{lamp.name}' shines with {power:g} {unit} of light, "
             f"{power * efficacy:,.0f} {what}: is that the lamp's electrical power?",
-            f"Blender's watts are watts of light. Set {'Strength' if sun else 'Power'} in the Light "
-            f"tab to the lumens of the lamp divided by {efficacy:g}. Usual: {usual}",
+            f"Blender's watts are watts of light. In the Light tab, set "
+            f"{'Strength' if sun else 'Power'} to the lumens divided by {efficacy:g}. Usual: {usual}",
             (lamp.name,),
         )
 

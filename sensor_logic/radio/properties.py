@@ -41,8 +41,8 @@ class RadarSubstance(Parameters):
             Choice(
                 AUTO,
                 "Automatic",
-                "Of an object: as its materials, or else a body if it has a mass (Weight on Sensors), or "
-                "else concrete. Of a material: not set",
+                "Of an object: as its materials, or else a body if it has a mass (Weight on "
+                "Sensors), or else concrete. Of a material: not set",
                 0,
             ),
             *(

@@ -201,7 +201,7 @@ BAD = {
     "too_near": (against, "looks into 'Chair 1', which is nearer than its parameter Range min of "
                           "20 cm", "turn"),
     "warmth": (cold, "Nothing in the scene has a temperature", "Set Usual, Person"),
-    "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "divide lumens by 683"),
+    "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "lumens divided by 683"),
     "slits": (slit, "'Detector' sees through a slit between 'Board' and 'Upper board'", "overlap"),
     "glass": (thick_glass, "through the glass 'Crystal' of 'Chair 1'", "Make it a flat pane"),
     "dark": (dark, "lights 'Light'", "Add a lamp"),

@@ -112,7 +112,7 @@ def test_the_doctor_tells_what_to_mend(world):
     lines = [(text, item.index) for text, _, item in layout.operators if text]
     assert "'Lamp' shines with 100 W of light" in " ".join(text for text, _ in lines)
     assert {index for _, index in lines} == {0}
-    assert "divide lumens by 683" in layout.text
+    assert "lumens divided by 683" in layout.text
     lamp.data.energy = 1.0
     ops.doctor()
     assert "No problem found" in drawn("ANGEN_PT_doctor").text

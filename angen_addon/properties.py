@@ -206,7 +206,7 @@ LOAD = property_group(
         ),
         "tolerance": FloatProperty(
             name="Contact tolerance",
-            description="The weight rests on the surfaces that are less than this below the body",
+            description="The body presses on surfaces that are less than this distance below it",
             subtype="DISTANCE",
             default=0.03,
             min=0.0,
@@ -221,8 +221,8 @@ WARMTH = property_group(
     {
         "use_temperature": BoolProperty(
             name="Own temperature",
-            description="Give this a temperature of its own, which pyroelectric motion detectors "
-            "sense. The temperature of a material overrides that of its object, which overrides "
+            description="Set a temperature here, which pyroelectric motion detectors sense. The "
+            "temperature of a material overrides that of its object, which overrides "
             "that of its collections",
         ),
         "temperature": FloatProperty(
@@ -259,8 +259,9 @@ SCENE_SETTINGS = {
     ),
     "angen_substeps": IntProperty(
         name="Substeps",
-        description="Number of steps in a frame, for movement that is too fast for the frame rate. "
-        "While scrubbing, sensors read whole frames only",
+        description="Number of times in each frame at which sensors can read, for movement that "
+        "is too fast for the frame rate. While scrubbing, sensors read whole frames "
+        "only",
         default=1,
         min=1,
         soft_max=64,
@@ -300,7 +301,7 @@ SCENE_SETTINGS = {
     ),
     "angen_ray_caster": EnumProperty(
         name="Ray caster",
-        description="How the rays of sensors are cast. Both ways give the same events",
+        description="How the rays of sensors are cast. Both methods give the same events",
         items=[
             ("FAST", "Fast", "Cast rays again only where something moved", 0),
             ("SCENE", "Reference", "Cast every ray with Blender's scene.ray_cast", 1),

@@ -29,8 +29,8 @@ class ANGEN_OT_sensor_show(Operator):
     bl_idname = "angen.sensor_show"
     bl_label = "Show Sensor"
     bl_description = (
-        "Select this sensor and move the view to it and to what it sees. "
-        "Shift: add it to the selection and leave the view"
+        "Select this sensor, and move the view to it and to what it sees. Shift-click: add it to "
+        "the selection without moving the view"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -39,7 +39,7 @@ class ANGEN_OT_sensor_show(Operator):
         name="Library", description="File that a linked sensor comes from", options={"HIDDEN"}
     )
     extend: BoolProperty(
-        name="Extend", description="Add it to the selection and leave the view", default=False
+        name="Extend", description="Add it to the selection without moving the view", default=False
     )
 
     @classmethod

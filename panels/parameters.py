@@ -71,7 +71,10 @@ def _draw_origin(layout: Any, texts: ReadingText) -> None:
     if texts.old:
         draw_lines(layout, texts.old, "TIME")
     if texts.keys:
-        text = f"Baked keys say '{texts.keys}': drivers read them. Unbake removes them"
+        text = (
+            f"The baked keyframes have '{texts.keys}', which drivers read. Unbake removes the "
+            "keyframes"
+        )
         box = draw_lines(layout, text, "KEYFRAME_HLT")
         box.operator("angen.unbake_keyframes", icon="KEYFRAME").selected = True
 

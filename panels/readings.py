@@ -26,7 +26,7 @@ LEAST_AGE, LEAST_AGE_IN_SHORT = 0.2, 1.0
 ORIGINS = {
     playhead.RECORDED: "Recorded at frame {0:g}",
     playhead.LIVE: "Live, read at frame {0:g}",
-    playhead.BAKED: "Baked keys at frame {0:g}",
+    playhead.BAKED: "Baked keyframes at frame {0:g}",
 }
 
 

@@ -66,7 +66,7 @@ class SensorChoice:
         ]
         if kinds and not found:
             known = listed([f"{name} ({kind})" for name, kind in kinds.items()])
-            raise InputError(f"no sensor is left by what is asked for; there are {known}")
+            raise InputError(f"no sensor matches all the given options; the sensors are {known}")
         return found
 
 
@@ -88,5 +88,5 @@ def not_found(pattern: str, names: Iterable[str], of: str = "") -> str:
         names, key=lambda name: SequenceMatcher(None, text, name.lower()).ratio(), reverse=True
     )
     is_pattern = any(sign in pattern for sign in WILDCARDS)
-    what = "fits" if is_pattern else "is called"
+    what = "matches" if is_pattern else "is called"
     return f"no sensor{of} {what} '{pattern}'; {hint(text, near)}"

@@ -84,7 +84,10 @@ def read(path: Path) -> HomeIntervals:
     home = _home(path, _log_changes(log), source.has_states)
     end = home.end if source.end is None else source.end
     if end <= home.begin:
-        raise InputError(f"{path} has changes at one time only: there is nothing to compare")
+        raise InputError(
+            f"all changes in {path} are at the same time, so there is nothing to "
+            "compare: give a longer log"
+        )
     return replace(home, end=end, notes=source.notes)
 
 
@@ -121,7 +124,9 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> HomeIntervals:
             sensor.intervals.append((since.pop(name), time))
         states[name] = on
     if begin is None:
-        raise InputError(f"{path} has no sensor that is on or off")
+        raise InputError(
+            f"{path} has no sensor with the states on and off, so there is nothing to compare"
+        )
     return HomeIntervals(path.name, begin, last, sensors)
 
 
@@ -290,7 +295,7 @@ def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
 
 def _distance(measure: Measure) -> str:
     if not all(map(len, measure.values)):
-        return "no values on one side"
+        return "one log has no values"
     if not measure.has_enough_values:
         return "too few values for a distance"
     return f"distance {measure.distance:.3f}"

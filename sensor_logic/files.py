@@ -129,7 +129,7 @@ class WholeFiles:
 @contextlib.contextmanager
 def _named_errors(path: Path) -> Iterator[None]:
     why = f"cannot write {path}"
-    no_text = f"{why}: a name in it is not text in UTF-8"
+    no_text = f"{why}: a name in it is not valid UTF-8"
     with (
         explained(why, OSError, raised=AngenError),
         replaced(no_text, UnicodeEncodeError, raised=AngenError),

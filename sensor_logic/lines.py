@@ -59,13 +59,13 @@ def _at_line(text: str, name: str) -> Iterator[None]:
         yield
         return
     except json.JSONDecodeError as error:
-        line, why = error.lineno, f"no JSON at column {error.colno}: {error.msg}"
+        line, why = error.lineno, f"not valid JSON at column {error.colno}: {error.msg}"
     except tomllib.TOMLDecodeError as error:
         at = TOML_AT.search(str(error))
         line = int(at.group(1) or text.count("\n") + 1) if at else 1
         why = TOML_AT.sub("", str(error))
     except RecursionError:
-        why = "its brackets are nested too deep"
+        why = "its brackets are nested too deeply"
     except ValueError:
         # Python rejects a whole number of more than 4300 digits.
         why = "a number in it has too many digits"

@@ -46,11 +46,13 @@ def parse_start(text: str) -> datetime | None:
     """
     if not text.strip():
         return None
-    wrong = f"'{text}' is no date and time in ISO 8601, such as 2026-03-01T08:00"
+    wrong = f"'{text}' is not a date and time in ISO 8601, such as 2026-03-01T08:00"
     with replaced(wrong, ValueError):
         start = datetime.fromisoformat(text.strip())
     if not EARLIEST <= start.replace(tzinfo=None) <= LATEST:
-        raise InputError(f"'{text}': a start lies between {EARLIEST.date()} and {LATEST.date()}")
+        raise InputError(
+            f"'{text}': a start must lie between {EARLIEST.date()} and {LATEST.date()}"
+        )
     return start
 
 

@@ -365,7 +365,8 @@ def pose_from_matrix(matrix: Array, unit_scale: float = 1.0) -> Pose:
     matrix = np.asarray(matrix, dtype=np.float64)
     if not np.isfinite(matrix).all():
         raise ValueError(
-            "its transform is not a number at this frame: see its keys, drivers and constraints"
+            "its transform is not a number at this frame: check its keyframes, drivers and "
+            "constraints"
         )
     z, y = matrix[:3, 2], matrix[:3, 1]
     z_length, y_length = float(np.linalg.norm(z)), float(np.linalg.norm(y))

@@ -182,7 +182,11 @@ def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
     if spec.choices:
         known = [choice.identifier for choice in spec.choices]
         # Blender reads an enumeration as an empty text if no item has the stored number.
-        shown = repr(value) if value else "none of its choices; an old file, key or driver set it"
+        shown = (
+            repr(value)
+            if value
+            else ("not one of its choices (set by an old file, a keyframe or a driver)")
+        )
         return "" if value in known else f"is {shown}: choose one of {', '.join(known)}"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return ""

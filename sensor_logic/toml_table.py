@@ -91,7 +91,7 @@ class TomlTable:
 
         def read(value: Any) -> str:
             if value not in names:
-                raise ValueError(f"{value!r} is not known; {suggestion(str(value), names)}")
+                raise ValueError(f"{value!r} is unknown; {suggestion(str(value), names)}")
             return str(value)
 
         return self.take(key, read, default)
@@ -114,7 +114,7 @@ class TomlTable:
         for key in self.values:
             if key not in self._taken:
                 hint = suggestion(key, self._taken)
-                raise self.error(f"{key!r} means nothing here; {hint}", key)
+                raise self.error(f"the key {key!r} is unknown here; {hint}", key)
 
 
 def _array(value: Any) -> list[Any]:
@@ -161,7 +161,7 @@ def number(low: float, high: float) -> Callable[[Any], float]:
             or not isinstance(value, int | float)
             or not low <= value <= high
         ):
-            raise ValueError(f"{value!r} is no number from {low:g} to {high:g}")
+            raise ValueError(f"{value!r} is not a number from {low:g} to {high:g}")
         return float(value)
 
     return read

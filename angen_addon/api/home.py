@@ -129,7 +129,7 @@ def _check_value(sensor: Sensor, name: str, value: Any) -> None:
 
 def _unknown(sensor: Sensor, name: str) -> str:
     known = (*COMMON, *specs(sensor.kind.parameters))
-    return f"'{sensor.name}' has no parameter '{name}'; there are {', '.join(known)}"
+    return f"'{sensor.name}' has no parameter '{name}'; its parameters are {', '.join(known)}"
 
 
 class Home:
@@ -201,7 +201,7 @@ class Home:
         """
         self.all_sensors()
         if kind not in KINDS or kind == NO_KIND:
-            raise AngenError(f"kind '{kind}' is unknown; there are {', '.join(KINDS)}")
+            raise AngenError(f"kind '{kind}' is unknown: choose one of {', '.join(KINDS)}")
         chosen_preset = find_preset(KINDS[kind], preset) if preset else None
         matrix = _world_matrix(at, look, unit_scale(bpy.context.scene))
         obj = new_sensor(bpy.context, kind, chosen_preset, name)

@@ -69,7 +69,7 @@ def as_text(found: list[Finding], as_json: bool) -> str:
 
 def count(found: list[Finding]) -> str:
     """Return the number of findings as a text for the user."""
-    return f"{plural(len(found), 'thing')} to mend" if found else "nothing to mend was found"
+    return f"{plural(len(found), 'problem')} found" if found else "no problem was found"
 
 
 __all__ = ["CHECKS", "Examined", "Finding", "examine"]

@@ -128,6 +128,6 @@ class ExplainedTime:
         earlier = [i for i in indices if track.times[i] <= self._time]
         if not earlier:
             raise AngenError(
-                f"'{self._sensor.name}' has published nothing by then: give a later time"
+                f"'{self._sensor.name}' has published nothing up to this time: give a later time"
             )
         return explain(self._scene, self._sensor, self._recording, earlier[-1]).as_text()

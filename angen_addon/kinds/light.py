@@ -129,7 +129,9 @@ def _share_facts(cause: LightCause) -> Facts:
         facts.append((f"{len(giving) - SHOWN} more", _part(text(left), left / whole)))
     taking = [share for share in ordered[::-1] if share.light < -LITTLE * whole]
     for share in taking[:SHOWN]:
-        facts.append((_label(share), f"takes {_part(text(-share.light), share.light / whole)}"))
+        facts.append(
+            (_label(share), f"takes away {_part(text(-share.light), share.light / whole)}")
+        )
     return [*facts, ("All light", text(sum(share.light for share in cause.now)))]
 
 

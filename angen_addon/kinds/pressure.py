@@ -357,7 +357,7 @@ MAKE_VALID = "Play the animation, or simulate, to get a valid reading"
 
 
 def _not_yet(seen: ReadingText) -> str:
-    text = f"Not yet sure: {seen.problem}. The force is that of bodies at rest"
+    text = f"Not yet sure: {seen.problem}. The force is computed as if all bodies were at rest"
     return text if seen.recorded else f"{text}. {MAKE_VALID}"
 
 

@@ -59,7 +59,7 @@ class Applied(NamedTuple):
         parts += [f"{len(self.removed)} removed"] if self.removed else []
         found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
         if self.cleared:
-            found += f"; ordinary objects again: {named(self.cleared)}"
+            found += f"; no longer sensors: {named(self.cleared)}"
         return f"{found}; {self.replaced}" if self.replaced else found
 
 
@@ -143,7 +143,11 @@ def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
         rollback.callback(bpy.data.meshes.remove, mesh)
     rollback.callback(bpy.data.objects.remove, obj)
     if obj.name != plan.entry.name:
-        raise plan.entry.error(f"Blender calls it '{obj.name}': give it another name", "name")
+        raise plan.entry.error(
+            "this name is taken, so Blender calls the new object "
+            f"'{obj.name}': give the sensor another name",
+            "name",
+        )
     if "collection" not in plan.moves:
         _usable_collection().objects.link(obj)
     return obj
@@ -269,7 +273,9 @@ def _check_done(plans: list[SensorChange]) -> None:
         sensor = again.sensor(entry)
         if sensor is None:
             raise plan.entry.error(
-                "its collection is not in the view layer: show it, or name another", "collection"
+                "its collection is not in the view layer: tick the collection in the Outliner, or "
+                "give another one",
+                "collection",
             )
         left = again.change(entry)
         what = [*left.settings, *left.parameters, *left.moves]
@@ -277,7 +283,7 @@ def _check_done(plans: list[SensorChange]) -> None:
         if what:
             raise plan.entry.error(
                 f"Blender did not set its {', '.join(what)}, which may be locked, driven, "
-                "constrained or not overridable: free it, or leave it out"
+                "constrained or not overridable: unlock it, or leave it out of the layout"
             )
 
 

@@ -25,10 +25,12 @@ from .sensor_runner import PendingUpdates, SensorRunner, all_rays
 from .trace import Trace
 
 BEFORE_THE_START = "No sensor senses before the scene's first frame"
-EDITED = "The scene was edited since: scrub, play or simulate"
-ELSEWHERE = "It was read at another frame: scrub, play or simulate"
-LIGHT_BEFORE = "The scene was edited since: Measure Now, or move the playhead and let it rest"
-LIGHT_AT_REST = "Light is measured once the playhead rests, or by Measure Now"
+EDITED = "The scene was edited after this reading: scrub, play or simulate"
+ELSEWHERE = "This reading is of another frame: scrub, play or simulate"
+LIGHT_BEFORE = (
+    "The scene was edited after this reading: press Measure Now, or move the playhead and wait"
+)
+LIGHT_AT_REST = "Light is measured when the playhead stops, or with Measure Now"
 
 
 @dataclass(frozen=True)
@@ -381,7 +383,7 @@ class Live:
             number = runner.schedule.last_update(step)
             update = runner.take(number, step, view_layer.depsgraph, self._probes)
         if update is None or update.request is None:
-            raise AngenError(f"'{sensor.name}' is hidden, so that it measures no light: show it")
+            raise AngenError(f"'{sensor.name}' is hidden, so it measures no light: show it")
         return update
 
     def _measure(

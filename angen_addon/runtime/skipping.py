@@ -104,7 +104,7 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
         for curve in _drivers(owner, shading=False)
         for target in _targets(curve.driver)
     )
-    reasons = ["other code has a frame handler"] if other_handlers else []
+    reasons = ["a script has added a frame change handler"] if other_handlers else []
     if state.are_driven():
         reasons.append("drivers read the outputs of sensors")
     reasons += [
@@ -115,7 +115,10 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
     for owner in owners:
         spans = _busy_spans(owner, shading)
         if np.isinf(spans).any():
-            reasons.append(f"keys of '{owner.name}' act without end (modifiers, extrapolation)")
+            reasons.append(
+                f"'{owner.name}' has animation without an end (cycles or other "
+                "modifiers, extrapolation)"
+            )
         parts.append(spans)
     different = tuple(dict.fromkeys(reasons))
     return Stillness(_join_spans(parts), different, time_stretch(scene), timed)
@@ -176,7 +179,7 @@ def _driver_reasons(owners: Iterable[Any], shading: bool) -> Iterator[str]:
             if driver.type == "SCRIPTED" and not is_timeless_driver(driver):
                 yield f"a driver of '{owner.name}' may follow the frame: {driver.expression}"
             if any("frame" in target.data_path for target in _targets(driver)):
-                yield f"a driver of '{owner.name}' reads a frame"
+                yield f"a driver of '{owner.name}' reads the frame number"
 
 
 def _curve_spans(curve: Any) -> Array:

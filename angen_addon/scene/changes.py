@@ -375,7 +375,7 @@ def _difference(key: str, before: str | None, now: str | None) -> str:
     if before == now:
         return ""
     if key in {SCENE, SHOWN}:
-        return "the scene's settings" if key == SCENE else "what is shown or hidden"
+        return "the scene's settings" if key == SCENE else "which objects are shown"
     name = key.partition(" ")[2]
     return f"'{name}' (new)" if before is None else f"'{name}'{' (gone)' if now is None else ''}"
 

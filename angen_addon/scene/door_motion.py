@@ -24,11 +24,14 @@ TURNED, MOVED = math.radians(2), 0.02
 # How a leaf may move, as users choose it.
 MOTIONS = [
     (
-        "AUTO", "Automatic", "As it is keyed; without keys, about its origin where that is at an "
-        "edge, else with the hinge at the left", 0,
+        "AUTO", "Automatic", "As its keyframes move it. Without keyframes, it turns about its "
+        "origin if that is at an edge, otherwise about its left edge", 0,
     ),
     ("LEFT", "Hinge left", "It turns about its left edge, seen from the side that it opens to", 3),
-    ("RIGHT", "Hinge right", "It turns about its right edge, seen from where it opens to", 4),
+    (
+        "RIGHT", "Hinge right", "It turns about its right edge, seen from the side that it opens "
+        "to", 4,
+    ),
     ("SLIDING", "Sliding", "It slides along its width", 2),
 ]  # fmt: skip
 ROTATIONS = ("rotation_euler", "rotation_quaternion")

@@ -77,7 +77,7 @@ def placed_matrix(obj: Any, depsgraph: Any, instanced: bool = False) -> Matrix:
     gone = not (instanced or is_placed(obj, depsgraph))
     if gone and obj not in depsgraph.view_layer.objects.values():
         raise NotPlaced(
-            f"'{obj.name}' is in no collection of this view layer, so it has no place",
+            f"'{obj.name}' is in no collection of this view layer, so it has no position",
             "tick its collection in the Outliner, or choose another object",
         )
     return _matrix(obj, depsgraph)
@@ -274,8 +274,8 @@ def check_names(sensors: list[Sensor]) -> None:
         if count > 1:
             origins = [s.library or "this file" for s in sensors if s.name == name]
             raise AngenError(
-                f"{count} sensors are called '{name}' (from {', '.join(origins)}): "
-                "rename one, so that the log can tell them apart"
+                f"{count} sensors are called '{name}' (from {', '.join(origins)}): rename one, so "
+                "that each name in the log means one sensor"
             )
 
 

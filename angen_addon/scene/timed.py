@@ -186,7 +186,7 @@ def _timed_objects() -> Iterator[str]:
         for constraint in timed_constraints(obj):
             yield f"'{obj.name}' has a constraint that may follow the frame ({constraint.name})"
         if obj.pose and obj.pose.ik_solver != "LEGACY":
-            yield f"the bones of '{obj.name}' are solved over time (iTaSC)"
+            yield f"the bones of '{obj.name}' are solved from frame to frame (iTaSC)"
         layers = getattr(obj.data, "layers", ()) if obj.type in {"GPENCIL", "GREASEPENCIL"} else ()
         if any(len(layer.frames) > 1 for layer in layers) or len(
             getattr(obj, "grease_pencil_modifiers", ())

@@ -49,7 +49,7 @@ def _seconds(between: tuple[str, str]) -> tuple[float, float]:
     except (TypeError, ValueError):
         begin = end = 0.0
     if not begin < end:
-        raise AngenError(f"between={between!r} is no stretch of a day such as ('19:00', '19:05')")
+        raise AngenError(f"between={between!r} is not two times of day such as ('19:00', '19:05')")
     return begin, end
 
 
@@ -136,7 +136,7 @@ class Home(home.Home):
         """
         self.all_sensors()
         if sort not in SORTS:
-            raise AngenError(f"sort '{sort}' is unknown; there are {', '.join(SORTS)}")
+            raise AngenError(f"sort '{sort}' is unknown: choose one of {', '.join(SORTS)}")
         point = np.asarray(at, float)
         if point.shape != (3,) or not np.isfinite(point).all():
             raise AngenError(f"at={at!r} is not a point: give x, y and z in metres")
@@ -158,12 +158,14 @@ class Home(home.Home):
         if obj is None or obj.name not in bpy.context.view_layer.objects:
             raise AngenError(f"the home has no object '{object}'")
         if use not in LABELS:
-            raise AngenError(f"use '{use}' is unknown; there are {', '.join(LABELS)}")
+            raise AngenError(f"use '{use}' is unknown: choose one of {', '.join(LABELS)}")
         group = obj.angen_place
         known = [p.identifier for p in group.bl_rna.properties if p.identifier not in NO_SETTINGS]
         for key in settings:
             if key not in known:
-                raise AngenError(f"a mark has no '{key}'; there are {', '.join(known)}")
+                raise AngenError(
+                    f"the property '{key}' of a mark is unknown: choose one of {', '.join(known)}"
+                )
         bpy.context.view_layer.update()
         # Setting `use` guesses the other settings.
         group.use = use

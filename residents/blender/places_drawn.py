@@ -162,8 +162,9 @@ _handles: list[Any] = []
 def register() -> None:
     bpy.types.Scene.angen_show_places = BoolProperty(
         name="Show Places",
-        description="Draw arrows for all marked places of residents, and how doors swing; if off, "
-        "only for selected objects. Switching off Show in View hides them too",
+        description="Draw arrows for all marked places of residents, and how doors swing. If off, "
+        "draw them only for selected objects. Switching off Show in View hides them "
+        "too",
         options=set(),
         update=_changed,
     )

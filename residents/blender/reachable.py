@@ -91,8 +91,8 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
     if names:
         yield (
             f"Rooms guessed from the sensors nearby, since no wall separates them: {named(names)}",
-            "Set Room in the panel Resident's Place; or draw a box that marks the room (Ignored by "
-            "sensors, its name noted), or put the objects into a collection named after the room",
+            "Set Room in the panel Resident's Place; or draw a box that marks the room (Ignored "
+            "by sensors, Room set), or put the objects into a collection named after the room",
             names,
         )
 

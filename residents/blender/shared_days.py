@@ -163,10 +163,10 @@ class SharedDays:
             # The worker has printed its error. No new days begin; those under way are finished.
             self._left.clear()
             return
-        text = f"a process of --jobs was ended by {_name_of(-status)}"
+        text = f"a process of --jobs was ended by the signal {_name_of(-status)}"
         if worker.day is not None:
             self._left.appendleft(worker.day)
-            text += f"; another one makes {self._folder.date_of(worker.day)}"
+            text += f"; another process simulates {self._folder.date_of(worker.day)} again"
         note(text)
 
 

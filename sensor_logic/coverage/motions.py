@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motions that a coverage map tests: a person's step, an arm, crawling, a cat.
+"""The motions that a coverage map tests: a step, an arm, crawling, a cat, sitting still.
 
 Bodies are boxes and cylinders. The step and the arm are from NEMA WD 7, the test of occupancy
 sensors. In it, a person walks at 4 ft/s through cells of 3 ft. An arm of 3 × 3 × 15 in, 36 in above
@@ -92,12 +92,19 @@ class Motion:
             raise AngenError(f"a height of {height:g} m: it must be above 0 and below {HIGHEST} m")
         return replace(self, bottom=low, top=high)
 
+    def seconds(self, start: Start) -> float:
+        """Return how long the longest of the motions takes in s; 0 for a still body."""
+        return float(start.length.max(initial=0.0)) / self.speed if self.speed else 0.0
+
     def lengths(self, clearance: Array) -> Array:
         """Return how far the body can move in each direction (…, 8), in m or radians.
 
         `clearance` (…, 8) is the free distance in m from the cell's centre in each direction. The
-        result is 0 where the body cannot move.
+        result is 0 where the body cannot move. A still body, whose speed is 0, has SHORTEST there
+        wherever it fits.
         """
+        if not self.speed:
+            return np.where(clearance >= self.room, SHORTEST, 0.0)
         if self.walks:
             most = np.minimum(clearance - max(self.radius, self.length / 2.0), self.step)
             result: Array = np.where(most >= SHORTEST - 1e-9, most, 0.0)
@@ -125,7 +132,8 @@ MOTIONS: Mapping[str, Motion] = {
         Motion(
             "CHEST",
             "Chest",
-            "The trunk of a walking person without legs and head: the part visible over furniture",
+            "The chest of a walking person, without legs and head: the part that is visible over "
+            "furniture",
             bottom=1.0,
             top=1.45,
             step=3 * FOOT,
@@ -135,7 +143,7 @@ MOTIONS: Mapping[str, Motion] = {
         Motion(
             "ARM",
             "Arm",
-            "An arm of 3 × 3 × 15 in, 36 in up, turns by 90° in a second (NEMA WD 7)",
+            "An arm of 3 × 3 × 15 in, 36 in above the floor, turns by 90° in a second (NEMA WD 7)",
             bottom=36 * INCH - 1.5 * INCH,
             top=36 * INCH + 1.5 * INCH,
             step=math.pi / 2,
@@ -165,6 +173,16 @@ MOTIONS: Mapping[str, Motion] = {
             speed=0.5,
             length=0.45,
             width=0.15,
+        ),
+        Motion(
+            "STILL",
+            "Sitting still",
+            "The trunk and head of a person who sits and only breathes",
+            bottom=0.6,
+            top=1.25,
+            step=0.0,
+            speed=0.0,
+            radius=ADULT_RADIUS,
         ),
     )
 }

@@ -177,7 +177,7 @@ def _unsupported_weight(pad: Key, world: World) -> str:
         required = world.required_load(key)
         heavy = required.load.wrench[:3] @ world.up > LEAST_WEIGHT * required.mass * world.gravity
         if heavy and not world.supports_of(key):
-            return f"nothing holds the weight of '{world.node(key).name}'"
+            return f"nothing supports '{world.node(key).name}', so its weight cannot be computed"
     return ""
 
 
@@ -266,7 +266,7 @@ def _joint_uncertainty(
     if abs(totals[0] - totals[1]) <= SHARE_KNOWN * max(totals):
         return ""
     names = ", ".join(f"'{link.name}'" for link in attempt.island.constraints)
-    return f"statics cannot tell how much {names} carries"
+    return f"the share of the weight that the rigid-body constraints carry is unknown: {names}"
 
 
 def _height_uncertainty(pad: Key, world: World, attempt: _Attempt, lowered: Settled) -> str:
@@ -327,11 +327,11 @@ def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
     if attempt.worst > RESIDUAL:
         worst = max(attempt.residuals, key=attempt.residuals.__getitem__)
         problems.append(
-            f"the contacts of '{world.node(worst).name}' explain "
+            f"the contacts of '{world.node(worst).name}' explain only "
             f"{percent(max(0.0, 1.0 - attempt.worst))} of its motion and weight"
         )
     elif not attempt.converged:
-        problems.append("the contact forces did not settle")
+        problems.append("the computation of the contact forces did not converge")
     problem = next((problem for problem in problems if problem), "")
     bodies = len(attempt.island.bodies)
     return PadForces(tuple(partners), attempt.worst, problem, not problem, bodies)

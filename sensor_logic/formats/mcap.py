@@ -161,7 +161,7 @@ def value_of(schema: str, data: bytes) -> bool | float | str:
         return float(f"{min(distance, most):.7g}")
     if schema == "geometry_msgs/msg/WrenchStamped":
         return -float(struct.unpack_from("<d", data, body + 16)[0])
-    raise ValueError(f"{schema} is not a message of a sensor")
+    raise ValueError(f"{schema} is not a message type that can be read")
 
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -492,7 +492,10 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
             continue
         compression, start = _read_text(content, 28)
         if compression:
-            raise ValueError(f"its chunks are compressed ({compression})")
+            raise ValueError(
+                f"its chunks are compressed ({compression}), which is not supported: "
+                "write the file without compression"
+            )
         yield from _records(content[start + 8 :])
 
 

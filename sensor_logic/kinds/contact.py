@@ -37,7 +37,8 @@ class ContactParameters(Parameters):
     close_distance: float = parameter(
         0.015,
         "Close distance",
-        "The contact closes where the magnet is nearer. Data sheets: operate, make or pull-in",
+        "The contact closes when the magnet is nearer than this. Data sheets: operate, make or "
+        "pull-in",
         unit="m",
         positive=True,
         short="Closes At",
@@ -46,7 +47,8 @@ class ContactParameters(Parameters):
     open_distance: float = parameter(
         0.02,
         "Open distance",
-        "The contact opens where the magnet is farther. Data sheets: release, break or drop-out",
+        "The contact opens when the magnet is farther than this. Data sheets: release, break or "
+        "drop-out",
         unit="m",
         positive=True,
         short="Opens At",

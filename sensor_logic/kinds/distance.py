@@ -37,12 +37,12 @@ class DistanceParameters(Parameters):
     """The parameters of a distance sensor."""
 
     threshold: float = parameter(
-        1.0, "Threshold", "Near is on where a target is closer than this", unit="m"
+        1.0, "Threshold", "The output is on while a target is closer than this", unit="m"
     )
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "Near goes off where the distance exceeds the threshold by this much",
+        "The output goes off again when the distance exceeds the threshold by this much",
         unit="m",
     )
     report_step: float = parameter(
@@ -71,9 +71,9 @@ class DistanceParameters(Parameters):
     target: str = parameter(
         "MATERIAL",
         "Target",
-        "Where the reflectance of targets comes from",
+        "How the reflectance of targets is chosen",
         choices=(
-            Choice("MATERIAL", "Materials", "The colours of their materials", 0),
+            Choice("MATERIAL", "Materials", "From the colours of their materials", 0),
             Choice("FIXED", "Fixed", "One value for all targets", 1),
         ),
     )
@@ -110,7 +110,7 @@ class DistanceParameters(Parameters):
     echo: str = parameter(
         "MEAN",
         "Echo",
-        "Which distance a zone reads where its rays hit several targets",
+        "Distance that a zone reads if its rays hit several targets",
         choices=(
             Choice("MEAN", "Mean", "The mean, weighted by the signal that each returns", 0),
             Choice("STRONGEST", "Strongest", "The target that returns the strongest signal", 1),
@@ -128,7 +128,9 @@ class DistanceParameters(Parameters):
         0.0, "Noise", "Standard deviation of a reading at distance 0", unit="m"
     )
     noise_growth: float = parameter(
-        0.0, "Noise growth", "How much the standard deviation grows with each metre, in metres"
+        0.0,
+        "Noise growth",
+        "Growth of the standard deviation with each metre of distance, in metres",
     )
     resolution: float = parameter(
         0.0, "Resolution", "Readings are multiples of this; 0: exact", unit="m"
@@ -142,7 +144,8 @@ class DistanceParameters(Parameters):
         if self.range_grey > self.range_max:
             return [
                 f"range_grey ({lengths.typed(self.range_grey)}) is beyond range_max "
-                f"({lengths.typed(self.range_max)}): white is seen at least as far as grey"
+                f"({lengths.typed(self.range_max)}): a white target must be seen at least as far "
+                "as a grey one"
             ]
         return []
 
@@ -153,7 +156,7 @@ class DistanceParameters(Parameters):
             return [
                 Advice(
                     f"The threshold ({threshold}) is not above the range min "
-                    f"({lengths.typed(self.range_min)}): near never goes on",
+                    f"({lengths.typed(self.range_min)}), so the output near never goes on",
                     "Raise the threshold",
                 )
             ]
@@ -162,8 +165,8 @@ class DistanceParameters(Parameters):
         added = f" plus the hysteresis ({lengths.typed(self.hysteresis)})" * bool(self.hysteresis)
         return [
             Advice(
-                f"The threshold ({threshold}){added} is beyond the range max ({most}): near goes "
-                "off only where no zone detects anything",
+                f"The threshold ({threshold}){added} is beyond the range max ({most}), so the "
+                "output near goes off only when no zone detects a target",
                 "Lower the threshold or the hysteresis",
             )
         ]
@@ -382,8 +385,8 @@ PRESETS: tuple[Preset, ...] = (
     _part(
         "HC_SR04",
         "HC-SR04 (ultrasound)",
-        "HC-SR04 data sheet: 2 cm to 4 m, 15°, up to 3 mm; what it meets throws sound back "
-        "whatever its colour. Where the first echo is not enough, the next one counts",
+        "HC-SR04 data sheet: 2 cm to 4 m, 15°, up to 3 mm; targets reflect sound whatever their "
+        "colour. Where the first echo is not enough, the next one counts",
         range_min=0.02,
         range_max=4.0,
         range_grey=4.0,

@@ -99,7 +99,7 @@ def _merge_intervals(ray: Index, begin: Array, end: Array) -> tuple[Array, Array
 # A swept switch has a latched output, as with an input that interrupts on an edge: an object that
 # breaks the beam between two updates makes the switch read closed at the next update.
 
-THESIS = "laser switch of the thesis's Gazebo plugin"
+THESIS = "laser switch of the Gazebo plugin from the thesis behind this extension"
 # The middle of the comparator's levels, 0.60 and 0.45 of the full light at the default hysteresis.
 SWITCHING_LEVEL = 0.525
 # Tolerance for the hysteresis, stored in single precision: 3 of 5 rays must reach the level 0.60.
@@ -112,7 +112,7 @@ class OpticalSwitchParameters(Parameters):
     """The parameters of an optical switch."""
 
     range_min: float = parameter(
-        0.001, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
+        0.001, "Range min", "Surfaces nearer than this are not detected", unit="m", source=THESIS
     )
     range_max: float = parameter(
         0.5, "Range max", "How far the beam reaches", unit="m", positive=True, source=THESIS
@@ -120,14 +120,15 @@ class OpticalSwitchParameters(Parameters):
     threshold: float = parameter(
         0.05,
         "Threshold",
-        "Open where the beam reaches at least this far. Datasheets: gap",
+        "The switch is open while the beam reaches at least this far. Datasheets: gap",
         unit="m",
         source=THESIS,
     )
     aperture_rays: int = parameter(
         1,
         "Aperture rays",
-        "Rays side by side in the aperture; the share that reaches the receiver is the light",
+        "Number of rays side by side in the aperture. The light is the share of the rays that "
+        "reach the receiver",
         minimum=1,
         maximum=10_000,
     )
@@ -399,7 +400,7 @@ PRESETS: tuple[Preset, ...] = (
             "aperture": 0.0,
             "noise_sigma": 0.0,
         },
-        "laser switch of the thesis's Gazebo plugin",
+        "laser switch of the Gazebo plugin from the thesis behind this extension",
     ),
     _slotted("TCST1103", "Vishay TCST1103 (3.1 mm)", 3.1, 1.0, VISHAY_83764),
     _slotted("TCST1202", "Vishay TCST1202 (3.1 mm, fine)", 3.1, 0.5, VISHAY_83764),

@@ -35,7 +35,9 @@ FSR_402_SHEET = "Interlink FSR 402 data sheet, PDS-10004"
 class PressureParameters(Parameters):
     """The parameters of a pressure sensor."""
 
-    threshold: float = parameter(1.0, "Threshold", "Pressed is on above this force", unit="N")
+    threshold: float = parameter(
+        1.0, "Threshold", "The output pressed is on above this force", unit="N"
+    )
     report_step: float = parameter(
         1.0,
         "Report step",
@@ -46,14 +48,14 @@ class PressureParameters(Parameters):
     partner_object: str | None = parameter(
         None,
         "Partner object",
-        "Measure only this object; empty: measure everything",
+        "Measure only this object. Empty: measure everything",
         pointer="Object",
         short="Object",
     )
     partner_collection: str | None = parameter(
         None,
         "Partner collection",
-        "Measure only the objects of this collection; empty: measure everything",
+        "Measure only the objects of this collection. Empty: measure everything",
         pointer="Collection",
         short="Collection",
     )
@@ -160,7 +162,8 @@ class PressureParameters(Parameters):
     load_resistor: float = parameter(
         10_000.0,
         "Load resistor",
-        "Fixed resistor of the divider, from its output to ground. Datasheets: measuring resistor",
+        "Fixed resistor of the voltage divider, from its output to ground. Datasheets: measuring "
+        "resistor",
         unit="Ω",
         positive=True,
         short="Load",
@@ -169,7 +172,11 @@ class PressureParameters(Parameters):
         5.0, "Supply voltage", "Voltage of the divider", unit="V", positive=True, short="Supply"
     )
     adc_bits: int = parameter(
-        10, "ADC bits", "Resolution of the converter behind it", minimum=1, maximum=32
+        10,
+        "ADC bits",
+        "Resolution of the analogue-to-digital converter that reads the voltage",
+        minimum=1,
+        maximum=32,
     )
     noise_sigma: float = parameter(
         0.0, "Noise", "Standard deviation of the noise on the force", unit="N"
@@ -381,7 +388,10 @@ class PressurePad(Model):
             if not all(one is two for one, two in zip(arguments, self._arguments, strict=True)):
                 self._arguments, self._last_reading = arguments, pad_reading(*arguments)
             if not problem and self._last_reading.on_its_back:
-                problem = "what touches the pad does so on its back: its +Z side senses; turn it"
+                problem = (
+                    "objects touch only the back of the pad, and its +Z side senses: turn "
+                    "the pad over"
+                )
         if self._resistor is None:
             self._resistor = ForceResistor(float(update.device_noise().standard_normal()))
         on_force = on_press = 0.0
@@ -524,8 +534,8 @@ PRESETS: tuple[Preset, ...] = (
             "subtract_own_weight": True,
             "noise_sigma": 0.0,
         },
-        "no part: the pad of the thesis, of any size, which tells each force; the resistor is an "
-        "ideal FSR 402",
+        "no product: a pad of any size that measures every force, from the thesis behind this "
+        "extension; the resistor is an ideal FSR 402",
     ),
     _switch_pad("SMART_CAREGIVER_CHAIR", "Smart Caregiver chair pad (25 × 38 cm)", (10, 15)),
     _switch_pad("SMART_CAREGIVER_MAT", "Smart Caregiver floor mat (61 × 122 cm)", (24, 48)),

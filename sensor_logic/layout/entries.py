@@ -40,7 +40,7 @@ def _text(value: Any) -> str:
     try:
         value.encode()
     except UnicodeEncodeError:
-        return "has half of a character (a lone surrogate)"
+        return "has an incomplete character (a lone surrogate)"
     return ""
 
 
@@ -74,7 +74,7 @@ def _vector(value: Any) -> str:
 
 def _direction(value: Any) -> str:
     return _vector(value) or (
-        "" if any(value) else "is no direction: one of x, y and z must not be 0"
+        "" if any(value) else "is not a direction: at least one of x, y and z must not be 0"
     )
 
 
@@ -84,7 +84,7 @@ def _bounds(value: Any) -> str:
     if not isinstance(value, list) or len(value) != 2 or any(map(_vector, value)):
         return "must be null, or a list of two corners, each a list of x, y and z"
     sound = all(low <= high for low, high in zip(*value, strict=True))
-    return "" if sound else "must name the corner of the least x, y and z first"
+    return "" if sound else "must have the corner with the smallest x, y and z first"
 
 
 def _kind(value: Any) -> str:
@@ -173,7 +173,7 @@ class LayoutEntry:
         types, known_specs = defaults(kind.parameters), specs(kind.parameters)
         for name, value in self.values.get("parameters", {}).items():
             if name not in known_specs:
-                text = f"'{name}' is no parameter of a {kind.identifier}: {hint(name, known_specs)}"
+                text = f"{kind.identifier} has no parameter '{name}': {hint(name, known_specs)}"
                 raise self.error(text, "parameters", name)
             former = former_choice(known_specs[name], value)
             value = value if former is None else former.now
@@ -285,5 +285,8 @@ def _check_names(entries: Iterable[LayoutEntry]) -> None:
     for entry in entries:
         key = entry.name, entry.values.get("library", "")
         if key in seen:
-            raise entry.error(f"it is also in line {seen[key].lines[()]}: give it one name alone")
+            raise entry.error(
+                f"line {seen[key].lines[()]} has the same sensor: remove one of the "
+                "two, or give it another name"
+            )
         seen[key] = entry

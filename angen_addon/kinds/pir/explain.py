@@ -293,7 +293,7 @@ def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
     turn = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
     if way <= SAME and turn <= 1e-3:
         return ""
-    return f"moved itself by {lengths.text(way)} and turned by {turn:.2f}°"
+    return f"the sensor itself moved by {lengths.text(way)} and turned by {turn:.2f}°"
 
 
 def _doubt(
@@ -398,7 +398,7 @@ class _WarmUpdate:
 
 
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` by the object that changed the power on the elements most.
+    """Explain update `index` by the object that changed the radiation on the elements most.
 
     Raise `AngenError` if the sensor cannot be read.
     """
@@ -500,7 +500,7 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
     over = abs(cause.signal) > 1.0
     moving = cause.things[0] if cause.things else None
     who = (
-        f"{quoted(moving.name)} changed the power on the elements most"
+        f"{quoted(moving.name)} changed the radiation on the elements most"
         if moving
         else "nothing warmer or colder than the room moved through the zones"
     )
@@ -591,7 +591,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     text = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
     pir = replay.sensor.parameters
     if name in _noticed_names(found):
-        return f"{text}: seen, but it changes too little, or too slowly"
+        return f"{text}: seen, but the readings change too little or too slowly"
     if away[name] > pir.range_max:
         label = label_of(specs(replay.sensor.kind.parameters)["range_max"], pir).lower()
         return f"{text}: beyond the {label} of {replay.lengths.typed(pir.range_max)}"

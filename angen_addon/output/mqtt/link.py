@@ -220,7 +220,7 @@ def _why(address: Address, error: Exception) -> str:
 def _refusal(address: Address, reason: Any, is_closed: bool) -> str:
     if reason is None:
         did = "closed the connection" if is_closed else "does not answer as a broker does"
-        way = "is this its port?" if address.tls else "is this its port, and does it want --tls?"
+        way = "is this its port?" if address.tls else "is this its port, and does it need --tls?"
         return f"{address} {did}: {way}"
     if str(reason) in {"Not authorized", "Bad user name or password"}:
         return (

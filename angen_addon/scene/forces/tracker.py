@@ -116,7 +116,11 @@ class ContactTracker:
         state = self._states[at]
         body = self._bodies.by_key[key]
         if not np.isfinite(state.lo[state.row[key]]).all():
-            return PadForces(problem=f"'{body.original.name}' has no place (NaN)", usable=False)
+            return PadForces(
+                problem=f"the position of '{body.original.name}' is not a number "
+                "(NaN): check its keyframes and drivers",
+                usable=False,
+            )
         scale = state.scales[state.row[key]]
         if body.collider(self._depsgraph, scale, self._metres).empty:
             return PadForces(problem=f"'{body.original.name}' has no surface", usable=False)

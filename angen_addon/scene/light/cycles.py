@@ -56,7 +56,7 @@ from .views import TWICE, Part, Picture, Seen, camera, share_out
 T = TypeVar("T")
 # A generator that yields a text before each picture, empty for short ones, and returns a result.
 Steps = Generator[str, None, T]
-FIRST_PICTURE = "Cycles takes the scene in"
+FIRST_PICTURE = "Cycles is loading the scene"
 # The first number of light paths in a render, and the seconds that a render should last. The time
 # of the last render decides how many pixels are rendered together.
 PATHS, LONGEST_S, SHORTEST_S = 1 << 16, 0.4, 0.15
@@ -253,7 +253,10 @@ METHODS: dict[str, Any] = {"FOUR_WALL": views, "ILLUMINANCE": faces}
 # The factor of the light paths where light differs much from the reference; and the share of the
 # light that must have come or gone since the first frame for that.
 CLOSER, ALIKE = 16, 0.1
-CLOSELY, REFERENCE = "a closer look at the light", "path-tracing the light's reference"
+CLOSELY, REFERENCE = (
+    "measuring the changed light more closely",
+    ("path-tracing the reference of the light"),
+)
 NOWHERE = np.zeros(0)
 # The frame of the light scene: the present one, that of an earlier update, or of a reference.
 PRESENT, EARLIER = "present", "earlier"

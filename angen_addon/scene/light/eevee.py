@@ -40,7 +40,9 @@ def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[
     cameras = []
     for request in requests:
         if request.field_of_view > WIDEST:
-            light_scene.notes.append(f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most")
+            light_scene.notes.append(
+                f"the field of view of '{request.name}' is limited to {math.degrees(WIDEST):.0f}°"
+            )
         for wall in range(WALLS):
             data = light_scene.own(bpy.data.cameras.new(".angen_light"))
             _set_angle(data, request.field_of_view)

@@ -182,7 +182,7 @@ def _sample(request: LightRequest, light: Light, efficacy: float, note: str) -> 
     colours = light.colours
     if not np.isfinite(colours).all():
         colours = np.nan_to_num(colours, nan=0.0, posinf=0.0, neginf=0.0)
-        note = "; ".join(filter(None, [note, "some of the light is not a number and left out"]))
+        note = "; ".join(filter(None, [note, "light whose strength is not a number was left out"]))
     is_walls = request.method == "FOUR_WALL"
     unit = 100.0 * request.exposure if is_walls else efficacy
     shares = light.shares and tuple(replace(s, light=unit * s.light) for s in light.shares)

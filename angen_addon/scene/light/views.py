@@ -298,7 +298,9 @@ def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
             corners.append(request.matrix[:3, 3] + request.clip_end * ways)
             reaches.append((request.clip_end - max(request.clip_start, NEAREST_CLIP)) * ways)
         if request.field_of_view > WIDEST:
-            picture.notes.append(f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most")
+            picture.notes.append(
+                f"the field of view of '{request.name}' is limited to {math.degrees(WIDEST):.0f}°"
+            )
     if corners:
         picture.add_squares(corners, {"angen_reach": reaches}, _lid(picture.own))
 

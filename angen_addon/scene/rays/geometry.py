@@ -520,7 +520,7 @@ class MadeByNodes(Geometry):
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
         """Return the tree that `finish` built."""
-        assert self._built.tree is not None, "rays hit only what has a bounding box"
+        assert self._built.tree is not None, "rays hit only objects that have a bounding box"
         return self._built.tree
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:

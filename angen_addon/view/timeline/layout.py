@@ -348,7 +348,7 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
     size, low = LETTER * view.scale, placed[-1].y if placed else view.bottom
     if left_out and (placed or view.top - low >= 2 * size):
         what = "more" if placed else "sensors"
-        text = f"{left_out} {what}: make this editor higher"
+        text = f"{left_out} {what} not shown: make this editor higher"
         picture.words.append(TimelineText(6 * view.scale, low + size / 2, text, size, DIM))
     return picture
 

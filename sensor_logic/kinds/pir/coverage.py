@@ -120,6 +120,8 @@ class RangeView:
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
         """Return whether any ray can hit the body during the motion, for m motions (m,)."""
         found = np.zeros(len(start), bool)
+        if not motion.speed:
+            return found
         apart = np.linalg.norm(start.feet[:, :2] - self.origin[:2], axis=1)
         far = max(float(rays.far.max(initial=0.0)) for rays in self._tilts)
         left = np.flatnonzero(apart <= far + motion.longest)
@@ -140,7 +142,7 @@ class RangeView:
 
     def _changes(self, motion: Motion, start: Start) -> Array:
         """Return the largest change (m,) in m of a range between successive scans of a tilt."""
-        longest = float(start.length.max(initial=0.0)) / motion.speed
+        longest = motion.seconds(start)
         largest = np.zeros(len(start))
         for tilt, offset in enumerate(self.offsets.tolist()):
             # Before the motion, then at each scan until the body is at rest again.
@@ -219,7 +221,7 @@ class WarmView:
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
         """Return whether any ray can hit the body during the motion, for m motions (m,)."""
-        return self._all.may_hit(motion, start)
+        return self._all.may_hit(motion, start) & bool(motion.speed)
 
     def strengths(self, motion: Motion, start: Start) -> Array:
         """Return the largest size (m,) of the signal in each motion, divided by the threshold."""
@@ -234,7 +236,7 @@ class WarmView:
 
         The signal is computed from the begin of the motion until it has decayed.
         """
-        longest = float(start.length.max(initial=0.0)) / motion.speed
+        longest = motion.seconds(start)
         moving = math.ceil(longest / self.interval - 1e-9) + 1
         settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0
         still = max(1, math.ceil(settle / self.interval))

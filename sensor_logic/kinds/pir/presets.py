@@ -62,7 +62,7 @@ def _real_home(identifier: str, label: str, lens: str) -> Preset:
     }
     source = (
         "CASAS home AL, 30 days: the hold is 6 ticks of 3/16 s, a detector ignores movement for 3 "
-        "ticks after each message, and messages are delayed by 15 ms in the mean. Assumed: the "
+        "ticks after each message, and messages are delayed by 15 ms on average. Assumed: the "
         f"lens ({LENSES[lens].label}), as none is known"
     )
     return Preset(identifier, f"Real home (CASAS), {label}", values, source)
@@ -89,7 +89,7 @@ PRESETS: tuple[Preset, ...] = (
             "blocking_time": 0.0,
             "warm_up_time": 0.0,
         },
-        "range scan of the thesis's Gazebo plugin",
+        "range scan of the Gazebo plugin from the thesis behind this extension",
     ),
     *LENS_PRESETS,
     _range_scan(

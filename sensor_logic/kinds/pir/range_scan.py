@@ -24,7 +24,7 @@ from ...physics import OutputTiming
 from ...wording import METRES, Lengths
 from .lenses import LENSES, read_table
 
-THESIS = "range scan of the thesis's Gazebo plugin"
+THESIS = "range scan of the Gazebo plugin from the thesis behind this extension"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
 MAX_RAYS = 100_000
 SCAN: dict[str, Any] = {"used_when": (("model", "RANGE_SCAN"),)}
@@ -59,8 +59,8 @@ class PirParameters(Parameters):
     lens_table: str | None = parameter(
         None,
         "Own lens",
-        "A text with a row for each zone in place of the lens: azimuth, elevation, width, height "
-        "(degrees), polarity (+ or -), gain",
+        "Text of this blend file with a row for each zone, used instead of the lens: azimuth, "
+        "elevation, width, height (degrees), polarity (+ or -), gain",
         pointer="Text",
         **PYRO,
     )
@@ -76,7 +76,8 @@ class PirParameters(Parameters):
     horizontal_fov: float = parameter(
         math.radians(120),
         "Horizontal field of view",
-        "Angle of the whole fan about the sensor's up axis. Datasheets: horizontal detection angle",
+        "Horizontal angle from the first to the last ray of the fan. Datasheets: horizontal "
+        "detection angle",
         unit="rad",
         maximum=2 * math.pi,
         source=THESIS,
@@ -93,14 +94,13 @@ class PirParameters(Parameters):
         **SCAN,
     )
     range_min: float = parameter(
-        0.05, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
+        0.05, "Range min", "Surfaces nearer than this are not detected", unit="m", source=THESIS
     )
     range_max: float = parameter(
         4.0,
         "Range max",
-        "A ray that hits nothing within this distance reads it. Of a pyroelectric detector its "
-        "detection distance: it just detects the standard target there. "
-        "Datasheets: detection distance",
+        "Reading of a ray that hits nothing nearer. For a pyroelectric detector: the distance at "
+        "which it just detects the standard target. Datasheets: detection distance",
         other_labels=((PYRO["used_when"], "Detection distance", "Detection"),),
         unit="m",
         positive=True,
@@ -133,7 +133,7 @@ class PirParameters(Parameters):
         "Sweep",
         "Which tilts are scanned at an update",
         choices=(
-            Choice("SAWTOOTH", "Saw-tooth", "One tilt an update, each in turn", 0),
+            Choice("SAWTOOTH", "Saw-tooth", "One tilt at each update, in turn", 0),
             Choice("ALL", "All tilts", "Every tilt at every update: detects sooner", 1),
         ),
         source=THESIS,
@@ -165,13 +165,13 @@ class PirParameters(Parameters):
     signal_noise: float = parameter(
         0.0,
         "Signal noise",
-        "Standard deviation of the noise on the signal (Gaussian), against the threshold",
+        "Standard deviation of the noise on the signal (Gaussian), relative to the threshold",
         **PYRO,
     )
     thermal_time: float = parameter(
         0.15,
         "Thermal time constant",
-        "Time in which the elements warm up; a longer one slows the signal",
+        "Time in which the elements warm up. A longer time slows the signal",
         unit="s",
         positive=True,
         source=CHOSEN,
@@ -181,7 +181,7 @@ class PirParameters(Parameters):
     electrical_time: float = parameter(
         1.0,
         "Electrical time constant",
-        "Time in which the elements lose their charge; a shorter one suppresses slow movement",
+        "Time in which the elements lose their charge. A shorter time suppresses slow movement",
         unit="s",
         positive=True,
         source=CHOSEN,
@@ -215,7 +215,7 @@ class PirParameters(Parameters):
     retrigger: bool = parameter(
         True,
         "Retrigger",
-        "Movement during the hold time restarts it. Datasheets: repeatable trigger (H)",
+        "Movement during the hold time restarts the hold time. Datasheets: repeatable trigger (H)",
     )
     blocking_time: float = parameter(
         0.0,
@@ -267,8 +267,8 @@ class PirParameters(Parameters):
             return self._wrong_lens()
         if self.rays * self.tilt_count > MAX_RAYS:
             return [
-                f"{self.rays} rays times {self.tilt_count} tilts are more than {MAX_RAYS}: "
-                "take fewer rays or a larger vertical_step"
+                f"{self.rays} rays times {self.tilt_count} tilts are more than {MAX_RAYS}: set "
+                "fewer rays or a larger vertical_step"
             ]
         return []
 
@@ -282,7 +282,7 @@ class PirParameters(Parameters):
         if self.zone_rays * len(zones) > MAX_RAYS:
             return [
                 f"{self.zone_rays} rays in each of {len(zones)} zones are more than {MAX_RAYS}: "
-                "take fewer rays a zone"
+                "set fewer rays per zone"
             ]
         return []
 

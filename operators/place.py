@@ -141,7 +141,8 @@ def first_surface(
     """Return the first surface that a ray hits within `length` Blender units, or None.
 
     The ray passes through objects that sensors ignore, and through objects for which `passes`
-    returns True. With `culled`, it also passes through faces whose normal points along the ray.
+    returns True. If `culled` is True, it also passes through faces whose normal points along the
+    ray.
     """
     direction = direction.normalized()
     start, left = origin.copy(), length

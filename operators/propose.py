@@ -26,7 +26,7 @@ from .polls import can_read_scene, cancelled, has_editable_collection, needs
 
 
 def active_detector(context: Context) -> Sensor | None:
-    """Return the active sensor if it is a motion detector, else None."""
+    """Return the active sensor; None if it is no motion detector."""
     active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
     return next((s for s in found if s.kind in MAPPED), None)

@@ -246,7 +246,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return None if self._store(context, early) else {"CANCELLED"}
 
     def _store(self, context: Context, early: bool) -> bool:
-        """Store the recording and show its readings; return whether it was stored.
+        """Store the recording and show its readings; return whether the recording was stored.
 
         `early` says whether Esc ended the run.
         """

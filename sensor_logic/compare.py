@@ -95,7 +95,7 @@ Row = tuple[float, str, str, bool]
 
 
 def _log_changes(log: Log) -> Iterator[Row]:
-    """Yield each change of a boolean field: time in s, sensor, quantity, and whether it is on."""
+    """Yield each change of a boolean field: time in s, sensor, quantity, and the new value."""
     for change in log.changes:
         channel = change.channel
         if isinstance(change.value, bool) and channel.quantity != "validity":

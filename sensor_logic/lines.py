@@ -161,7 +161,7 @@ class _Lines:
         return blank.end() if blank else self._at
 
     def _next(self, pattern: str | re.Pattern[str]) -> str:
-        """Return the next text if it matches `pattern`, and move behind it; else return ""."""
+        """Return the next text if it matches `pattern`, and move behind it; "" if not."""
         start = self._start()
         found = re.compile(pattern).match(self._text, start)
         if found is None:

@@ -399,10 +399,10 @@ def log_indices(track: Track) -> Indices:
 
 
 def event_rows(track: Track, values: bool = True) -> Indices:
-    """Return the update index of each event, in ascending order, without those of the first update.
+    """Return the update index of each event after the first update, in ascending order.
 
-    An update at which several fields changed is repeated. If not `values`, only changes of states
-    count, not changes of measured numbers.
+    An update at which several fields changed is repeated. If `values` is false, only changes of
+    states count, not changes of measured numbers.
     """
     fields = (f for f in track.kind.events if values or f.type is not float)
     found = (index for f in fields for index in event_updates(track, f) if index)
@@ -412,8 +412,8 @@ def event_rows(track: Track, values: bool = True) -> Indices:
 def shown_rows(track: Track, values: bool) -> Indices:
     """Return the indices of the updates whose events the timeline marks.
 
-    They are those of `event_rows`. If not `values` and no state ever changed, changes of numbers
-    count too.
+    These are the updates of `event_rows`. If `values` is false and no state ever changed, changes
+    of numbers count too.
     """
     found = event_rows(track, values)
     return found if len(found) else event_rows(track)

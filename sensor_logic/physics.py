@@ -60,7 +60,7 @@ TIME_TOLERANCE_S = 1e-9
 
 
 def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.inf) -> str:
-    """Return why a detector ignores movement at `time` (s), and for how long; else an empty text.
+    """Return why a detector ignores movement at `time` (s), and for how long; "" if it does not.
 
     `fell` is the time (s) at which the output last went off.
     """
@@ -143,7 +143,7 @@ class OutputTiming:
     ) -> NDArray[np.bool_]:
         """Return whether the output is on (n,) at `times` (n,).
 
-        `triggered` (n,) has whether each update detected motion. The other arguments are those of
+        `triggered` (n,) has whether each update detected motion. The other parameters are as for
         `update`. For speed, updates without a trigger are skipped while the output is off.
         """
         active = np.zeros(len(times), bool)
@@ -181,8 +181,8 @@ class RadioTiming:
     ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
         """Return the output (n,) that the receiver knows at each update, and the times (n,) in s.
 
-        If a message has arrived since the previous update, the time is that of its arrival.
-        Otherwise it is that of the update.
+        If a message has arrived since the previous update, the time is its time of arrival.
+        Otherwise it is the time of the update.
 
         Parameters
         ----------

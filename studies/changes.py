@@ -73,7 +73,7 @@ class Changes(ExitStack):
         obj = sensor.object
         if sensor.holders or not obj.is_editable:
             raise AngenError(
-                f"'{sensor.name}' is linked or in an instance, so that a study cannot move it: make "
+                f"'{sensor.name}' is linked or in an instance, so a study cannot move it: make "
                 "it local (Object, Relations, Make Local), or move another sensor"
             )
         held = motion_paths(obj)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run a study on Dask: find workers, send runs to them, and store the results.
 
-Workers are processes on this machine, or those of a Dask scheduler elsewhere.
+Workers are processes on this machine, or the workers of a Dask scheduler elsewhere.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
 class Tasks:
     """Makes the tasks of workers from the runs of a study.
 
-    `files` and `homes` have the paths of files as keys. `versions` are those of the workers'
+    `files` and `homes` have the paths of files as keys. `versions` are the versions of the workers'
     software. `days_in` is the folder for simulated days of unfinished runs.
     """
 

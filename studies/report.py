@@ -162,7 +162,7 @@ def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Seque
     """Return the mean of each measure over the runs that have the same `keys`.
 
     Runs with the same seed are averaged first, so that each seed counts once. The confidence
-    interval is that of Student's t over the means of the seeds.
+    interval follows from Student's t over the means of the seeds.
 
     Parameters
     ----------

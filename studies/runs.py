@@ -82,8 +82,8 @@ def run(group: Sequence[Task]) -> list[RunResult]:
     """Simulate runs together and return their results.
 
     The runs may only differ in their sensors, so that they can share one simulation. Raise
-    `AngenError` if this worker's versions are not those of the study. All other errors are in the
-    results.
+    `AngenError` if this worker has other software versions than the study. All other errors are in
+    the results.
     """
     differ = differences(group[0].versions, versions())
     if differ:

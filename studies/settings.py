@@ -191,7 +191,7 @@ def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
 
 
 def shared_settings(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
-    """Return those of a run's settings that can affect the readings of other sensors.
+    """Return the settings of a run that can affect the readings of other sensors.
 
     These are the poses of sensors, because housings block rays, and all settings of sensors that
     are not in `home.free`.

@@ -155,7 +155,7 @@ class FilesOfStudy(distributed.WorkerPlugin):
 def local_path(file: File) -> Path:
     """Return the path of a file on this machine.
 
-    Raise `AngenError` if the file is missing, or if its content is not that of the driver's file.
+    Raise `AngenError` if the file is missing, or if its content differs from the driver's file.
     """
     path = Path(file.path)
     if path.is_file() and _digest(path, path.stat().st_mtime_ns) == file.digest:

@@ -30,8 +30,8 @@ Lack = tuple[str, str]
 def lacking(view_layer: Any, light: bool) -> list[str]:
     """Return a sentence, with a remedy, for each missing file and each other thing that is missing.
 
-    With `light`, include files that only light sensors need. Evaluate the scene before the call,
-    because Blender disables drivers only then.
+    If `light` is True, include files that only light sensors need. Evaluate the scene before the
+    call, because Blender disables drivers only then.
     """
     return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
 
@@ -39,7 +39,7 @@ def lacking(view_layer: Any, light: bool) -> list[str]:
 def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
     """Yield the problem and its remedy for each missing file and each other thing that is missing.
 
-    With `light`, include files that only light sensors need.
+    If `light` is True, include files that only light sensors need.
     """
     yield from _unknown_kinds(view_layer)
     yield from _missing_libraries()

@@ -212,7 +212,7 @@ class Home:
     def apply(self, layout: str | Path, remove: bool = False) -> Applied:
         """Add and change sensors to match a layout file.
 
-        With `remove`, delete the sensors that are not in the layout. Return the names of the
+        If `remove` is True, delete the sensors that are not in the layout. Return the names of the
         sensors added, changed, unchanged and removed. If the layout is wrong, raise AngenError and
         change nothing.
         """
@@ -230,8 +230,8 @@ class Home:
         Parameters
         ----------
         frames
-            The first and the last frame; by default those of the scene. Frames before the start of
-            the scene are left out. Frames after its end are simulated.
+            The first and the last frame; by default the scene's. Frames before the start of the
+            scene are left out. Frames after its end are simulated.
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         progress

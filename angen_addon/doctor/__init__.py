@@ -59,7 +59,7 @@ def findings() -> list[Finding]:
 def as_text(found: list[Finding], as_json: bool) -> str:
     """Return two lines for each finding: what is wrong, and how to mend it.
 
-    With `as_json`, return a JSON list of the findings instead.
+    If `as_json` is True, return a JSON list of the findings instead.
     """
     if as_json:
         entries = [finding._asdict() for finding in found]

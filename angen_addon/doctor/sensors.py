@@ -374,7 +374,8 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
             f"'{lamp.name}' shines with {power:g} {unit} of light, "
             f"{power * efficacy:,.0f} {what}: is that the lamp's electrical power?",
             f"Blender's watts are watts of light. In the Light tab, set "
-            f"{'Strength' if sun else 'Power'} to the lumens divided by {efficacy:g}. Usual: {usual}",
+            f"{'Strength' if sun else 'Power'} to the lumens divided by {efficacy:g}. "
+            f"Usual: {usual}",
             (lamp.name,),
         )
 

@@ -187,7 +187,7 @@ LOBE = 0.25
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays for the floor plan; for a sensor with four views, the axes of the views.
 
-    `sight` is the trace with the sensor's rays, parameters and pose. `metres` is the length of a
+    `sight` is the `Trace` with the sensor's rays, parameters and pose. `metres` is the length of a
     Blender unit in m.
     """
     if sight.parameters.method != "FOUR_WALL":

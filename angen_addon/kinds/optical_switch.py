@@ -40,8 +40,8 @@ class Beam:
     rays
         The number of rays.
     ago
-        Time in s from a crossing to this update, if an object crossed the beam between two updates;
-        else None.
+        Time in s from the crossing to this update. None if no object crossed the beam since the
+        update before.
     """
 
     range: float

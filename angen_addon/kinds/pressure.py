@@ -171,9 +171,9 @@ class PadCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that presses most; else of one that pressed at the update before.
+        """The name of the object that presses most on the pad.
 
-        The name is empty if nothing presses or pressed.
+        If nothing presses, it is the name of an object that pressed at the update before, or empty.
         """
         return next(iter([name for name, _ in self.partners] or self.before), "")
 

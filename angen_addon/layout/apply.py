@@ -66,8 +66,8 @@ class Applied(NamedTuple):
 def apply_layout(path: Path, remove: bool = False) -> Applied:
     """Add and change sensors in the current scene to match a layout file.
 
-    With `remove`, delete the sensors that are not in the layout. If the layout is wrong, raise
-    `InputError` and change nothing.
+    If `remove` is True, delete the sensors that are not in the layout. If the layout is wrong,
+    raise `InputError` and change nothing.
     """
     layout = read_layout(path)
     view_layer = bpy.context.view_layer
@@ -202,7 +202,11 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
 
 
 def _move_to_collection(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Link an object to the collection with this name only; without a name, to the scene's."""
+    """Link an object to the collection `name`, and unlink it from all others.
+
+    If no collection has this name, make one. If `name` is None, use the scene's root collection. On
+    `rollback`, the object's former collections return.
+    """
     scene = bpy.context.scene
     target = scene.collection if name is None else bpy.data.collections.get(name)
     if target is None:
@@ -309,7 +313,11 @@ def _delete(sensor: Sensor) -> bool:
 
 
 def _is_only_sensor(sensor: Sensor) -> bool:
-    """Return whether a sensor's object is an empty, or has the size of a housing of its kind."""
+    """Return whether an object is nothing but a sensor, not furniture that also serves as one.
+
+    This is so for an empty, for a mesh without faces, and for a mesh of the size of a housing of
+    the sensor's kind.
+    """
     if sensor.object.type != "MESH":
         return bool(sensor.object.type == "EMPTY")
     box = face_bounds(sensor.object.data)

@@ -61,7 +61,7 @@ class Stillness:
     stretch
         The number of frames of the F-curves in one frame of the scene (time stretching).
     timed
-        Whether anything other than keyframes can change the scene with the frame.
+        Whether anything other than keyframes can make the scene differ between frames.
     """
 
     busy: Array
@@ -367,7 +367,7 @@ def _depends_on_scene(obj: Any) -> bool:
 
 
 def _find_moving(scene: Any, first: int) -> set[Any]:
-    """Return the objects of a scene that can change with the frame.
+    """Return the objects of a scene that can differ between frames.
 
     Blender reports all of them at any change of frame, so two changes near frame `first` suffice.
     """
@@ -451,7 +451,7 @@ class _Pad:
                 self.waiting.append((sensor_steps.part(slice(count, None)), rest))
 
     def state_at(self, step: int) -> State | None:
-        """Return the state that decides the forces at a step; None if no force is due there."""
+        """Return the state that decides the forces at a step; None if the pad has no update."""
         return self.due.get(step - step % self.size)
 
     def known(self, sensor_steps: SensorSteps) -> dict[int, PadForces]:

@@ -131,7 +131,7 @@ class Fingerprint:
     light
         Whether datablocks that only light sensors notice are included.
     digests
-        Digests by datablock (its `key_of`), and those of the scene's settings and visibility.
+        Digests by datablock (its `key_of`), and digests of the scene's settings and visibility.
     portable
         The digests that the function `portable` returns.
     """
@@ -200,7 +200,7 @@ def own_settings(
 ) -> str:
     """Return a digest of the scene's settings, and of the text datablocks that sensors read.
 
-    It is fast enough for every frame. The parameters are those of `fingerprint_of`.
+    It is fast enough for every frame. The parameters are as for `fingerprint_of`.
     """
     own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
@@ -578,7 +578,7 @@ class LightChanges:
         return self._is_new(-evaluated.original.as_pointer(), shape_values(evaluated))
 
     def _is_new(self, key: int, found: Facts | None) -> bool:
-        """Store the digest of values; return whether it differs from the one stored under `key`.
+        """Store the digest of values under `key`; return whether the digest has changed.
 
         If `found` is None, the values are unknown, which counts as a difference.
         """

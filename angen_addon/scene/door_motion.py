@@ -197,7 +197,10 @@ def _chain(obj: Any) -> list[Any]:
 
 
 def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: float) -> Vector | None:
-    """Return the origin of the leaf or of a parent that lies at an edge of the leaf; else None."""
+    """Return the origin of the leaf or of a parent, if it lies at an edge of the leaf.
+
+    Return None if no origin does.
+    """
     for owner in _chain(obj):
         origin = shutting @ owner.matrix_world.translation
         away = abs((middle - origin).dot(edge)) / width
@@ -207,9 +210,9 @@ def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: floa
 
 
 def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Opening | None:
-    """Return the motion from the closed pose to the keyframe farthest from that pose; else None.
+    """Return the motion from the closed pose to the keyframe that is farthest from this pose.
 
-    The keyframes are those of the leaf or of a parent. The result is None if none moves the leaf.
+    Keyframes of the leaf and of its parents count. Return None if none of them moves the leaf.
     """
     best: Opening | None = None
     back = shutting.inverted()

@@ -26,7 +26,7 @@ from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_
 # The place of an object, such as a magnet, a switch or the mark of a place.
 #
 # Blender does not evaluate objects that viewports do not show, unless something depends on them.
-# Their evaluated matrix is then that of an earlier frame, or the identity.
+# Their evaluated matrix is then from an earlier frame, or the identity.
 
 
 class NotPlaced(AngenError):
@@ -112,9 +112,9 @@ def noted_room(obj: Any) -> str:
 
 
 def assigned_room(obj: Any, known: Iterable[str]) -> str:
-    """Return the room set on a sensor or place, or else that of a collection around it.
+    """Return the room set on a sensor or place, or else the room of a collection that holds it.
 
-    The result is empty if there is none. `known` are the room names that a collection may have.
+    The result is empty without any room. `known` are the room names that a collection may have.
     """
     return noted_room(obj) or room_of_collections(obj, known)
 

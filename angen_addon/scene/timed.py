@@ -152,9 +152,9 @@ def has_stiff_films() -> bool:
 
 
 def reasons(scene: Any, shading: bool) -> Iterator[str]:
-    """Yield a text about each thing that may change with the frame without being animated.
+    """Yield a text about each thing that may differ between frames although it has no animation.
 
-    With `shading`, lamps, materials and worlds count too.
+    If `shading` is True, lamps, materials and worlds count too.
     """
     yield from _timed_objects()
     yield from _simulated_bodies(scene)

@@ -86,7 +86,7 @@ class Navigator(Actor):
         self.set_posture(STANDING, place.name)
 
     def abandon(self) -> None:
-        """Abandon the activity, and end all reservations except that of the present place."""
+        """Abandon the activity, and end all reservations of places except the present one."""
         self.wanted_path, self.is_cornered = None, False
         place = self.home.places.places.get(self.place)
         self._key = "" if place is None else self.key(place)

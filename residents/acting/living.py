@@ -171,7 +171,7 @@ class Performer(Navigator):
     # Steps.
 
     def _perform_step(self, step: ActivityStep, last: bool, stream: Stream) -> Process:
-        """Perform one step of an activity; `last` says whether it is the activity's last one."""
+        """Perform one step of an activity; `last` says whether no further step follows."""
         self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
             place = self.home.places.places[step.name]

@@ -87,7 +87,7 @@ class Home(home.Home):
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         diary
-            A CSV file of activities with times, which replace those of the routine.
+            A CSV file of activities with times, which replace the activities of the routine.
         progress
             Called with the progress, 0 to 1. An exception that it raises ends the run.
 
@@ -150,8 +150,8 @@ class Home(home.Home):
     def mark(self, object: str, use: str, **settings: Any) -> None:
         """Mark the object of this name with what residents do there, such as SIT, LIE or DOOR.
 
-        `settings` are those of the panel Resident's Place, such as `room="kitchen"`. A setting that
-        is left out is guessed. Raise `AngenError` if an argument is invalid.
+        `settings` are the settings in the panel Resident's Place, such as `room="kitchen"`. A
+        setting that is left out is guessed. Raise `AngenError` if an argument is invalid.
         """
         self.all_sensors()
         obj = bpy.data.objects.get(object)
@@ -176,7 +176,7 @@ class Home(home.Home):
                 setattr(group, key, value)
 
     def places(self) -> dict[str, Place]:
-        """Return the marked places by name, each with `use`, `room`, `at`, `yaw` and `target`.
+        """Return the places of residents by name, with `use`, `room`, `at`, `yaw` and `target`.
 
         `room_guessed` is True if the room was guessed from sensors nearby. Doors are left out, and
         so are lamps without a place to stand. Raise `AngenError` if no place can be read.

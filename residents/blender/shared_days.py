@@ -36,7 +36,7 @@ _START = (
 
 
 def worker_command() -> list[str]:
-    """Return the command line that starts a worker: that of this process with `--worker`."""
+    """Return the command line that starts a worker: this process's own with `--worker` added."""
     if bpy.app.binary_path:
         # With several processes, threads within each cost more than they gain.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]

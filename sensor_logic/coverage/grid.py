@@ -34,7 +34,7 @@ class Cells:
         The index (n,) of the storey of each cell.
     lengths
         How far a body can move from the centre of each cell in each of 8 directions, (n, 8). The
-        unit is that of `Motion.lengths`.
+        unit is as in `Motion.lengths`.
     """
 
     size: float

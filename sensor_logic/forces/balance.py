@@ -124,7 +124,7 @@ class Joint:
     moments
         The axes (m, 3) about which it can exert moments.
     stiffness
-        The stiffness of its springs, relative to the sum of those of the contact points.
+        The stiffness of its springs, divided by the total stiffness of the contact points.
     """
 
     a: int
@@ -458,7 +458,8 @@ def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: 
 def _newton(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Minimum:
     """Search the minimum of the energy φ from `displacement` by Newton's method.
 
-    The search ends if no component of the gradient is larger than that of `near_enough`.
+    The search ends if no component of the gradient is larger than the same component of
+    `near_enough`.
     """
     state = problem.state(displacement, soft)
     step = 0

@@ -3,8 +3,8 @@
 
 For separate shapes, it is the direction between their closest points. For shapes with overlapping
 cores, it is the direction of the shortest translation that separates the cores. Directions of faces
-are preferred to those of edges. So small errors in the poses do not switch the contact from a face
-to an edge.
+are preferred to directions of edges. So small errors in the poses do not switch the contact from a
+face to an edge.
 """
 
 from __future__ import annotations
@@ -282,7 +282,7 @@ def _best_face(pair: Pair) -> Direction | None:
 
 
 def _flat_normal(pair: Pair) -> Array | None:
-    """Return the normal of a flat shape if the other shape is on one side of its plane, else None.
+    """Return the normal of a flat shape; None if its plane cuts the other shape or none is flat.
 
     The flat shape is a polygon of a mesh. A body beside it touches the neighbouring polygon of the
     mesh, not the edge of this one.
@@ -382,7 +382,7 @@ def _any_direction(pair: Pair) -> Array:
 
 
 def side_direction(a: Shape, b: Shape) -> Array | None:
-    """Return the direction from b to a if a cylinder touches with its round side, else None.
+    """Return the direction from b to a if a cylinder touches the other shape with its round side.
 
     The direction is computed for the cylinder's axis, as for a capsule. The result is None if a
     cylinder touches with an end, and for cones.

@@ -106,7 +106,7 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
     Returns
     -------
     The result of the balanced step with the smallest duality gap. If no step was balanced, the
-    displacement is that of the last step, and the forces are zero.
+    displacement is from the last step, and the forces are zero.
     """
     count = problem.count
     contacts, ties = problem.scaled[:, : 3 * count], problem.scaled[:, 3 * count :]

@@ -3,7 +3,8 @@
 
 First the direction of the contact is found (directions.py). Then the face, edge or corner of each
 shape that faces the other shape is projected along this direction. The intersection of the two
-projections is the area of contact. Lengths are in metres.
+projections is the area of contact. Lengths are in metres. In all functions, `frame` (3, 3) has the
+axes of the contact as rows; the last axis is the normal.
 """
 
 from __future__ import annotations
@@ -205,8 +206,8 @@ def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Po
 def hull(points: Sequence[Point], near: float) -> list[Point]:
     """Return the convex hull of points, counter-clockwise.
 
-    The hull of collinear points is a segment, that of equal points a single point. Points within
-    `near` of each other count as equal.
+    The hull of collinear points is a segment. The hull of equal points is a single point. Points
+    within `near` of each other count as equal.
     """
     ordered = sorted(points)
 
@@ -330,8 +331,8 @@ class _Surface:
 def _contact_along(pair: Pair, direction: Direction) -> Patch | None:
     """Return the contact of two shapes along one direction, or None if there is none.
 
-    For a deep overlap with at most one face, it is the contact of all overlapping points. Else it
-    is the contact of one face, edge or corner of each shape.
+    If the shapes overlap deeply, and do not touch with a face each, all overlapping points are in
+    contact. Otherwise one face, edge or corner of each shape is in contact.
     """
     frame = pair.frame(direction.normal)
     deep = -direction.separation
@@ -346,7 +347,12 @@ def _contact_along(pair: Pair, direction: Direction) -> Patch | None:
 
 
 def _feature_contact(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
-    """Return the contact of a face, edge or corner of each shape, and how many are faces."""
+    """Return the contact between the nearest features of two shapes, and the number of faces.
+
+    A feature is a face, edge or corner of a shape. `frame` (3, 3) has the axes of the contact as
+    rows: the last one is the normal. The number says how many of the two features are faces; it is
+    1 for a contact of one point. Return None if the features do not touch.
+    """
     normal = direction.normal
     upper = _feature(pair.a, pair.at_a, -normal, frame, direction.face_a)
     lower = _feature(pair.b, pair.at_b, normal, frame, direction.face_b)
@@ -375,9 +381,10 @@ def _feature_contact(pair: Pair, direction: Direction, frame: Array) -> tuple[Pa
 def _point_contact(
     pair: Pair, direction: Direction, frame: Array, upper: _Surface, lower: _Surface
 ) -> Patch:
-    """Return a contact of one point, for outlines that do not intersect.
+    """Return a contact of one point, for projected outlines that do not intersect.
 
-    The caller has proven that the direction is that of the contact.
+    The caller has proven that `direction` is the direction of the contact. `frame` is as for
+    `_feature_contact`.
     """
     outline = clipped(upper.outline, lower.outline, pair.scale)
     outline = outline or [upper.outline[0], lower.outline[0]]
@@ -500,7 +507,7 @@ def _sample_outline(
 ) -> tuple[list[Point], list[float]]:
     """Return sample points of a polygon, a segment or a point, and their areas.
 
-    A segment has those of Simpson's rule. A polygon also has the points `extra`.
+    A segment has the points and weights of Simpson's rule. A polygon also has the points `extra`.
     """
     wide = NARROW * scale
     if len(outline) == 1:

@@ -36,8 +36,8 @@ class Samples:
 def centre_of_mass(triangles: Array, closed: bool) -> Array:
     """Return the centroid (3,) of triangles (n, 3, 3).
 
-    It is the centroid of the enclosed volume if the triangles are `closed`, else that of the
-    surface. For the volume, tetrahedra between each triangle and a common point are added up
+    It is the centroid of the enclosed volume if the triangles are `closed`, else the centroid of
+    the surface. For the volume, tetrahedra between each triangle and a common point are added up
     (divergence theorem).
     """
     places = _by_axis(triangles)

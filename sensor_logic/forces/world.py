@@ -138,7 +138,7 @@ class World(Protocol):
         """Return the body or pad with this key."""
 
     def near(self, key: Key) -> Iterable[Key]:
-        """Return the keys of the bodies and pads whose bounding boxes overlap that of a node.
+        """Return the keys of the bodies and pads whose bounding boxes overlap the box of `key`.
 
         Each box covers the motion in the previous, this and the next frame.
         """

@@ -315,7 +315,7 @@ def _range_max(channel: Channel, greatest: float) -> float:
     """Return the greatest distance that the channel's sensor measures.
 
     If this parameter is unknown, return the kind's default. If the log's `greatest` value is above
-    that, return the next larger value of the kind's presets.
+    the default, return the next larger value of the kind's presets.
     """
     found = _parameter(channel, "range_max")
     if "range_max" in channel.sensor.parameters or greatest <= found:

@@ -329,7 +329,8 @@ class HomeFile:
 def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     """Return the label of each activity in the vocabulary of the format `name`.
 
-    The labels of the format before the hyphen count too: `casas-csv` also uses those of `casas`.
+    The labels of the format before the hyphen count too: `casas-csv` also uses the labels of
+    `casas`.
     """
     return {**labels.get(name.partition("-")[0], {}), **labels.get(name, {})}
 

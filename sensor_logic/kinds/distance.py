@@ -263,7 +263,7 @@ def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: A
     """Return the distance (z,) in m that each zone reads, without noise.
 
     The distance is inf if the zone detects no target. Each zone has k rays, with `ranges` (z, k) in
-    m. `reflectance` (z, k) is that of the surfaces that the rays hit.
+    m. `reflectance` (z, k) is the reflectance of the surfaces that the rays hit, 0 to 1.
     """
     near = np.maximum(ranges, max(parameters.range_min, 1e-6))
     visible = (range_of(parameters, reflectance) / near) ** 2 / ranges.shape[1]

@@ -293,7 +293,7 @@ class LightParameters(Parameters):
 class LightSensor(Model):
     """Model of one light sensor.
 
-    Its state is that of its photoresistor or integrator, and of its comparator.
+    Its state is the state of its photoresistor or integrator, and of its comparator.
     """
 
     def __init__(self) -> None:
@@ -342,8 +342,8 @@ class LightSensor(Model):
     ) -> float:
         """Store resistance and voltage in `fields`, and return the apparent illuminance in lux.
 
-        The apparent illuminance is that of constant light with the photoresistor's present
-        conductance. At the first update, the light counts as constant.
+        The apparent illuminance is the constant illuminance that would give the photoresistor its
+        present conductance. At the first update, the light counts as constant.
         """
         curve = parameters.resistance_10lux, parameters.gamma, parameters.dark_resistance
         target = conductance(lux, *curve)

@@ -301,7 +301,7 @@ class ForceResistor:
         Parameters
         ----------
         time_s
-            The time in s, not before that of the previous call.
+            The time in s, not before the time of the previous call.
         unit_noise
             A standard normal number, used for the repeatability if a press begins at this update.
         """
@@ -327,8 +327,8 @@ class ForceResistor:
         """Return the resistance in ohms, with a play operator on the logarithm of the conductance.
 
         For a growing load, the conductance follows the typical curve. When the load begins to fall,
-        the conductance first stays constant. After that it is 1/(1 − hysteresis) times that of the
-        curve.
+        the conductance first stays constant. After that it is 1/(1 − hysteresis) times the
+        conductance of the curve.
         """
         typical = typical_resistance(parameters, force)
         if parameters.hysteresis == 0.0:
@@ -509,7 +509,7 @@ def _with_load(part: Mapping[str, Any], ohms: float) -> dict[str, Any]:
 
 
 # Pads whose switch closes at a force, and which measure none: resistance, voltage and ADC of their
-# samples are those of an ideal FSR 402, and mean nothing.
+# samples belong to an ideal FSR 402, and mean nothing.
 POUND_FORCE = 4.4482
 INCH = 0.0254
 SMART_CAREGIVER = (

@@ -374,12 +374,13 @@ class WarmCause:
 
 @dataclass(frozen=True)
 class _WarmUpdate:
-    """The hits of a pyroelectric detector at one update. Arrays have one entry per ray, shape (n,).
+    """The warmth that a pyroelectric detector's n rays hit at one update. Arrays have shape (n,).
 
     Attributes
     ----------
     power
-        The power on the elements above that from surroundings at `ambient`, in W per m² of lenslet.
+        The radiant power on the elements, minus the power that would reach them if every surface
+        had the temperature `ambient`. The unit is W per m² of lenslet.
     temperature
         The temperature of the surface that the ray hits, in K.
     ranges

@@ -127,7 +127,7 @@ class Link:
     def flush(self, seconds: float = ANSWER_S) -> bool:
         """Wait at most `seconds` until the broker has acknowledged all messages.
 
-        Return whether it has acknowledged all. Raise AngenError if it refuses one.
+        Return whether the broker has acknowledged all. Raise AngenError if it refuses one.
         """
         end = time.monotonic() + seconds
         while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:

@@ -88,7 +88,8 @@ class FrameWorld:
 
     def _settings(self, key: Key) -> BodySettings:
         """Return the settings of a body at the middle frame."""
-        # Stored only for bodies near a pad that was due; for others, those of the present frame.
+        # Stored only for bodies near a pad that published; for other bodies, the present frame's
+        # are used.
         settings = self._states[1].settings
         if key not in settings:
             settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]))
@@ -141,7 +142,7 @@ class FrameWorld:
         )
 
     def near(self, key: Key) -> list[Key]:
-        """Return the keys of the bodies whose bounds overlap those of a body.
+        """Return the keys of the bodies whose bounds overlap the bounds of a body.
 
         Bounds are swept over the three frames.
         """
@@ -331,7 +332,7 @@ class FrameWorld:
         return RequiredLoad(load, centres, settings.mass, moved.reach, problem)
 
     def _force_field_problem(self, body: ContactBody) -> str:
-        """Return a text for the user if a force field may push a body; else ""."""
+        """Return a text for the user if a force field may push a body; "" if none may."""
         for obj in self._bodies.fields:
             field = obj.evaluated_get(self._depsgraph).field
             weights = self._depsgraph.scene.rigidbody_world.effector_weights

@@ -36,7 +36,7 @@ class MissingMass:
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
     def problem(self, pad: Key) -> str:
-        """Return a text for the user if a missing weight makes the reading unknown; else ""."""
+        """Return a text for the user if a missing weight makes the reading unknown; "" if not."""
         row = self._solids.row_of(pad)
         if row is None:
             return ""
@@ -53,7 +53,7 @@ class MissingMass:
         return self._resting_problem(solid, self._bodies.by_key[pad].tolerance)
 
     def _resting_problem(self, pad: Solid, tolerance: float) -> str:
-        """Return a text if an active rigid body on the pad is not simulated; else "".
+        """Return a text if an active rigid body on the pad is not simulated; "" if all are.
 
         The body may lie on the pad itself, or on objects that lie on the pad. `tolerance` is the
         largest gap in m.

@@ -75,8 +75,8 @@ class ContactTracker:
         pads
             All pads.
         due
-            Identifiers of the pads for which `forces` will be called for this frame, after the next
-            `look`.
+            Identifiers of the pads whose forces at this frame will be queried. The query comes
+            after the next `look`, because these forces also depend on the motion to the next frame.
         """
         last = self._newest if metres == self._metres else None
         if last is None or frame != last.frame + 1:
@@ -136,7 +136,7 @@ class ContactTracker:
 
 
 def _cache_problem(scene: Any, frame: int) -> str:
-    """Return why the poses at a frame in the rigid-body cache may be wrong; else ""."""
+    """Return why the rigid-body cache may have wrong poses at a frame; "" if it has right ones."""
     world = scene.rigidbody_world
     cache = world.point_cache
     if frame < cache.frame_start:

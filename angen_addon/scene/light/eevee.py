@@ -31,9 +31,10 @@ EEVEE_FACE = 10.0
 
 
 def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Return the linear radiance (4, 3) for each light request.
+    """Render the four views of each light sensor; return the linear radiance (4, 3) of each.
 
-    It is that of the request's views along −Z, −X, +Z and +X.
+    The views look along the sensor's own axes −Z, −X, +Z and +X, as if at four walls around it.
+    Each view is a row of the result.
     """
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples // WALLS))

@@ -39,19 +39,19 @@ class LightRequest:
     name
         The name of the sensor.
     matrix
-        Its pose (4, 4) in the world, with orthonormal axes.
+        The sensor's pose (4, 4) in the world, with orthonormal axes.
     method
-        FOUR_WALL or ILLUMINANCE.
+        FOUR_WALL renders four views from the sensor; ILLUMINANCE renders the light on its face.
     engine
         CYCLES or EEVEE.
     samples
         The light paths of a reading.
     clip_start, clip_end
-        The clip distances of a view.
+        The clip distances of each of the four views.
     field_of_view
-        The angle of a view, in radians.
+        The angle of each of the four views, in radians.
     exposure
-        The exposure of the sensor.
+        With FOUR_WALL, a radiance of 1/exposure reads 100 %.
     steady
         Whether nothing in the file animates these settings.
     """

@@ -83,7 +83,7 @@ def share_out(
     Returns
     -------
     list
-        For each picture, the requests by their first pixels.
+        A dictionary for each picture: the requests, by the number of their first pixel.
     """
     found = []
     while wanted:
@@ -103,8 +103,9 @@ def share_out(
 class Picture:
     """A square of pixels in a light scene, with the views of some light sensors.
 
-    Each light request has `count` neighbouring pixels: one for each of its views, then a second one
-    for each. The datablocks made for the picture are visible only while it is shown.
+    Each light request has `count` neighbouring pixels: first a pixel for each of its views, then a
+    second pixel for each view. The datablocks made for the picture are visible only while it is
+    shown.
 
     Parameters
     ----------

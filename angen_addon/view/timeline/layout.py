@@ -358,8 +358,8 @@ def labels(
 ) -> TimelinePicture:
     """Return the picture of the rows' names; empty if the rows are too low for letters.
 
-    With `ground`, the picture also has the dark ground of the rows. `chosen` are the session uids
-    of highlighted sensors.
+    If `ground` is True, the picture also has the dark ground of the rows. `chosen` are the session
+    uids of highlighted sensors.
     """
     picture = TimelinePicture()
     placed = place(history.rows, view)

@@ -2,7 +2,7 @@
 """Coverage of motion detectors: decide with the detector's own model whether it detects a motion.
 
 A motion starts at an update of the detector. If the detector tilts its fan from update to update,
-it is an update with the first tilt.
+the motion starts at an update with the first tilt.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from .range_scan import PirParameters, fan_directions
 
 
 def view(parameters: PirParameters, update: Update, rate: float) -> DetectorView:
-    """Return the view of a motion detector; its arguments are those of `Kind.view`."""
+    """Return the view of a motion detector; the parameters are as for `Kind.view`."""
     if parameters.model == "PYROELECTRIC":
         return _warm_view(parameters, update, rate)
     fan = fan_directions(parameters)
@@ -193,8 +193,8 @@ class WarmView:
     free
         The ranges (n,) in m in the room without a body.
     behind
-        The radiosity (n,) of the surfaces that the rays hit without a body, in W/m² above that of
-        surfaces at ambient temperature.
+        The radiosity (n,) of the surfaces that the rays hit without a body, minus the radiosity of
+        a surface at ambient temperature, in W/m².
     body
         The same for the body.
     threshold

@@ -47,7 +47,7 @@ class Zone:
     polarity
         The polarity of the element, +1 or −1.
     gain
-        The area of the lenslet, relative to that of the other lenslets.
+        The area of the lenslet, relative to the areas of the other lenslets.
     """
 
     azimuth: float
@@ -239,8 +239,8 @@ def dual(focal: float) -> tuple[Element, ...]:
 def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
     """Return four elements of 0.6 × 0.6 mm, 0.4 mm apart, for the focal length `focal` in mm.
 
-    The left and the right elements differ in polarity. With `crossed`, the upper and the lower
-    elements of each side also differ.
+    The left and the right elements differ in polarity. If `crossed` is True, the upper and the
+    lower elements of each side also differ.
     """
     return tuple(
         Element(x * 0.5 / focal, y * 0.5 / focal, 0.6 / focal, 0.6 / focal, x * y if crossed else x)

@@ -296,7 +296,7 @@ def crossing_peak(
     distance
         The distance of the target in m.
     contrast
-        The temperature of the target above that of the room, in K.
+        The temperature of the target minus the temperature of the room, in K.
     speed
         The speed of the target in m/s.
 
@@ -386,7 +386,7 @@ class _Optics(NamedTuple):
 
 
 class PyroelectricDetector(Model):
-    """Model of one detector. Its state is that of its filters and its output timing."""
+    """Model of one detector. Its state is the state of its filters and its output timing."""
 
     def __init__(self) -> None:
         self._wired, self._radio = OutputTiming(), RadioTiming()
@@ -396,7 +396,7 @@ class PyroelectricDetector(Model):
         self._time = 0.0
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
-        """Return the readings; `updates` must continue those of the previous call."""
+        """Return the readings; `updates` must follow the updates of the previous call."""
         optics = self._optics(parameters, updates.pose)
         if optics.zones != self._zones:
             # A change of the power caused by another lens is not movement.

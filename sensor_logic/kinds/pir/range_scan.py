@@ -336,7 +336,7 @@ class RangeScan(Model):
         self._parameters: PirParameters | None = None
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
-        """Return the readings; `updates` must continue those of the previous call."""
+        """Return the readings; `updates` must follow the updates of the previous call."""
         if parameters != self._parameters:
             self._parameters, self._last = parameters, {}
         fan = fan_directions(parameters)
@@ -370,8 +370,8 @@ class RangeScan(Model):
         """Return the largest change of a range since the last scan at a tilt: (k, tilts) in m.
 
         The change is 0 if there was no scan at that tilt. Ranges are limited to range_min …
-        range_max. `which` (k,) has the indices of the updates to scan at. `bundle` is the first
-        argument of the query `RAYS`.
+        range_max. `which` (k,) has the indices of the updates to scan at. `bundle` is the number by
+        which the query `RAYS` identifies rays that are cast together.
         """
         rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
             parameters, updates.pose

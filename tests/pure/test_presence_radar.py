@@ -5,7 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Start
 from angen_sensors.sensor_logic.kinds.presence_radar import KIND
+from angen_sensors.sensor_logic.kinds.presence_radar.coverage import view
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from angen_sensors.sensor_logic.kinds.presence_radar.radar import (
     TRUNK,
@@ -23,9 +25,9 @@ from angen_sensors.sensor_logic.kinds.presence_radar.radar import (
     separate,
     sweep,
 )
-from angen_sensors.sensor_logic.model import Updates
+from angen_sensors.sensor_logic.model import Pose, Update, Updates
 from angen_sensors.sensor_logic.noise import generator
-from angen_sensors.sensor_logic.radio.echoes import Echoes
+from angen_sensors.sensor_logic.radio.echoes import ECHOES, Echoes
 from angen_sensors.sensor_logic.radio.substances import attenuation, reflectance
 from radar_scene import POSE, Ball, Person, Scene, Wall, last, numbers, polar, run, tracker
 
@@ -436,3 +438,50 @@ def test_noise_scatters_and_repeats():
     energy = np.array([gate_energies(reading.fields["gates"])[8][1] for reading in one])
     assert energy.std() == pytest.approx(3.0, rel=0.2)
     assert all(is_finite(reading.fields) for reading in one)
+
+
+# Coverage maps
+
+
+def covered(name, distance, motion, degrees=0.0, walls=(), heading=math.pi / 2, **values):
+    """Return the strength with which a radar at 1 m above the floor notices a motion."""
+    parameters = part(name, rays_across=200, rays_up=100, **values)
+    scene = Scene([], list(walls))
+    pose = Pose(np.array([0.0, 0.0, 1.0]), POSE.axes)
+    looking = view(parameters, Update(0, 0.0, pose, {ECHOES: scene.answer}), 10.0)
+    x, y, _ = polar(distance, degrees)
+    moves = MOTIONS[motion]
+    length = float(moves.lengths(np.full((1, 8), 5.0))[0, 0])
+    start = Start(np.array([[x, y, 0.0]]), np.array([heading]), np.array([length]))
+    assert looking.may_notice(moves, start).all() or not looking.strengths(moves, start).any()
+    return float(looking.strengths(moves, start)[0])
+
+
+def test_a_map_covers_what_the_radar_detects():
+    assert covered("LD2410", 4.0, "STEP") > 1.0 > covered("LD2410", 7.5, "STEP")
+    assert covered("LD2410", 3.0, "STILL") > 1.0
+    assert covered("LD2410", 1.4, "ARM", heading=0.0) > 1.0
+    assert covered("LD2410", 3.0, "CRAWL") > covered("LD2410", 3.0, "CAT")
+    assert covered("LD2410", 3.0, "STEP", degrees=95.0) == 0.0, "outside of the field of view"
+    assert covered("LD2410", 3.0, "STILL", walls=[Wall(2.0, "CONCRETE", 0.2, True)]) == 0.0
+
+
+def test_a_map_counts_a_wall_twice_and_only_in_front_of_the_body():
+    free = covered("LD2410", 3.0, "STILL")
+    behind = covered("LD2410", 3.0, "STILL", walls=[Wall(1.5)])
+    loss = attenuation("PLASTERBOARD", 0.025, 24.125)
+    assert behind == pytest.approx(free * 10.0 ** (-0.2 * loss))
+    assert covered("LD2410", 3.0, "STILL", walls=[Wall(3.5)]) == free
+
+
+def test_a_map_agrees_with_the_model():
+    """A cylinder of the same size, height and speed gives the model the same ratio."""
+    parameters = part("LD2410", rays_across=200, rays_up=100)
+    still = MOTIONS["STILL"]
+    scene = Scene([Person((0.0, 3.0, 0.925 - 1.0), half=0.325, breathing=0.005)])
+    beams = radar_beams(parameters, POSE)
+    rays = beams.origins, beams.directions, beams.length, parameters.frequency
+    seen = sweep(parameters, beams.weight, scene.answer(0, *rays), 0.1)
+    ratio = (seen.still / calibration(parameters).still_needed).max()
+    assert (still.bottom, still.top) == (0.6, 1.25)
+    assert covered("LD2410", 3.0, "STILL") == pytest.approx(ratio, rel=1e-9)

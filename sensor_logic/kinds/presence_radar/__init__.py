@@ -13,6 +13,7 @@ from __future__ import annotations
 from ...kind import Field, Kind
 from ...radio.echoes import ECHOES
 from ...radio.properties import OWNER_PROPERTIES
+from .coverage import view
 from .parameters import RadarParameters
 from .presets import PRESETS
 from .radar import PresenceRadar
@@ -36,7 +37,7 @@ KIND = Kind(
         PRESENCE,
         MOVING,
         DISTANCE,
-        Field("targets", int, optional=True),
+        Field("targets", int),
         Field("x_m", str, optional=True),
         Field("y_m", str, optional=True),
         Field("speed_mps", str, optional=True),
@@ -47,5 +48,6 @@ KIND = Kind(
     in_room=True,
     presets=PRESETS,
     part="LD2410",
+    view=view,
     owner_properties=OWNER_PROPERTIES,
 )

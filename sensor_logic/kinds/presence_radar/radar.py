@@ -505,14 +505,12 @@ def _readings(
         "presence": presence[which],
         "moving": np.array([bool(one.moving.any()) for one in chosen], bool),
         "distance_m": distance[which],
+        "targets": [len(one.targets) for one in chosen],
+        "x_m": [_joined(x_of(target) for target in one.targets) for one in chosen],
+        "y_m": [_joined(y_of(target) for target in one.targets) for one in chosen],
+        "speed_mps": [_joined(target.speed for target in one.targets) for one in chosen],
         "gates": [gates_text(one) for one in chosen],
-        **dict.fromkeys(("targets", "x_m", "y_m", "speed_mps")),
     }
-    if parameters.max_targets:
-        fields["targets"] = [len(one.targets) for one in chosen]
-        fields["x_m"] = [_joined(x_of(t) for t in one.targets) for one in chosen]
-        fields["y_m"] = [_joined(y_of(t) for t in one.targets) for one in chosen]
-        fields["speed_mps"] = [_joined(t.speed for t in one.targets) for one in chosen]
     return Readings(presence[which], distance[which], fields)
 
 

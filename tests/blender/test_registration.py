@@ -183,6 +183,7 @@ def test_enum_numbers_in_files(world):
         "DISTANCE": 5,
         "CONTACT": 6,
         "PRESENCE_RADAR": 8,
+        "THERMAL_ARRAY": 7,
     }
 
 

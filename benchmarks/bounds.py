@@ -233,6 +233,13 @@ BOUNDS["coverage"] = (
     ("office.zones", "share - bound", "<= 1e-9", ""),
     ("office.arm", "share - bound", "<= 1e-9", ""),
 )
+BOUNDS["thermal_array"] = (
+    ("", "errors|length", "== 12", ""),
+    ("errors[rays >= 21]", "rms_k", "<= 0.1", "of all pixels, against 1024 rays each"),
+    ("errors", "with_edge", ">= 0.02", "of the pixels have an edge in them"),
+    ("", "runs|length", "== 6", ""),
+    ("runs", "updates", ">= arrays * 5", ""),
+)
 BOUNDS["study"] = (
     ("", "lengths|map(attribute='frames')|join(' ')", "== '96 576'", ""),
     ("lengths", "ways|map(attribute='jobs')|join(' ')", "== '1 2'", ""),

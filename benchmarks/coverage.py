@@ -37,12 +37,12 @@ from angen_sensors.sensor_logic.coverage.motions import (
 from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
 from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
-    STEFAN_BOLTZMANN,
     response_of,
     threshold_of,
     zones_of,
 )
 from angen_sensors.sensor_logic.kinds.pir.range_scan import PirParameters
+from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN
 from angen_sensors.sensor_logic.wording import ZERO_CELSIUS
 
 from .common import open_home, progress, sensors_of, spread

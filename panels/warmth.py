@@ -112,21 +112,21 @@ def _draw_inherited(layout: Any, obj: Any) -> None:
 
 def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> None:
     """Draw warnings of what a pyroelectric detector cannot sense in this scene."""
-    if not warmth.pyroelectric([sensor]):
+    if not warmth.sensing_warmth([sensor]):
         return
     cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
     if cold:
         draw_lines(layout, cold.text, "INFO")
     if slow:
-        _draw_rate(draw_lines(layout, slow.text, "INFO"), context.scene)
+        _draw_rate(draw_lines(layout, slow.text, "INFO"), context.scene, sensor.kind.signal_rate)
     layout.operator(ANGEN_OT_lens_table.bl_idname, icon="TEXT")
 
 
-def _draw_rate(layout: Any, scene: Any) -> None:
-    """Draw a button that sets the active sensor's update rate as high as its signal needs."""
+def _draw_rate(layout: Any, scene: Any, enough: float) -> None:
+    """Draw a button that sets the active sensor's update rate to at least `enough` (Hz)."""
     frames = scene.render.fps / scene.render.fps_base
     # The lowest rate that is high enough and divides the frame rate.
-    rate = max(frames / max(1.0, frames // warmth.ENOUGH_RATE), warmth.ENOUGH_RATE)
+    rate = max(frames / max(1.0, frames // enough), enough)
     fit = layout.operator("wm.context_set_float", text=f"Set to {rate:g} Hz", icon="CHECKMARK")
     fit.data_path, fit.value = "object.angen_sensor.update_rate", rate
 

@@ -58,6 +58,9 @@ class Field:
     quantity
         The physical quantity, such as "motion" or "force". It determines the type of message in the
         formats of other tools.
+    shape
+        The names of the parameters with the numbers of columns and of rows, for a text that holds a
+        picture: a number for each of its pixels, row by row, with semicolons. Reports show it.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Field:
     optional: bool = False
     used_when: UsedWhen = ()
     quantity: str = ""
+    shape: tuple[str, str] | None = None
 
     def text(self, value: float, lengths: Lengths = METRES) -> str:
         """Return a value with its unit, as shown in the interface and in reports."""
@@ -126,6 +130,9 @@ class Kind:
     needs
         The queries that the model makes to the scene. Each has pairs of a parameter and a choice:
         the model makes the query if all these parameters have these choices.
+    signal_rate
+        The update rate in Hz that suffices for the signal of a moving body, for models whose signal
+        builds up between updates; a lower rate is warned of. 0: any rate suffices.
     in_room
         Whether the sensor observes the room that it is mounted in. A sensor that is part of a door
         or of furniture does not.
@@ -156,6 +163,7 @@ class Kind:
     samples: tuple[Field, ...]
     model: Callable[[], Any]
     needs: Mapping[str, UsedWhen] = field(default_factory=dict)
+    signal_rate: float = 0.0
     in_room: bool = False
     presets: tuple[Preset, ...] = ()
     part: str = ""

@@ -288,7 +288,9 @@ def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
 
 
 def _is_empty(column: Column) -> bool:
-    """Return whether all values in a column of floats are NaN."""
+    """Return whether no row of a column of texts or floats has a value."""
+    if column.type is str:
+        return not any(column.texts)
     return all(np.isnan(part).all() for _, part in column.parts())
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Models of circuits (voltage divider, converter, output stage), and photometric quantities."""
+"""Models of circuits: voltage divider, converter and output stage. Also radiation and light."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .model import Array
+from .model import Array, Emission
 
 # Voltage divider with a load resistor to ground, and the converter that reads it.
 #
@@ -226,6 +226,23 @@ class RadioTiming:
         self._sent = time
         earliest = self._messages[-1][0] if self._messages else time
         self._messages.append((max(time + delay, earliest), active))
+
+
+# Thermal radiation.
+
+# In W/(m²·K⁴), CODATA 2018.
+STEFAN_BOLTZMANN = 5.670374419e-8
+
+
+def radiosity(seen: Emission) -> Array:
+    """Return the radiosity (n,) of the surfaces in W/m².
+
+    It is what they emit plus what they reflect of surroundings at the ambient temperature.
+    """
+    emitted = seen.emissivity * seen.temperature**4
+    reflected = (1.0 - seen.emissivity) * seen.ambient**4
+    result: Array = STEFAN_BOLTZMANN * (emitted + reflected)
+    return result
 
 
 # Photometric quantities from radiometric ones: luminance, illuminance, 8-bit counts.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Typical temperatures of things, and advice if pyroelectric detectors have nothing to sense."""
+"""Typical temperatures of things, and advice if sensors of warmth have nothing to sense."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ from ..scene.surfaces.warmth import collection_parents, inherited_warmth
 # A material is bare skin if its name contains one of these words.
 SKIN_WORDS = ("skin", "face", "head", "hand", "lip", "eye", "iris", "body", "flesh")
 SKIN_CELSIUS = 33.0
-# Hz. At a lower update rate the signal of a walker is more than 5 % too low.
-ENOUGH_RATE = 20.0
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,7 @@ def warm_things(view_layer: Any) -> Iterator[Any]:
             yield obj
 
 
-def pyroelectric(sensors: Iterable[Sensor]) -> list[Sensor]:
+def sensing_warmth(sensors: Iterable[Sensor]) -> list[Sensor]:
     """Return the sensors among `sensors` that sense heat radiation."""
     return [s for s in sensors if s.kind.requires(WARMTH, s.parameters)]
 
@@ -111,14 +109,14 @@ def nothing_warm(view_layer: Any) -> Advice | None:
         return None
     return Advice(
         "Nothing in the scene has a temperature: everything is as warm as the room, so "
-        "detectors sense no movement",
+        "detectors sense nobody",
         "Select the person, then Physics tab, Temperature, Set Usual, Person",
     )
 
 
 def too_slow(sensor: Sensor) -> Advice | None:
-    """Return a warning if a pyroelectric detector's update rate is too low for its signal."""
-    if sensor.settings.update_rate >= ENOUGH_RATE:
+    """Return a warning if a sensor's update rate is too low for its signal."""
+    if sensor.settings.update_rate >= sensor.kind.signal_rate:
         return None
     return Advice(
         f"At {sensor.settings.update_rate:g} updates per second the signal of a walker is up to "

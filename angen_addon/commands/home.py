@@ -54,7 +54,7 @@ def print_advice(sensors: list[Sensor], quiet: bool) -> None:
 
 
 def _advise_on_warmth(sensors: list[Sensor]) -> None:
-    found = warmth.pyroelectric(simulated(sensors))
+    found = warmth.sensing_warmth(simulated(sensors))
     cold = warmth.nothing_warm(bpy.context.view_layer) if found else None
     if cold:
         note(uncapitalized(cold.text))

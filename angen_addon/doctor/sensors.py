@@ -257,8 +257,8 @@ def _named_objects(home: Examined) -> Iterator[tuple[str, Any]]:
 
 
 def nothing_warm(home: Examined) -> Iterator[Found]:
-    """Yield a finding if there are pyroelectric detectors, but no object has a temperature."""
-    found = warmth.pyroelectric(home.sensors)
+    """Yield a finding if there are sensors of warmth, but no object has a temperature."""
+    found = warmth.sensing_warmth(home.sensors)
     warning = warmth.nothing_warm(home.view_layer) if found else None
     if warning:
         names = tuple(s.name for s in found)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...sensor_logic.geometry.pixels import pixel_corners
 from ...sensor_logic.kinds.distance import DistanceParameters, sigma, zone_rays
 from ...sensor_logic.model import Array, Pose
 from ...sensor_logic.wording import named, quoted
@@ -166,15 +167,8 @@ def zone_corners(parameters: Any, pose: Pose) -> Array:
 
     The edges of a zone are in circular order, from the upper left one.
     """
-    across, up = parameters.zones_across, parameters.zones_up
-    x = np.tan(parameters.horizontal_fov / 2) * np.linspace(-1.0, 1.0, across + 1)
-    y = -np.tan(parameters.vertical_fov / 2) * np.linspace(-1.0, 1.0, up + 1)
-    column, row = np.arange(across * up) % across, np.arange(across * up) // across
-    corners = [(column + a, row + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    directions = np.stack([np.stack([x[a], y[b], np.full(len(a), -1.0)], 1) for a, b in corners], 1)
-    world = directions @ pose.axes.T
-    found: Array = world / np.linalg.norm(world, axis=-1, keepdims=True)
-    return found
+    angles = parameters.horizontal_fov, parameters.vertical_fov
+    return pixel_corners(pose.axes, angles, (parameters.zones_across, parameters.zones_up))
 
 
 # Housings. The sizes of chips are from ST's data sheets; the boards have usual sizes.

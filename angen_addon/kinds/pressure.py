@@ -76,15 +76,15 @@ def force_figure(pose: Pose, metres: float, force: float, centre: tuple[float, f
     return drawn
 
 
-def force_of_reading(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figure | None:
+def force_of_reading(seen: Any, fields: Mapping[str, Any], metres: float) -> Figure | None:
     """Draw the arrow for a reading's force; return None if its centre of pressure is unknown.
 
-    `pose` is the pose of the pad in m, and `metres` the length of a Blender unit in m.
+    `seen` is the `DrawnSensor` of the pad, and `metres` the length of a Blender unit in m.
     """
     centre = fields["cop_x_m"], fields["cop_y_m"]
     if not all(math.isfinite(c) for c in centre):
         return None
-    return force_figure(pose, metres, fields["force_n"], centre)
+    return force_figure(seen.pose, metres, fields["force_n"], centre)
 
 
 # Housings. The default is a pad for seats and below furniture. The others have the sizes of their

@@ -119,9 +119,14 @@ def _sensor_facts(sensor: Sensor) -> ReportedSensor:
     settings = []
     if rate != sensor.kind.update_rate:
         settings.append(("update_rate", format_quantity(rate, "Hz")))
-    return ReportedSensor(
-        sensor.name, sensor.kind.identifier, sensor.room, 1.0 / rate, (*settings, *_changed(sensor))
+    shapes = tuple(
+        (f.name, (getattr(sensor.parameters, f.shape[0]), getattr(sensor.parameters, f.shape[1])))
+        for f in sensor.kind.samples
+        if f.shape is not None
     )
+    settings += _changed(sensor)
+    kind, room = sensor.kind.identifier, sensor.room
+    return ReportedSensor(sensor.name, kind, room, 1.0 / rate, tuple(settings), shapes)
 
 
 def _changed(sensor: Sensor) -> list[tuple[str, str]]:

@@ -20,6 +20,7 @@ import bpy
 import numpy as np
 
 from ...sensor_logic.kinds import KINDS, owner_properties
+from ...sensor_logic.parameters import specs
 from .animation import action_curves, set_by_animation
 from .lengths import SUFFIX
 from .marks import COVERAGE_MARK
@@ -116,13 +117,13 @@ def default_owner_properties(struct: Any) -> frozenset[str]:
 
     They are left out, so that a new kind of sensor changes no facts of earlier files.
     """
-    found = [made.attribute for made in owner_properties(type(struct).__name__)]
-    return frozenset(name for name in found if _is_default(getattr(struct, name)))
-
-
-def _is_default(group: Any) -> bool:
-    names = group.bl_rna.properties.keys() - {"rna_type"}
-    return all(getattr(group, n) == group.bl_rna.properties[n].default for n in names)
+    found = []
+    for made in owner_properties(type(struct).__name__):
+        group = getattr(struct, made.attribute)
+        known = group.bl_rna.properties
+        if all(getattr(group, name) == known[name].default for name in specs(made.parameters)):
+            found.append(made.attribute)
+    return frozenset(found)
 
 
 def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Facts:

@@ -27,7 +27,7 @@ def no_rows(layout: Any, context: Any, sensor: Any, seen: Any) -> None:
     """Add no rows to the panel: the default of `Appearance.details`."""
 
 
-def no_reading_figure(pose: Any, fields: Mapping[str, Any], metres: float) -> None:
+def no_reading_figure(seen: Any, fields: Mapping[str, Any], metres: float) -> None:
     """Return no figure: the default of `Appearance.reading_figure`."""
 
 
@@ -72,7 +72,7 @@ class Appearance:
         Draws the rays of such a bundle that detected movement. It also gets the ranges (n,) of the
         scan before. Default: nothing.
     reading_figure
-        Draws a reading from the sensor's pose and the published fields. Default: nothing.
+        Draws a reading from the sensor and the published fields. Default: nothing.
     drawn_fields
         Names of the fields that `reading_figure` needs.
     handles

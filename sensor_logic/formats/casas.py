@@ -30,7 +30,7 @@ LINE = re.compile(
     r"(\d{4}-\d\d-\d\d)[\s,]+(\d\d:\d\d:\d\d(?:\.\d+)?)[\s,]+([^\s,]+)[\s,]+([^\s,]+)"
 )
 
-# The first letters of sensor names: motion, door, item, light switch, light level.
+# The first letters of sensor names: motion, door, item, light switch, light level, temperature.
 PREFIXES = {
     "motion": "M",
     "opening": "D",
@@ -38,6 +38,7 @@ PREFIXES = {
     "light": "L",
     "illuminance": "LS",
     "luminance": "LS",
+    "temperature": "T",
 }
 # The prefix of any other boolean field: an item that is in use or not.
 ITEM = "I"

@@ -41,7 +41,7 @@ BINARY_CLASSES = {
     "proximity": "occupancy",
     "light": "light",
 }
-NUMBER_CLASSES = {"illuminance": "illuminance", "distance": "distance"}
+NUMBER_CLASSES = {q: q for q in ("illuminance", "distance", "temperature")}
 
 
 class Message(NamedTuple):

@@ -31,6 +31,7 @@ _HEADER = ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"
 _VECTOR = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n")
 _WRENCH = ("geometry_msgs/Wrench", "Vector3 force\nVector3 torque\n")
 _ILLUMINANCE = "std_msgs/Header header\nfloat64 illuminance\nfloat64 variance\n"
+_TEMPERATURE = "std_msgs/Header header\nfloat64 temperature\nfloat64 variance\n"
 _RANGE = (
     "uint8 ULTRASOUND=0\nuint8 INFRARED=1\nstd_msgs/Header header\nuint8 radiation_type\n"
     "float32 field_of_view\nfloat32 min_range\nfloat32 max_range\nfloat32 range\n"
@@ -50,6 +51,7 @@ DEFINITIONS = {
     "std_msgs/msg/Float32": "float32 data\n",
     "std_msgs/msg/String": "string data\n",
     "sensor_msgs/msg/Illuminance": _definition(_ILLUMINANCE, _HEADER, _TIME),
+    "sensor_msgs/msg/Temperature": _definition(_TEMPERATURE, _HEADER, _TIME),
     "sensor_msgs/msg/Range": _definition(_RANGE, _HEADER, _TIME),
     "geometry_msgs/msg/WrenchStamped": _definition(
         "std_msgs/Header header\nWrench wrench\n", _HEADER, _TIME, _WRENCH, _VECTOR
@@ -152,7 +154,7 @@ def value_of(schema: str, data: bytes) -> bool | float | str:
     if schema == "std_msgs/msg/String":
         return data[8 : 8 + length - 1].decode()
     body = 4 + -(-(12 + length) // 8) * 8
-    if schema == "sensor_msgs/msg/Illuminance":
+    if schema in MEASURES:
         return float(struct.unpack_from("<d", data, body)[0])
     if schema == "sensor_msgs/msg/Range":
         last = 4 + -(-(13 + length) // 4) * 4 + 12
@@ -171,9 +173,12 @@ STATISTICS, METADATA, METADATA_INDEX, SUMMARY_OFFSET, DATA_END = 0x0B, 0x0C, 0x0
 # Times in message headers are signed 32-bit seconds; times in the file are not negative.
 SECONDS = 0, 2**31 - 1
 RANGE = "sensor_msgs/msg/Range"
+# The messages with a header, a number and its variance.
+ILLUMINANCE, TEMPERATURE = MEASURES = "sensor_msgs/msg/Illuminance", "sensor_msgs/msg/Temperature"
 BY_QUANTITY = {
     "distance": RANGE,
-    "illuminance": "sensor_msgs/msg/Illuminance",
+    "illuminance": ILLUMINANCE,
+    "temperature": TEMPERATURE,
     "force": "geometry_msgs/msg/WrenchStamped",
 }
 BY_TYPE = {bool: "std_msgs/msg/Bool", str: "std_msgs/msg/String"}
@@ -287,8 +292,8 @@ def _bytes(schema: str, time: int, frame: str, change: Change, greatest: float) 
     write: dict[str, Callable[[], bytes]] = {
         "std_msgs/msg/Bool": lambda: bytes(Cdr().number("?", bool(value)).data),
         # A variance of zero means unknown.
-        "sensor_msgs/msg/Illuminance": lambda: bytes(
-            Cdr().header(time, frame).number("d", value, 0.0).data
+        **dict.fromkeys(
+            MEASURES, lambda: bytes(Cdr().header(time, frame).number("d", value, 0.0).data)
         ),
         RANGE: lambda: range_message(
             time,

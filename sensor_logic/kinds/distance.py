@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..geometry.pixels import all_cells, pixel_directions
 from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset
 from ..model import Array, Model, PerPose, Pose, Reading, Update
 from ..parameters import Choice, Parameters, parameter
@@ -223,24 +224,15 @@ def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array,
     Zones are listed by row, from the upper left as seen from the sensor. The rays in each zone are
     listed in the same way.
     """
-    k = parameters.rays
-    x = _cell_middles(parameters.horizontal_fov, parameters.zones_across, k)
-    y = -_cell_middles(parameters.vertical_fov, parameters.zones_up, k)
-    zone = np.broadcast_to(
-        np.stack(np.broadcast_arrays(x[None, :, None, :], y[:, None, :, None]), axis=-1),
-        (parameters.zones_up, parameters.zones_across, k, k, 2),
-    ).reshape(-1, 2)
-    directions = np.column_stack([zone, np.full(len(zone), -1.0)]) @ pose.axes.T
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    directions = pixel_directions(
+        pose.axes,
+        (parameters.horizontal_fov, parameters.vertical_fov),
+        (parameters.zones_across, parameters.zones_up),
+        parameters.rays,
+        all_cells(parameters.rays),
+    )
     origins = np.broadcast_to(pose.origin, directions.shape)
     return origins, directions, np.full(len(directions), reach(parameters))
-
-
-def _cell_middles(angle: float, zones: int, rays: int) -> Array:
-    """Return where rays cross a plane at distance 1: coordinates (zones, rays) along one axis."""
-    cells = zones * rays
-    middles = (np.arange(cells) + 0.5) / cells * 2.0 - 1.0
-    return (math.tan(angle / 2.0) * middles).reshape(zones, rays)
 
 
 def reach(parameters: DistanceParameters) -> float:

@@ -65,7 +65,7 @@ class Track:
         self.value.append(reading.value)
         for name, column in self.columns.items():
             value = reading.fields[name]
-            column.append(math.nan if value is None else value)
+            column.append(_missing(column) if value is None else value)
 
     def extend(self, frames: Iterable[float], times: Iterable[float], readings: Any) -> None:
         """Append n readings.
@@ -80,9 +80,10 @@ class Track:
         for name, column in self.columns.items():
             values = readings.fields[name]
             if values is None:
-                values = np.full(len(self.active) - len(column), math.nan)
+                values = np.full(len(self.active) - len(column), _missing(column))
             elif isinstance(values, list):
-                values = [math.nan if value is None else value for value in values]
+                missing = _missing(column)
+                values = [missing if value is None else value for value in values]
             column.extend(values)
 
     def __len__(self) -> int:
@@ -116,6 +117,11 @@ class Track:
         """Return the index of the last update at or before `frame`; None if there is none."""
         index = self.frames.until(frame) - 1
         return index if index >= 0 else None
+
+
+def _missing(column: Column) -> Any:
+    """Return the value of a column at updates at which a field was not measured."""
+    return "" if column.type is str else math.nan
 
 
 @dataclass

@@ -24,7 +24,8 @@ class ReportedSensor:
     """A sensor in a report.
 
     `period` is the time between updates in s. `settings` has the parameters that differ from their
-    defaults, as pairs of a name and a value with its unit.
+    defaults, as pairs of a name and a value with its unit. `shapes` has the numbers of columns and
+    of rows of each field that holds a picture.
     """
 
     name: str
@@ -32,6 +33,7 @@ class ReportedSensor:
     room: str
     period: float
     settings: tuple[tuple[str, str], ...] = ()
+    shapes: tuple[tuple[str, tuple[int, int]], ...] = ()
 
 
 @dataclass(frozen=True)

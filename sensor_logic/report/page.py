@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from ..kinds import KINDS
 from .facts import Figures, PlanStorey, Report, ReportedSensor, figures
 from .floor_plan import floor_plan
+from .frames import strip
 from .svg import INKS, plain_style, safe, shown_number, style
 from .timeline import LEGEND_HEIGHT, WIDTH, legend, timeline
 
@@ -63,7 +64,7 @@ def html(report: Report) -> str:
         "<h2>Timeline</h2>",
         *(_figure(*drawing) for drawing in _timelines(report)),
     ]
-    for heading, about, drawing in _plans(report):
+    for heading, about, drawing in (*_strips(report), *_plans(report)):
         parts.append(f"<section><h2>{safe(heading)}</h2><p>{safe(about)}</p>")
         parts.append(_figure(*drawing) + "</section>")
     parts += ["<h2>Sensors</h2>", _table(report), _settings(report)]
@@ -133,6 +134,18 @@ def _timelines(report: Report) -> Iterator[tuple[str, float, str]]:
             drawing += "\n" + legend(report, name, height + 16)
             height += LEGEND_HEIGHT
         yield drawing, height, f"Timeline of sensors {rows[0][0]} to {rows[-1][0]}"
+
+
+def _strips(report: Report) -> Iterator[tuple[str, str, tuple[str, float, str]]]:
+    """Yield, for each sensor with pictures, the heading, the caption and the strip."""
+    for number, sensor in _numbered(report):
+        track = report.recording.tracks.get(sensor.name)
+        for field, shape in sensor.shapes:
+            found = None if track is None else strip(track, field, shape)
+            if found is not None:
+                drawing, height, caption = found
+                heading = f"What {number} {sensor.name} saw"
+                yield heading, caption, (drawing, height, heading)
 
 
 def _plans(report: Report) -> Iterator[tuple[str, str, tuple[str, float, str]]]:

@@ -13,9 +13,10 @@ import numpy as np
 from ..kinds import KINDS
 from ..model import Array
 
-# The colour-blind-safe colours of Okabe and Ito, and a brown.
+# The colour-blind-safe colours of Okabe and Ito, a brown, an indigo and a teal.
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 YELLOW, SKY, BLACK, BROWN = "#e69f00", "#56b4e9", "#000000", "#7f4f24"
+INDIGO, TEAL = "#4b3f8f", "#11696f"
 
 # Characters that XML 1.0 or UTF-8 cannot represent.
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
@@ -101,9 +102,11 @@ INKS = {
     "kind4": (YELLOW, "#f0b73c"),
     "kind5": (PURPLE, "#dd9abf"),
     "kind6": (BROWN, "#c89b6d"),
+    "kind7": (INDIGO, "#a99fe6"),
+    "kind8": (TEAL, "#58bfc4"),
     "onkind": ("#ffffff", "#14171a"),
 }
-HUES = 6
+HUES = 8
 
 STYLE = """
 text{font-family:"Inter","Helvetica Neue",Helvetica,Arial,"DejaVu Sans",sans-serif;font-size:12px;
@@ -163,6 +166,9 @@ def mark(kind_name: str, x: float, y: float, label: str, about: str = "") -> str
         4: f'<path {kind} d="M{-half - 1} 7L{1 - half} -7H{half - 1}L{half + 1} 7Z"/>',
         5: f'<path {kind} d="M{-half} -4L0 -9L{half} -4V4L0 9L{-half} 4Z"/>',
         6: f'<path {kind} d="M{-half - 4} 7L0 {-half - 3}L{half + 4} 7Z"/>',
+        7: f'<path {kind} d="M{-half} -3.5L{4 - half} -8H{half - 4}L{half} -3.5V3.5L{half - 4} 8'
+        f'H{4 - half}L{-half} 3.5Z"/>',
+        8: f'<path {kind} d="M{-half - 1} -7H{half + 1}L{half - 1} 7H{1 - half}Z"/>',
     }
     title = f"<title>{safe(about)}</title>" if about else ""
     return (

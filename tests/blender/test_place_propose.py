@@ -42,8 +42,8 @@ def search(flat: Any) -> Any:
     motion = MOTIONS["STEP"]
 
     def make(count: int, cell: float = CELL, **wish: Any) -> Any:
-        parameters, rate = shown.pattern(flat.sensors()[0], "")
-        asked = module.Wish(count, parameters, rate, **{"spacing": 1.0, **wish})
+        pattern = shown.pattern(flat.sensors()[0], "")
+        asked = module.Wish(count, *pattern, **{"spacing": 1.0, **wish})
         return module.propose(flat.update(), flat.sensors(), asked, motion, cell)
 
     return make

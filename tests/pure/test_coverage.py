@@ -20,12 +20,12 @@ from angen_sensors.sensor_logic.error import AngenError
 from angen_sensors.sensor_logic.kinds.pir.coverage import RangeView, WarmView
 from angen_sensors.sensor_logic.kinds.pir.lenses import zone_rays
 from angen_sensors.sensor_logic.kinds.pir.pyroelectric import (
-    STEFAN_BOLTZMANN,
     response_of,
     threshold_of,
     zones_of,
 )
 from angen_sensors.sensor_logic.model import Emission, Pose
+from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN
 from angen_sensors.sensor_logic.report.facts import PlanStorey, SensorInPlan
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -82,6 +82,9 @@ CLASSES = {
     ("DISTANCE", "near"): ("binary_sensor", "occupancy", None),
     ("DISTANCE", "distance_m"): ("sensor", "distance", "m"),
     ("CONTACT", "open"): ("binary_sensor", "door", None),
+    ("THERMAL_ARRAY", "occupied"): ("binary_sensor", "occupancy", None),
+    ("THERMAL_ARRAY", "warm_pixels"): ("sensor", None, None),
+    ("THERMAL_ARRAY", "max_c"): ("sensor", "temperature", "°C"),
 }
 
 
@@ -97,7 +100,7 @@ def test_every_field_has_its_class_and_unit() -> None:
             facts = (entity["p"], entity.get("device_class"), entity.get("unit_of_measurement"))
             found[kind, field] = facts
             assert entity["state_topic"] == f"flat/{kind.lower()}/{field}"
-            is_number = "unit_of_measurement" in entity
+            is_number = KINDS[kind].fields[field].type in (int, float)
             assert entity.get("state_class") == ("measurement" if is_number else None)
     assert found == CLASSES
 

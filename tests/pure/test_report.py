@@ -4,10 +4,13 @@
 The lines of its plan are compared with closed forms and scipy; also its columns of time.
 """
 
+import base64
 import itertools
 import math
 import re
+import struct
 import xml.etree.ElementTree as ET
+import zlib
 from dataclasses import replace
 from typing import Any
 
@@ -27,6 +30,7 @@ from angen_sensors.sensor_logic.report.facts import (
     figures,
     quantity,
 )
+from angen_sensors.sensor_logic.report.frames import chosen_rows, png, strip
 from angen_sensors.sensor_logic.report.sections import Line, cut, from_above, joined, simplified
 from angen_sensors.sensor_logic.report.svg import (
     HUES,
@@ -447,3 +451,50 @@ def test_figures_and_the_envelope() -> None:
 def test_ticks_of_time_are_round(span: tuple[float, float], labels: list[str]) -> None:
     found = timeline.moments(*span, 9)
     assert [timeline.time_label(t, span[1] - span[0]) for t in found] == labels
+
+
+# Strips of pictures
+
+
+def pictured(active: Any, values: Any, shape: tuple[int, int] = (2, 3)) -> Report:
+    """Return a report of one array whose pixels all have the value of the reading."""
+    n, (columns, rows) = len(active), shape
+    made = track("Eye", "THERMAL_ARRAY", np.arange(float(n)), np.array(active), np.array(values))
+    texts = [";".join([f"{value:.2f}"] * columns * rows) for value in values]
+    made.columns["frame_c"] = Column(str, texts)
+    made_report = report([made], float(n))
+    (sensor,) = made_report.sensors
+    return replace(made_report, sensors=(replace(sensor, shapes=(("frame_c", shape),)),))
+
+
+def test_a_strip_has_the_changes_of_state_and_the_highest_picture() -> None:
+    active = [False] * 5 + [True] * 4 + [False] * 31
+    values = [21.0] * 5 + [28.0, 29.0, 30.0, 28.0] + [21.0] * 31
+    made = pictured(active, values)
+    page_text = page.html(made)
+    assert "What 1 Eye saw" in page_text and "pale yellow 30.0 °C" in page_text
+    assert page_text.count("data:image/png;base64,") == 8
+    for time in (0, 5, 7, 9):
+        assert f">{time}.0 s</text>" in page_text
+
+
+def test_many_changes_leave_eight_pictures_in_order() -> None:
+    made = pictured([i % 2 == 1 for i in range(100)], np.linspace(20, 30, 100))
+    rows = chosen_rows(made.recording.tracks["Eye"])
+    assert len(rows) == 8 and rows == sorted(rows) and rows[0] == 0 and rows[-1] == 99
+
+
+def test_a_picture_of_another_shape_is_left_out() -> None:
+    made = pictured([True, True], [21.0, 21.0])
+    assert strip(made.recording.tracks["Eye"], "frame_c", (8, 8)) is None
+
+
+def test_a_png_holds_its_colours_row_by_row_from_above() -> None:
+    picture = np.array([[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+    head, _, text = png(picture).partition(",")
+    data = base64.b64decode(text)
+    assert head == "data:image/png;base64" and data[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", data[16:24]) == (2, 1)
+    start = data.index(b"IDAT") + 4
+    (length,) = struct.unpack(">I", data[start - 8 : start - 4])
+    assert zlib.decompress(data[start : start + length]) == bytes([0, 255, 0, 0, 0, 255, 0])

@@ -17,15 +17,13 @@ import numpy as np
 from ....sensor_logic.kind import WARMTH
 from ....sensor_logic.kinds.pir.lenses import zone_rays
 from ....sensor_logic.kinds.pir.pyroelectric import (
-    STEFAN_BOLTZMANN,
-    radiosity,
     threshold_of,
     zones_of,
 )
 from ....sensor_logic.kinds.pir.range_scan import PirParameters, fan_directions
 from ....sensor_logic.model import Array, Emission, Pose
 from ....sensor_logic.parameters import label_of, specs
-from ....sensor_logic.physics import waiting
+from ....sensor_logic.physics import STEFAN_BOLTZMANN, radiosity, waiting
 from ....sensor_logic.wording import Lengths, capital, percent, quoted
 from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay

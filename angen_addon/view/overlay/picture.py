@@ -120,7 +120,15 @@ LINES = {
     "pad": 0.8,
     "force": 1.0,
 }
-FILLS = {"sheet": 0.03, "now": 0.04, "lit": 0.30, "picture": 0.3, "pad": 0.12, "force": 1.0}
+FILLS = {
+    "sheet": 0.03,
+    "now": 0.04,
+    "lit": 0.30,
+    "picture": 0.3,
+    "pad": 0.12,
+    "force": 1.0,
+    "value": 0.6,
+}
 BOLD = {"now", "lit", "break", "force", "beam"}
 ON_TOP = {"force"}
 # Factors of the opacity of selected sensors and of all others.
@@ -164,7 +172,11 @@ def _picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]
         found.setdefault(name, []).append((lines, _rgba(look, LINES[meaning] * emphasis)))
     for meaning, faces in figure.fills.items():
         name = "top_fills" if meaning in ON_TOP else "fills"
-        found.setdefault(name, []).append((faces, _rgba(look, FILLS[meaning] * emphasis)))
+        colours = _rgba(look, FILLS[meaning] * emphasis)
+        if meaning in figure.colours:
+            own = figure.colours[meaning]
+            colours = np.column_stack([own, np.full(len(own), colours[3], np.float32)])
+        found.setdefault(name, []).append((faces, colours))
     made = {name: _join(parts, 3 if "fills" in name else 2) for name, parts in found.items()}
     return {name: part for name, part in made.items() if len(part.points)}
 
@@ -175,8 +187,8 @@ def _rgba(look: Look, alpha: float) -> Array32:
 
 def _join(parts: list[tuple[Array32, Array32]], corners: int) -> Primitives:
     points = np.concatenate([part.reshape(-1, 3) for part, _ in parts])
-    counts = [part.shape[0] * corners for part, _ in parts]
-    colours = np.repeat(np.array([colour for _, colour in parts]), counts, axis=0)
+    each = [np.broadcast_to(colour, (len(part), 4)) for part, colour in parts]
+    colours = np.repeat(np.concatenate(each), corners, axis=0)
     return Primitives(np.ascontiguousarray(points, np.float32), colours, corners)
 
 
@@ -220,9 +232,9 @@ def _reading_figure(seen: Any, shown: ReadingText, metres: float) -> Figure | No
         return None
     if not all(name in fields for name in look.drawn_fields):
         return None
-    read = [str(fields[name]) for name in look.drawn_fields]
+    read = [str(fields[name]) for name in look.drawn_fields], seen.revision
     if seen.of_reading is None or seen.of_reading[0] != read:
-        seen.of_reading = read, look.reading_figure(seen.pose, fields, metres)
+        seen.of_reading = read, look.reading_figure(seen, fields, metres)
     found: Figure | None = seen.of_reading[1]
     return found
 
@@ -251,7 +263,7 @@ class DrawnSensor:
     lit
         The figures of the movement that it detected at its last update.
     of_reading
-        The drawn fields of its reading, as texts, with the figure of the reading.
+        The drawn fields of its reading, as texts, and the revision, with the figure of the reading.
     revision
         A number that grows whenever `figures` change.
     """

@@ -19,15 +19,14 @@ from ...coverage.detect import DetectorView, hit_distances, parts_of
 from ...coverage.motions import WALKER, Motion, Rays, Start, hits
 from ...kind import RAYS, WARMTH
 from ...model import Array, Update
+from ...physics import STEFAN_BOLTZMANN, radiosity
 from ...wording import ZERO_CELSIUS
 from .lenses import zone_rays
 from .pyroelectric import (
     SAMPLE_EVERY,
     SIGHT,
-    STEFAN_BOLTZMANN,
     Response,
     filtered,
-    radiosity,
     response_of,
     threshold_of,
     zones_of,

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...kind import WARMTH
 from ...model import Array, Emission, Model, PerPose, Pose, Readings, Updates
-from ...physics import OutputTiming, RadioTiming
+from ...physics import STEFAN_BOLTZMANN, OutputTiming, RadioTiming, radiosity
 from ...wording import ZERO_CELSIUS
 from .lenses import LENSES, Zone, Zones, read_table, zone_rays
 
@@ -27,20 +27,6 @@ if TYPE_CHECKING:
 # assumed to respond to all wavelengths. Behind the usual window of 5 to 14 µm, the power rises a
 # little faster than with the fourth power of the temperature. The calibration compensates for that
 # near room temperature.
-
-# In W/(m²·K⁴), CODATA 2018.
-STEFAN_BOLTZMANN = 5.670374419e-8
-
-
-def radiosity(seen: Emission) -> Array:
-    """Return the radiosity (n,) of the surfaces in W/m²: emitted plus reflected radiation.
-
-    The reflected radiation comes from surroundings at the ambient temperature.
-    """
-    emitted = seen.emissivity * seen.temperature**4
-    reflected = (1.0 - seen.emissivity) * seen.ambient**4
-    result: Array = STEFAN_BOLTZMANN * (emitted + reflected)
-    return result
 
 
 def net_power(weights: Array, seen: Emission) -> float:

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Infrared array: a picture of temperatures with few pixels, which detects people without motion.
+
+- Model: array.py, with the parameters; presets.py.
+- Scene: the temperature at the hits of rays by `Warmth` in angen_addon/scene/surfaces/warmth.py.
+- Window: angen_addon/kinds/thermal_array/; coverage maps: coverage.py.
+- Physics: docs/thermal_array.md.
+- Tests: tests/pure/test_thermal_array.py, tests/blender/test_thermal_array.py.
+"""
+
+from __future__ import annotations
+
+from ...kind import WARMTH, Field, Kind
+from .array import ThermalArray, ThermalArrayParameters
+from .coverage import view
+from .presets import PRESETS
+
+OCCUPIED = Field("occupied", bool, quantity="occupancy")
+HIGHEST = Field("max_c", float, "°C", 1, step="report_step", quantity="temperature")
+WARM = Field("warm_pixels", int, quantity="warm pixels")
+KIND = Kind(
+    "THERMAL_ARRAY",
+    7,
+    "Thermal array",
+    "Infrared array: detects people by their warmth, also at rest",
+    "IMAGE_DATA",
+    "thermal_array",
+    10.0,
+    "Occupied",
+    "Empty",
+    ThermalArrayParameters,
+    events=(OCCUPIED, WARM, HIGHEST),
+    samples=(
+        HIGHEST,
+        OCCUPIED,
+        WARM,
+        Field("mean_c", float, "°C", 1, quantity="temperature"),
+        Field(
+            "frame_c",
+            str,
+            "°C",
+            optional=True,
+            used_when=(("keep_frames", True),),
+            quantity="frame",
+            shape=("columns", "rows"),
+        ),
+    ),
+    model=ThermalArray,
+    needs={WARMTH: ()},
+    in_room=True,
+    presets=PRESETS,
+    part="AMG8833",
+    view=view,
+)

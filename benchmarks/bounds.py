@@ -242,10 +242,10 @@ BOUNDS["thermal_array"] = (
 )
 BOUNDS["presence_radar"] = (
     ("", "errors|length", "== 4", ""),
-    ("errors[rays >= 1800]", "seen", ">= 0.99", "of the updates have one target"),
-    ("errors[rays >= 1800]", "distance_m", "<= 0.15", "from the front of the body"),
-    ("errors[rays >= 1800]", "angle_deg", "<= 1.0", ""),
-    ("errors[rays >= 1800]", "speed_share", "<= 0.08", ""),
+    ("errors[rays >= 450]", "seen", ">= 0.99", "of the updates have one target"),
+    ("errors[rays >= 450]", "distance_m", "<= 0.15", "from the front of the body"),
+    ("errors[rays >= 450]", "angle_deg", "<= 1.0", ""),
+    ("errors[rays >= 450]", "speed_share", "<= 0.08", ""),
     ("", "runs|length", "== (2 if data.quick else 4)", ""),
     ("runs", "updates", ">= radars * 5", ""),
 )

@@ -58,6 +58,7 @@ def rays_figure(seen: Any, number: int, met: RaysMet, metres: float) -> Figure:
     return drawn
 
 
+# Each change of the rays takes 0.5 ms longer without the cache.
 @lru_cache(maxsize=16)
 def upright_rays(parameters: RadarParameters) -> Index:
     """Return the numbers (rays_up,) of the rays nearest to the upright plane, from below."""

@@ -92,8 +92,8 @@ def targets_figure(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figu
     """Draw a ring at each target, with an arrow as long as its speed; None without presence.
 
     Without a target, as of a module that reports none, draw an arc at the distance. Targets are
-    drawn at the height of the radar, which does not measure heights. `fields` has the published fields, and
-    `metres` is the length of a Blender unit in m.
+    drawn at the height of the radar, which does not measure heights. `fields` has the published
+    fields, and `metres` is the length of a Blender unit in m.
     """
     if not fields["presence"]:
         return None

@@ -22,7 +22,15 @@ from ...sensor_logic.wording import hint, named
 from ..output.describe import describe
 from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder
-from ..scene.sensors import NotPlaced, Sensor, all_sensors, placed_matrix, pointed_at, unit_scale
+from ..scene.sensors import (
+    NotPlaced,
+    Sensor,
+    all_sensors,
+    decimal,
+    placed_matrix,
+    pointed_at,
+    unit_scale,
+)
 
 # Tolerances of a pose. The place: relative to its distance from the origin, or to 1 m if nearer,
 # for single precision. The axes: in radians.
@@ -396,12 +404,13 @@ def _check_editable(change: SensorChange) -> None:
 
 
 def _is_same(value: Any, listed: Any) -> bool:
-    """Return whether two values of `list --json` are equal, floats in single precision."""
+    """Return whether two values of `list --json` are equal, floats as `decimal` rounds them."""
     if isinstance(value, list):
         return isinstance(listed, list) and all(map(_is_same, value, listed))
     numbers = isinstance(value, float) or isinstance(listed, float)
     if numbers and value is not None and listed is not None:
-        return bool(np.float32(value) == np.float32(listed))
+        one, two = (decimal(float(np.float32(v))) for v in (value, listed))
+        return one == two
     return bool(value == listed) and isinstance(value, bool) == isinstance(listed, bool)
 
 

@@ -424,6 +424,32 @@ def distance() -> Iterator[None]:
     yield
 
 
+def thermal_array() -> Iterator[None]:
+    """The pixels of an infrared array in the living room, and its panel."""
+    view = window.areas()["VIEW_3D"]
+    window.areas()["PROPERTIES"].spaces[0].context = "PHYSICS"
+    window.select("Person rig")
+    bpy.ops.angen.warmth_set(sort="PERSON")
+    found = window.select("PIR living room")
+    found.angen_sensor.kind = "THERMAL_ARRAY"
+    array = found.angen_sensor.thermal_array
+    array.columns, array.rows = 16, 12
+    array.horizontal_fov, array.vertical_fov = radians(75.0), radians(60.0)
+    found.rotation_euler.x -= radians(20.0)
+    window.plain(view.spaces[0])
+    view.spaces[0].overlay.show_extras = False
+    bpy.context.scene.angen_overlay.which = "SELECTED"
+    window.without_ceilings()
+    window.view_from(view.spaces[0], (8.0, 5.2, 0.9), 6.5, 42.0, 125.0)
+    yield
+    window.play_up_to(1586)
+    view.spaces[0].show_region_ui = False
+    yield
+    yield
+    window.redraw()
+    yield
+
+
 def contact() -> Iterator[None]:
     """The two distances of a door contact, and its magnet between them."""
     view = empty_scene()
@@ -479,7 +505,8 @@ PICTURES = {
     scene.__name__: scene
     for scene in (
         *(place, coverage, day, overlay, pyroelectric, places, residents, timeline),
-        *(scrub, atelier, distance, contact, switch, imported, prepared, places_ifc),
+        *(scrub, atelier, distance, thermal_array, contact, switch),
+        *(imported, prepared, places_ifc),
     )
 }
 # Seconds between two steps, where not half a second.

@@ -36,7 +36,15 @@ def _load_kinds() -> list[Kind]:
 KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _load_kinds()}
 
 
-def owner_properties(owner: str) -> list[OwnerProperties]:
-    """Return the properties that kinds need of a type of owner, "Object" or "Material"."""
-    found = (made for kind in KINDS.values() for made in kind.owner_properties)
-    return [made for made in found if owner in made.owners]
+# The properties that kinds need of other objects and of materials, by the type of the owner.
+_OWNED = {
+    owner: tuple(
+        made for kind in KINDS.values() for made in kind.owner_properties if owner in made.owners
+    )
+    for owner in ("Object", "Material")
+}
+
+
+def owner_properties(owner: str) -> tuple[OwnerProperties, ...]:
+    """Return the properties that kinds need of a type of owner, such as "Object"."""
+    return _OWNED.get(owner, ())

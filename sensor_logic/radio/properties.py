@@ -41,8 +41,8 @@ class RadarSubstance(Parameters):
             Choice(
                 AUTO,
                 "Automatic",
-                "Of an object: as its materials, or else a body if it has a mass (Weight on "
-                "Sensors), or else concrete. Of a material: not set",
+                "Of an object: as its materials, or else a body if an armature bends it and it has "
+                "a mass (Weight on Sensors), or else concrete. Of a material: not set",
                 0,
             ),
             *(
@@ -75,7 +75,12 @@ class Breathing(Parameters):
         "Breathes",
         "Whether radars see this object breathe",
         choices=(
-            Choice(AUTO, "Automatic", "If the object has a mass in Physics, Weight on Sensors", 0),
+            Choice(
+                AUTO,
+                "Automatic",
+                "If it is a body: bent by an armature, with a mass (Weight on Sensors)",
+                0,
+            ),
             Choice(YES, "Yes", "It breathes", 1),
             Choice(NO, "No", "It does not breathe", 2),
         ),

@@ -249,7 +249,7 @@ def test_the_view_has_a_coloured_pixel_for_each_temperature(room, addon_part):
     (figure,) = picture.changing_figures(one, shown, 1.0)
     assert figure.fills["value"].shape == (128, 3, 3)
     values = np.repeat(np.array(shown.fields["frame_c"].split(";"), float), 2)
-    bright = figure.colours["value"].sum(axis=1)
+    bright = figure.colours["value"][:, :3].sum(axis=1)
     assert (bright[values > 28] > bright[values < 22].max()).all()
     warmest = figure.fills["value"][values > 28].reshape(-1, 3)
     assert warmest[:, 2].min() > -1.95 and warmest[:, 2].max() < -1.8, "on the person"

@@ -31,8 +31,10 @@ from ...view.pixel_icons import icon_of
 LEAST_SPAN = 5.0
 # Rays from side to side in the floor plan.
 ACROSS = 25
-# m. The pixels of a sensor that sees nothing are drawn at this distance.
-FARTHEST = 5.0
+# m. Pixels that see nothing within this distance are drawn there.
+FARTHEST = 12.0
+# The opacity of the darkest colour, as a fraction of that of the brightest.
+FAINT = 0.3
 # m. The distance of the handles.
 HANDLES = 0.5
 
@@ -64,7 +66,9 @@ def _pixel_corners(seen: Any, met: RaysMet, metres: float) -> Array:
     if known is None:
         parameters = seen.parameters
         edges = pixel_corners(seen.pose.axes, parameters.field_of_view, parameters.pixels)
-        known = _corners[met] = corners_of(met, seen.pose.origin, edges, metres, FARTHEST)
+        known = _corners[met] = corners_of(
+            met, seen.pose.origin, edges, metres, FARTHEST, whole=True
+        )
     return known
 
 
@@ -98,7 +102,10 @@ def frame_figure(seen: Any, fields: Mapping[str, Any], metres: float) -> Figure 
     corners = _pixel_corners(seen, met, metres)
     drawn = Figure()
     drawn.fill("value", corners[:, [[0, 1, 2], [0, 2, 3]]])
-    drawn.colour("value", np.repeat(colours(values, *limits(values, LEAST_SPAN)), 2, axis=0))
+    low, high = limits(values, LEAST_SPAN)
+    opacity = FAINT + (1.0 - FAINT) * (values - low) / (high - low)
+    each = np.column_stack([colours(values, low, high), opacity])
+    drawn.colour("value", np.repeat(each, 2, axis=0))
     return drawn
 
 

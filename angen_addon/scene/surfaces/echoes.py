@@ -21,7 +21,7 @@ from ....sensor_logic.radio.echoes import ECHOES, Echoes
 from ....sensor_logic.radio.properties import AUTO, THICKNESS, YES
 from ....sensor_logic.radio.substances import attenuation, reflectance
 from ..animation import is_animated
-from ..bearers import bearer, candidates
+from ..bearers import armatures, bearer, candidates
 from ..instances import Uid
 from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
 from ..rays.frames import Frames
@@ -307,7 +307,7 @@ def _made_of(solid: Solid, materials: Iterable[Any], depsgraph: Any) -> Iterable
     if known:
         yield from known
     else:
-        substance = DEFAULT if bearer(solid.original) is None else BODY
+        substance = DEFAULT if _living(solid.original) is None else BODY
         yield substance, THICKNESS[substance]
 
 
@@ -319,10 +319,20 @@ def _substance_of(owner: Any, depsgraph: Any) -> tuple[str, float] | None:
     return settings.substance, settings.thickness or THICKNESS[settings.substance]
 
 
+def _living(obj: Any) -> Any:
+    """Return the object with the mass of the body that a surface belongs to, or None.
+
+    A body is bent by an armature: furniture can have a mass too.
+    """
+    found = bearer(obj)
+    is_body = found is not None and (found.type == "ARMATURE" or armatures(found))
+    return found if is_body else None
+
+
 def _breath(obj: Any, depsgraph: Any) -> tuple[float, float]:
     """Return the chest displacement in m and the breathing rate in Hz of a body; zeros for none."""
     chosen = (o for o in candidates(obj) if getattr(o, BREATHING).breathes not in (AUTO, ""))
-    body = next(chosen, None) or bearer(obj)
+    body = next(chosen, None) or _living(obj)
     if body is None:
         return 0.0, 0.0
     settings = getattr(body.evaluated_get(depsgraph), BREATHING)

@@ -39,7 +39,7 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 class Figure:
     """A figure in world space, as lines (n, 2, 3) and triangles `fills` (n, 3, 3) by meaning.
 
-    `colours` has the colours (n, 3) of the triangles of some meanings. All others have the colour
+    `colours` has the colours (n, 4) of the triangles of some meanings. All others have the colour
     of the sensor's state.
     """
 
@@ -58,7 +58,10 @@ class Figure:
         _append(self.fills, meaning, [np.asarray(part).reshape(-1, 3, 3) for part in parts])
 
     def colour(self, meaning: str, colours: Any) -> None:
-        """Set the colours (n, 3) of all triangles with this meaning, as sRGB from 0 to 1."""
+        """Set the colours (n, 4) of all triangles with this meaning, as sRGB from 0 to 1.
+
+        The last of the four numbers is a factor of the meaning's opacity.
+        """
         self.colours[meaning] = np.asarray(colours, np.float32)
 
 
@@ -94,7 +97,12 @@ def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, N
 
 
 def corners_of(
-    met: RaysMet, apex: Array, edges: Array, metres: float, farthest: float = math.inf
+    met: RaysMet,
+    apex: Array,
+    edges: Array,
+    metres: float,
+    farthest: float = math.inf,
+    whole: bool = False,
 ) -> Array:
     """Return the far ends of the edges of pyramids that have a common apex.
 
@@ -114,6 +122,9 @@ def corners_of(
         Length of a Blender unit in m.
     farthest
         The greatest length of an edge, in m.
+    whole
+        Whether a pyramid whose hits lie in no plane ends at its nearest hit, with edges of the same
+        length.
 
     Returns
     -------
@@ -132,7 +143,9 @@ def corners_of(
     least, most = ranges.min(axis=1, keepdims=True), ranges.max(axis=1, keepdims=True)
     far = 1.0 / np.clip((edges @ plane)[..., 0], 0.9 / most, 1.1 / least)
     bent = np.abs((ways @ plane)[..., 0] * ranges - 1.0).max(axis=1) > FLAT
-    if bent.any():
+    if whole:
+        far[bent] = ranges[bent].min(axis=1, keepdims=True)
+    elif bent.any():
         apart = -edges[bent] @ ways[bent].swapaxes(1, 2)
         beside = np.argsort(apart, axis=-1)[..., :BESIDE]
         far[bent] = np.take_along_axis(ranges[bent, None], beside, axis=-1).min(axis=-1)

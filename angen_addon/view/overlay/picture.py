@@ -127,7 +127,7 @@ FILLS = {
     "picture": 0.3,
     "pad": 0.12,
     "force": 1.0,
-    "value": 0.6,
+    "value": 0.9,
 }
 BOLD = {"now", "lit", "break", "force", "beam"}
 ON_TOP = {"force"}
@@ -174,8 +174,7 @@ def _picture(figure: Figure, icon: str, selected: bool) -> dict[str, Primitives]
         name = "top_fills" if meaning in ON_TOP else "fills"
         colours = _rgba(look, FILLS[meaning] * emphasis)
         if meaning in figure.colours:
-            own = figure.colours[meaning]
-            colours = np.column_stack([own, np.full(len(own), colours[3], np.float32)])
+            colours = figure.colours[meaning] * np.array([1.0, 1.0, 1.0, colours[3]], np.float32)
         found.setdefault(name, []).append((faces, colours))
     made = {name: _join(parts, 3 if "fills" in name else 2) for name, parts in found.items()}
     return {name: part for name, part in made.items() if len(part.points)}

@@ -2,11 +2,21 @@
 """Presence radars in scenes of known measure: people who walk, breathe, or stand behind a wall."""
 
 import math
+from types import SimpleNamespace
 
 import bpy
+import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
+from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure import (
+    rays_figure,
+    targets_figure,
+)
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import all_rays
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
 from bl_ext.user_default.angen_sensors.panels.readings import reading_text
+from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
 
 ops = bpy.ops.angen
 
@@ -130,6 +140,37 @@ def test_live_reading_and_panel_show_the_gates(world):
     assert shown.text.startswith("Present") and sensor.object.angen_sensor.active
     assert len(shown.fields["gates"].split(";")) == 8
     assert sensor.object.angen_sensor.value == pytest.approx(2.1, abs=0.15)
+
+
+def test_a_target_is_a_ring_with_an_arrow_as_long_as_half_a_second():
+    seen = SimpleNamespace(pose=Pose(np.zeros(3), np.eye(3)))
+    absent = {"presence": False, "distance_m": 6.0, "x_m": "", "y_m": "", "speed_mps": ""}
+    assert targets_figure(seen, absent, 1.0) is None
+    two = {"x_m": "1.0;-1.0", "y_m": "2.0;3.0", "speed_mps": "0.8;0.0"}
+    figure = targets_figure(seen, {**absent, "presence": True, **two}, 0.5)
+    points = figure.lines["force"].reshape(-1, 3) * 0.5
+    for x, z in ((1.0, -2.0), (-1.0, -3.0)):
+        assert np.linalg.norm(points - (x, 0.0, z), axis=1).min() < 1e-6
+    tip = figure.fills["force"][0, 0] * 0.5
+    away = np.array([1.0, 0.0, -2.0]) / math.sqrt(5.0)
+    assert tip == pytest.approx(np.array([1.0, 0.0, -2.0]) + 0.4 * away, abs=1e-6)
+    arc = targets_figure(seen, {**absent, "presence": True, "distance_m": 3.0}, 1.0)
+    assert np.linalg.norm(arc.lines["force"], axis=-1) == pytest.approx(3.0)
+
+
+def test_gates_are_drawn_up_to_the_wall(world):
+    world.wall(2.0, size=20.0)
+    radar(world, preset="LD2410")
+    (sensor,) = world.sensors()
+    probes, depsgraph = Probes(world.scene), world.update()
+    probes.look(depsgraph, None)
+    trace = all_rays(sensor, clock_of(world.scene), depsgraph, probes)
+    met = trace.bundles[0]
+    seen = SimpleNamespace(parameters=trace.parameters, pose=trace.pose)
+    figure = rays_figure(seen, 0, met, 1.0)
+    arcs = np.linalg.norm(figure.lines["gate"], axis=-1)
+    assert set(np.round(arcs.ravel() / 0.75, 4)) == {1.0, 2.0, 3.0, 4.0}, "2 m ahead, 4 m aside"
+    assert figure.lines["gate"][..., 2].min() > -2.05
 
 
 def test_a_jump_gives_no_speed(world):

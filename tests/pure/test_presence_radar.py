@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Start
+from angen_sensors.sensor_logic.formats.home_assistant import BINARY_CLASSES, NUMBER_CLASSES
 from angen_sensors.sensor_logic.kinds.presence_radar import KIND
 from angen_sensors.sensor_logic.kinds.presence_radar.coverage import view
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import RadarParameters
@@ -438,6 +439,16 @@ def test_noise_scatters_and_repeats():
     energy = np.array([gate_energies(reading.fields["gates"])[8][1] for reading in one])
     assert energy.std() == pytest.approx(3.0, rel=0.2)
     assert all(is_finite(reading.fields) for reading in one)
+
+
+# Formats
+
+
+def test_home_assistant_gets_occupancy_motion_and_distance():
+    quantities = {field.name: field.quantity for field in KIND.events}
+    assert BINARY_CLASSES[quantities["presence"]] == "occupancy"
+    assert BINARY_CLASSES[quantities["moving"]] == "motion"
+    assert NUMBER_CLASSES[quantities["distance_m"]] == "distance"
 
 
 # Coverage maps

@@ -88,16 +88,16 @@ def _arcs(parameters: RadarParameters, pose: Pose, ranges: Array, metres: float)
     return arcs
 
 
-def targets_figure(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figure | None:
+def targets_figure(seen: Any, fields: Mapping[str, Any], metres: float) -> Figure | None:
     """Draw a ring at each target, with an arrow as long as its speed; None without presence.
 
     Targets are drawn at the height of the radar, which does not measure heights. Without a target,
-    as of a module that reports none, draw an arc at the distance. `fields` has the published
-    fields, and `metres` is the length of a Blender unit in m.
+    as of a module that reports none, draw an arc at the distance. `seen` is the `DrawnSensor`,
+    `fields` has the published fields, and `metres` is the length of a Blender unit in m.
     """
     if not fields["presence"]:
         return None
-    drawn = Figure()
+    drawn, pose = Figure(), seen.pose
     right, up, back = pose.axes.T
     if not fields["x_m"]:
         angles = np.linspace(-HALF_ARC, HALF_ARC, POINTS // 4)
@@ -188,7 +188,7 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
     found = gate_energies(text)
     column = layout.column(align=True)
     for number, (moving, still) in enumerate(found[:BARS], 1):
-        words = f"to {lengths.typed(round(number * length, 3))}: "
+        words = f"{lengths.typed(round(number * length, 3))}: "
         words += f"moving {moving:.0f}, still {still:.0f}"
         column.progress(text=words, factor=max(moving, still) / 100.0)
     if len(found) > BARS:

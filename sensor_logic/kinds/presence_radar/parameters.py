@@ -97,12 +97,14 @@ class RadarParameters(Parameters):
         "The energy (0 to 100) above which movement is detected, for each gate from the nearest. "
         "Gates without a number have the last one. 100: never. Datasheets: motion sensitivity",
         source=LD2410_SERIAL,
+        short="Moving above",
     )
     still_thresholds: str = parameter(
         "0 40 40 30 30 20 20 20",
         "Still thresholds",
         "The same for breathing. Datasheets: static sensitivity",
         source=LD2410_SERIAL,
+        short="Still above",
     )
     integration_time: float = parameter(
         0.1,

@@ -198,6 +198,8 @@ def _headline(replay: Replay, parameters: RadarParameters, cause: RadarCause, in
 def _facts(
     replay: Replay, parameters: RadarParameters, cause: RadarCause, measured: Measurement
 ) -> Facts:
+    if not cause.names:
+        return []
     lengths = replay.lengths
     first, last = (cause.gate - 1) * parameters.gate_length, cause.gate * parameters.gate_length
     kind = "movement" if cause.moving else "breathing"

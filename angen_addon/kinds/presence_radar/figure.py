@@ -91,8 +91,8 @@ def _arcs(parameters: RadarParameters, pose: Pose, ranges: Array, metres: float)
 def targets_figure(pose: Pose, fields: Mapping[str, Any], metres: float) -> Figure | None:
     """Draw a ring at each target, with an arrow as long as its speed; None without presence.
 
-    Without a target, as of a module that reports none, draw an arc at the distance. Targets are
-    drawn at the height of the radar, which does not measure heights. `fields` has the published
+    Targets are drawn at the height of the radar, which does not measure heights. Without a target,
+    as of a module that reports none, draw an arc at the distance. `fields` has the published
     fields, and `metres` is the length of a Blender unit in m.
     """
     if not fields["presence"]:
@@ -152,10 +152,24 @@ SECTIONS = (
             "still_range",
             "moving_thresholds",
             "still_thresholds",
-            "gate_length",
-            "integration_time",
+            "hold_time",
             "max_targets",
+            "report_step",
+        ),
+    ),
+    (
+        "Waves",
+        (
+            "frequency",
+            "horizontal_fov",
+            "vertical_fov",
+            "range_min",
+            "range_max",
+            "gate_length",
             "angle_resolution",
+            "integration_time",
+            "rays_across",
+            "rays_up",
         ),
     ),
     ("Noise", ("energy_noise", "range_noise", "angle_noise")),

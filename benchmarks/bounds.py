@@ -236,6 +236,8 @@ BOUNDS["coverage"] = (
 BOUNDS["thermal_array"] = (
     ("", "errors|length", "== 12", ""),
     ("errors[rays >= 21]", "rms_k", "<= 0.1", "of all pixels, against 1024 rays each"),
+    ("errors[name.startswith('lattice') and rays >= 34]", "busy_rms_k", "<= 0.1",
+     "of the frames in which the person is"),
     ("errors", "with_edge", ">= 0.02", "of the pixels have an edge in them"),
     ("", "runs|length", "== 6", ""),
     ("runs", "updates", ">= arrays * 5", ""),

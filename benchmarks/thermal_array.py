@@ -115,14 +115,16 @@ def errors(frames: int) -> list[dict[str, Any]]:
                     seconds[name] += took
     probes.close()
     exact, at_edge = np.array(true), np.array(mixed)
+    busy = at_edge.any(axis=1)
     rows = []
     for name, (_, cells) in patterns.items():
         error = np.array(found[name]) - exact
         rows.append({
             "name": name, "rays": len(cells[0]), "rms_k": rms(error),
-            "edge_rms_k": rms(error[at_edge]), "worst_k": float(np.abs(error).max()),
+            "busy_rms_k": rms(error[busy]), "edge_rms_k": rms(error[at_edge]),
+            "worst_k": float(np.abs(error).max()),
             "cast_ms": seconds[name] / exact.shape[0] * 1e3,
-            "pixels": exact.size, "with_edge": float(at_edge.mean()),
+            "pixels": exact.size, "with_edge": float(at_edge.mean()), "busy": float(busy.mean()),
             "contrast_k": float(np.ptp(exact)),
         })  # fmt: skip
     return rows

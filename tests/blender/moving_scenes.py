@@ -38,7 +38,7 @@ def watchers(world: Any) -> None:
     """Add sensors of different rates about the origin, and stretch the time.
 
     A range scan that takes its tilts in turn, one of all tilts, a pyroelectric detector, a distance
-    sensor and two switches.
+    sensor, an infrared array and two switches.
     """
     world.scene.angen_substeps, world.scene.render.frame_map_new = 3, 50
     fan = {"rays": 24, "vertical_fov": 0.6, "vertical_step": 0.2, "range_max": 4.0}
@@ -47,6 +47,9 @@ def watchers(world: Any) -> None:
         world.pir("all", update_rate=24.0, sweep="ALL", **fan),
         world.sensor("PIR", "warm", model="PYROELECTRIC", update_rate=24.0, zone_rays=4),
         world.sensor("DISTANCE", "far", update_rate=7.0),
+        world.sensor(
+            "THERMAL_ARRAY", "array", update_rate=5.0, rays=5, settling_time=0.3, netd=0.1
+        ),
         world.switch("beam", update_rate=3.0, range_max=4.0, threshold=2.0, aperture_rays=3),
         world.switch("swept", update_rate=2.0, range_max=4.0, threshold=2.0, swept=True),
     ]

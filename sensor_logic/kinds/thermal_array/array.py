@@ -58,7 +58,7 @@ class ThermalArrayParameters(Parameters):
         short="FOV Up",
     )
     rays: int = parameter(
-        21,
+        34,
         "Rays a pixel",
         "Rays of each pixel. More rays measure edges more exactly and take more time",
         minimum=1,

@@ -73,6 +73,7 @@ MODULES = (
     "panels.overlay",
     "panels.load",
     "panels.warmth",
+    "panels.owner_properties",
     "panels.coverage",
     "residents.panels.residents",
     "residents.panels.places",

@@ -17,7 +17,7 @@ from bpy.props import (
 )
 from bpy.types import Collection, Material, Object, PropertyGroup, Scene, Text
 
-from ..sensor_logic.kinds import KINDS, NO_KIND
+from ..sensor_logic.kinds import KINDS, NO_KIND, owner_properties
 from ..sensor_logic.parameters import READING, Parameters, Spec, defaults, specs
 from .runtime import state
 from .scene.lengths import OVERRIDABLE, SUBTYPES, property_group, with_unit
@@ -44,6 +44,13 @@ def _ignored_changed(self: Any, context: bpy.types.Context) -> None:
 def _load_changed(self: Any, context: bpy.types.Context) -> None:
     self.id_data.update_tag(refresh={"OBJECT"})
     _settings_changed(self, context)
+
+
+def _owner_changed(self: Any, context: bpy.types.Context) -> None:
+    if isinstance(self.id_data, Object):
+        _load_changed(self, context)
+    else:
+        _warmth_changed(self, context)
 
 
 def _warmth_changed(self: Any, context: bpy.types.Context) -> None:
@@ -117,13 +124,13 @@ def _blender_property(default: Any, spec: Spec) -> Any:
     return FloatProperty(**facts)
 
 
-def _group_of(name: str, parameters: type[Parameters]) -> type:
+def _group_of(name: str, parameters: type[Parameters], update: Any = _settings_changed) -> type:
     known = defaults(parameters)
     return property_group(
         name,
         {key: _blender_property(known[key], spec) for key, spec in specs(parameters).items()},
         override=OVERRIDABLE,
-        update=_settings_changed,
+        update=update,
     )
 
 
@@ -199,7 +206,7 @@ LOAD = property_group(
         ),
         "tolerance": FloatProperty(
             name="Contact tolerance",
-            description="The weight rests on the surfaces that are less than this below the body",
+            description="The body presses on surfaces that are less than this distance below it",
             subtype="DISTANCE",
             default=0.03,
             min=0.0,
@@ -214,8 +221,8 @@ WARMTH = property_group(
     {
         "use_temperature": BoolProperty(
             name="Own temperature",
-            description="Give this a temperature of its own, which pyroelectric motion detectors "
-            "sense. The temperature of a material overrides that of its object, which overrides "
+            description="Set a temperature here, which pyroelectric motion detectors sense. The "
+            "temperature of a material overrides that of its object, which overrides "
             "that of its collections",
         ),
         "temperature": FloatProperty(
@@ -252,8 +259,9 @@ SCENE_SETTINGS = {
     ),
     "angen_substeps": IntProperty(
         name="Substeps",
-        description="Number of steps in a frame, for movement that is too fast for the frame rate. "
-        "While scrubbing, sensors read whole frames only",
+        description="Number of times in each frame at which sensors can read, for movement that "
+        "is too fast for the frame rate. While scrubbing, sensors read whole frames "
+        "only",
         default=1,
         min=1,
         soft_max=64,
@@ -293,7 +301,7 @@ SCENE_SETTINGS = {
     ),
     "angen_ray_caster": EnumProperty(
         name="Ray caster",
-        description="How the rays of sensors are cast. Both ways give the same events",
+        description="How the rays of sensors are cast. Both methods give the same events",
         items=[
             ("FAST", "Fast", "Cast rays again only where something moved", 0),
             ("SCENE", "Reference", "Cast every ray with Blender's scene.ray_cast", 1),
@@ -328,8 +336,15 @@ KIND_GROUPS = {
     for kind in KINDS.values()
 }
 SENSOR = _sensor_group(KIND_GROUPS)
+# The properties that kinds need of objects and materials, by the owner's type and the attribute.
+OWNERS = {"Object": Object, "Material": Material}
+OWNER_GROUPS = {
+    made.attribute: _group_of(f"Angen{made.parameters.__name__}", made.parameters, _owner_changed)
+    for owner in OWNERS
+    for made in owner_properties(owner)
+}
 _register_groups, _unregister_groups = bpy.utils.register_classes_factory(
-    (*KIND_GROUPS.values(), SENSOR, LOAD, WARMTH)
+    (*KIND_GROUPS.values(), SENSOR, LOAD, WARMTH, *OWNER_GROUPS.values())
 )
 
 
@@ -339,6 +354,10 @@ def register() -> None:
     Object.angen_load = PointerProperty(type=LOAD, override=OVERRIDABLE)
     for owner in WARM:
         owner.angen_warmth = PointerProperty(type=WARMTH, override=OVERRIDABLE)
+    for name, owner in OWNERS.items():
+        for made in owner_properties(name):
+            group = OWNER_GROUPS[made.attribute]
+            setattr(owner, made.attribute, PointerProperty(type=group, override=OVERRIDABLE))
     Object.angen_ignored = BoolProperty(
         name="Ignored by sensors",
         description="Hide this object from all sensors, for example a box that marks a room",
@@ -354,6 +373,9 @@ def unregister() -> None:
     for name in reversed(SCENE):
         delattr(Scene, name)
     del Object.angen_ignored
+    for name, owner in OWNERS.items():
+        for made in owner_properties(name):
+            delattr(owner, made.attribute)
     for owner in WARM:
         del owner.angen_warmth
     del Object.angen_load

@@ -242,6 +242,15 @@ BOUNDS["thermal_array"] = (
     ("", "runs|length", "== 6", ""),
     ("runs", "updates", ">= arrays * 5", ""),
 )
+BOUNDS["presence_radar"] = (
+    ("", "errors|length", "== 4", ""),
+    ("errors[rays >= 450]", "seen", ">= 0.99", "of the updates have one target"),
+    ("errors[rays >= 450]", "distance_m", "<= 0.15", "from the front of the body"),
+    ("errors[rays >= 450]", "angle_deg", "<= 1.0", ""),
+    ("errors[rays >= 450]", "speed_share", "<= 0.08", ""),
+    ("", "runs|length", "== (2 if data.quick else 4)", ""),
+    ("runs", "updates", ">= radars * 5", ""),
+)
 BOUNDS["study"] = (
     ("", "lengths|map(attribute='frames')|join(' ')", "== '96 576'", ""),
     ("lengths", "ways|map(attribute='jobs')|join(' ')", "== '1 2'", ""),

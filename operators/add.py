@@ -27,8 +27,8 @@ def suggested_presets(self: Any, context: Context, text: str) -> list[tuple[str,
 def preset_property() -> Any:
     return StringProperty(
         name="Preset",
-        description="Identifier of a preset of this kind, which also sets the housing; if empty, "
-        "the defaults",
+        description="Identifier of a preset of this kind, which also sets the housing. Empty: the "
+        "default parameters",
         search=suggested_presets,
         search_options={"SUGGESTION"},
     )

@@ -37,7 +37,7 @@ class ANGEN_OT_bake_keyframes(Operator):
         for note in baked.notes:
             self.report({"WARNING"}, note)
         if not baked.count:
-            return cancelled(self, "No sensor could be keyed")
+            return cancelled(self, "No sensor could get keyframes")
         self.report({"INFO"}, f"Baked the outputs of {plural(baked.count, 'sensor')}")
         return {"FINISHED"}
 
@@ -46,7 +46,7 @@ class ANGEN_OT_unbake_keyframes(Operator):
     bl_idname = "angen.unbake_keyframes"
     bl_label = "Unbake"
     bl_description = (
-        "Remove the keys of the sensors' outputs, so that drivers read recorded or live values"
+        "Remove the keyframes of the sensors' outputs, so that drivers read recorded or live values"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -59,7 +59,7 @@ class ANGEN_OT_unbake_keyframes(Operator):
         return needs(
             cls,
             any(map(bake.is_baked, all_sensors(context.view_layer))),
-            "No sensor has baked keys",
+            "No sensor has baked keyframes",
         )
 
     def execute(self, context: Context) -> set[str]:
@@ -74,9 +74,11 @@ class ANGEN_OT_unbake_keyframes(Operator):
         for note in unbaked.notes:
             self.report({"WARNING"}, note)
         if not unbaked.count:
-            return cancelled(self, "No selected sensor has baked keys that can be removed")
+            return cancelled(self, "No selected sensor has baked keyframes that can be removed")
         many = plural(unbaked.count, "sensor")
-        self.report({"INFO"}, f"Removed the keys of {many}: drivers read recorded or live values")
+        self.report(
+            {"INFO"}, f"Removed the keyframes of {many}: drivers read recorded or live values"
+        )
         return {"FINISHED"}
 
 

@@ -41,7 +41,7 @@ class ANGEN_OT_copy_to_selected(Operator):
 
     parameter: StringProperty(
         name="Parameter",
-        description="Name of the parameter to copy; if empty, all of them and the update rate",
+        description="Name of the parameter to copy. Empty: all parameters and the update rate",
         search=suggested_parameters,
         search_options={"SUGGESTION"},
     )
@@ -55,7 +55,8 @@ class ANGEN_OT_copy_to_selected(Operator):
         ) and needs(
             cls,
             any(stands_for(o) != stands_for(context.object) for o in context.selected_objects),
-            "Select the sensors to copy to, the active one last",
+            "Select the sensors to copy to, then the sensor to copy from, which becomes the "
+            "active one",
         )
 
     def execute(self, context: Context) -> set[str]:

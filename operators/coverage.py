@@ -61,7 +61,7 @@ class ANGEN_OT_coverage(LongWork, Operator):
     bl_label = "Map Coverage"
     bl_description = (
         "Map where the motion detectors notice a step, an arm or a cat, as the scene is now: "
-        "walls, furniture and doors hide what is behind. Esc cancels"
+        "walls, furniture and doors hide the floor behind them. Esc cancels"
     )
     bl_options = {"REGISTER", "UNDO"}
 

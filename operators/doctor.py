@@ -17,8 +17,8 @@ class ANGEN_OT_doctor(Operator):
     bl_idname = "angen.doctor"
     bl_label = "Examine Home"
     bl_description = (
-        "Look for causes of wrong readings: scale, missing faces, doors without hinges, "
-        "lamps, sensors inside walls, missing files; each with the way to mend it"
+        "Look for what gives sensors wrong readings: scale, missing faces, doors without hinges, "
+        "lamps, sensors inside walls, missing files. Each finding has a remedy"
     )
     bl_options = {"REGISTER"}
 

@@ -110,8 +110,8 @@ def _frame_of(
 ) -> tuple[Leaf, SurfacePoint]:
     """Return the side of the door leaf for the switch, and the surface to mount the switch on.
 
-    `side_groups` are groups of possible sides. The first group with a suitable surface is used.
-    With `flip`, use the opposite side. Raise `AngenError` if no surface is near the leaf's free
+    `side_groups` are groups of possible sides. The first group with a suitable surface is used. If
+    `flip` is True, use the opposite side. Raise `AngenError` if no surface is near the leaf's free
     upper corner.
     """
     for sides in side_groups:
@@ -214,7 +214,11 @@ def flag_shape(across: float, over: float, thickness: float, slides: bool) -> Ho
 
 
 def _why_not_working(context: Context, sensor: Any, flag: Any, leaf: Any, scale: float) -> str:
-    """Return why the switch reads open now, or can never read open; empty if it works."""
+    """Return a text on why the switch cannot sense the door; empty if it can.
+
+    `flag` is the object on the leaf that blocks the beam while the door is shut. Something else may
+    be hit before the flag, or may block the beam even without flag and leaf.
+    """
     matrix = sensor.matrix_world
     start, beam = matrix.translation, -matrix.col[2].xyz.normalized()
     depsgraph, gap = context.evaluated_depsgraph_get(), GAP / scale

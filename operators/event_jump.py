@@ -82,8 +82,8 @@ class ANGEN_OT_event_jump(Operator):
         return {"FINISHED"}
 
 
-# The keys work in every editor with a timeline. Desktops often take Ctrl+Alt+arrows. Of Blender's
-# keymaps only those of the text and clip editors use Shift+Alt+arrows, and there they come first.
+# The keys work in every editor with a timeline. Desktops often take Ctrl+Alt+arrows. In Blender's
+# keymaps, only the text and clip editors use Shift+Alt+arrows, and there Blender's keys come first.
 KEYS = (("RIGHT_ARROW", "NEXT"), ("LEFT_ARROW", "PREVIOUS"))
 _items: list[tuple[Any, Any]] = []
 

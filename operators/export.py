@@ -42,8 +42,8 @@ class ANGEN_OT_export_samples(ExportOptions, Operator):
     directory: StringProperty(name="Folder", subtype="DIR_PATH")
     folder: StringProperty(
         name="New Folder",
-        description="Name of a new folder in the chosen one, with a number if the name exists; if "
-        "empty, the files go into the chosen folder",
+        description="Name of a new folder in the chosen one, with a number if the name exists. "
+        "Empty: write the files into the chosen folder",
     )
 
     def invoke(self, context: Context, event: Event) -> set[str]:

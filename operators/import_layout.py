@@ -20,8 +20,8 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
     bl_idname = "angen.import_layout"
     bl_label = "Import Sensor Layout"
     bl_description = (
-        "Add and change sensors to match a layout file, such as angen list --json prints. "
-        "If the file has an error, nothing changes"
+        "Add and change sensors to match a layout file (JSON), such as `angen list --json` "
+        "prints. If the file has an error, nothing changes"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -29,7 +29,7 @@ class ANGEN_OT_import_layout(Operator, ImportHelper):
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
     remove: BoolProperty(
         name="Remove Others",
-        description="Delete the sensors that the layout lacks. Objects that are more than a "
+        description="Delete sensors that are not in the layout. Objects that are more than a "
         "housing, such as furniture, stay as ordinary objects",
     )
 

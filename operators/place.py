@@ -141,7 +141,8 @@ def first_surface(
     """Return the first surface that a ray hits within `length` Blender units, or None.
 
     The ray passes through objects that sensors ignore, and through objects for which `passes`
-    returns True. With `culled`, it also passes through faces whose normal points along the ray.
+    returns True. If `culled` is True, it also passes through faces whose normal points along the
+    ray.
     """
     direction = direction.normalized()
     start, left = origin.copy(), length
@@ -339,7 +340,8 @@ class ANGEN_OT_sensor_place(Operator):
         if self.follow and not followed:
             self.report(
                 {"WARNING"},
-                f"'{sensor.name}' cannot follow the surface here: it has no parent",
+                f"'{sensor.name}' was placed without a parent: the surface is part of an "
+                "instance, or has a scale of 0",
             )
         else:
             self.report({"INFO"}, f"Placed '{sensor.name}'{_on(surface)}")
@@ -427,7 +429,7 @@ class ANGEN_OT_sensor_place(Operator):
             level = (floor.point.z if floor else 0.0) + height / unit_scale(scene)
             higher = moved_up(hit.point, hit.normal, level - matrix.translation.z)
             if higher is None:
-                text += "Heights work on walls, not on level surfaces    "
+                text += "A height can be typed only on walls, not on level surfaces    "
             else:
                 hit = hit._replace(point=higher)
                 matrix = self._matrix(context, hit.point, hit.normal, along)

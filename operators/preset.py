@@ -19,7 +19,9 @@ from .polls import can_change_sensor, cancelled
 class ANGEN_OT_preset_apply(Operator):
     bl_idname = "angen.preset_apply"
     bl_label = "Apply Preset"
-    bl_description = "Set the active sensor's parameters to those of a known part or setting"
+    bl_description = (
+        "Set the parameters of the active sensor to those of a product or a usual setting"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     preset: StringProperty(name="Preset", description="Identifier of a preset of the kind")

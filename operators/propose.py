@@ -26,7 +26,7 @@ from .polls import can_read_scene, cancelled, has_editable_collection, needs
 
 
 def active_detector(context: Context) -> Sensor | None:
-    """Return the active sensor if it is a motion detector, else None."""
+    """Return the active sensor; None if it is no motion detector."""
     active = stands_for(context.view_layer.objects.active)
     found = (s for s in all_sensors(context.view_layer) if s.handle == active)
     return next((s for s in found if s.kind in MAPPED), None)
@@ -36,9 +36,9 @@ class ANGEN_OT_place_propose(LongWork, Operator):
     bl_idname = "angen.place_propose"
     bl_label = "Propose Places"
     bl_description = (
-        "Find places for motion detectors on walls and ceilings that together cover the most. They "
-        "get the parameters of the active motion detector. Esc keeps the best so far, once a "
-        "candidate was looked at closely"
+        "Find the places on walls and ceilings from which motion detectors together cover most of "
+        "the floor. They get the parameters of the active motion detector. Esc keeps the best "
+        "places so far, or cancels if there are none yet"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -53,7 +53,7 @@ class ANGEN_OT_place_propose(LongWork, Operator):
     poll = classmethod(can_read_scene)
 
     def _show(self, context: Context, doing: Doing) -> None:
-        self.esc = "keeps the best so far" if doing.found else "cancels"
+        self.esc = "keeps the best places so far" if doing.found else "cancels"
         super()._show(context, doing)
 
     def _begin(self, context: Context) -> Generator[Any, None, None]:

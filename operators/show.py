@@ -29,8 +29,8 @@ class ANGEN_OT_sensor_show(Operator):
     bl_idname = "angen.sensor_show"
     bl_label = "Show Sensor"
     bl_description = (
-        "Select this sensor and move the view to it and to what it sees. "
-        "Shift: add it to the selection and leave the view"
+        "Select this sensor, and move the view to it and to what it sees. Shift-click: add it to "
+        "the selection without moving the view"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -39,7 +39,7 @@ class ANGEN_OT_sensor_show(Operator):
         name="Library", description="File that a linked sensor comes from", options={"HIDDEN"}
     )
     extend: BoolProperty(
-        name="Extend", description="Add it to the selection and leave the view", default=False
+        name="Extend", description="Add it to the selection without moving the view", default=False
     )
 
     @classmethod
@@ -72,8 +72,8 @@ class ANGEN_OT_sensor_show(Operator):
 def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = False) -> None:
     """Select a sensor and no other object, and move the 3D view to it.
 
-    The sensor must not be hidden. With `extend`, add it to the selection and leave the view as it
-    is. With `stay`, leave the view as it is if the sensor is in it.
+    The sensor must not be hidden. If `extend` is True, add the sensor to the selection, and leave
+    the view as it is. If `stay` is True, move the view only if it does not show the sensor.
     """
     select(sensor, context, extend)
     obj = sensor.handle
@@ -87,7 +87,7 @@ def show(sensor: Sensor, context: Context, extend: bool = False, stay: bool = Fa
 def select(sensor: Sensor, context: Context, extend: bool = False) -> None:
     """Make a sensor active, and select it and no other object. The sensor must not be hidden.
 
-    With `extend`, the other objects stay selected.
+    If `extend` is True, the other objects stay selected.
     """
     obj = sensor.handle
     if not extend:

@@ -85,11 +85,15 @@ def plan_run(
                 "not simulated again"
             )
             return RunPlan(
-                first, last, sensors, f"{done}. For that, Clear Recording first", is_done=True
+                first,
+                last,
+                sensors,
+                f"{done}. To simulate them again, press Clear Recording first",
+                is_done=True,
             )
         if is_lost and names == recorded and first <= end + 1 and begin <= last + 1:
             first, last = min(first, begin), max(last, end)
-            note = f"To go on from the recording, frames {first} to {last} are simulated"
+            note = f"To extend the recording, frames {first} to {last} are simulated"
             return RunPlan(first, last, sensors, note)
     if not is_lost:
         return RunPlan(first, last, sensors)
@@ -117,7 +121,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
     )
     without_light: BoolProperty(
         name="Without Light",
-        description="Leave out light sensors, which take the longest",
+        description="Leave out light sensors, which take most of the time",
         options={"SKIP_SAVE"},
     )
     replace: BoolProperty(
@@ -135,8 +139,8 @@ class ANGEN_OT_simulate(LongWork, Operator):
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
-        what = "all sensors but those of light" if properties.without_light else "all sensors"
-        return f"Record the readings of {what} over the frames. Esc keeps what is done"
+        what = "all sensors except light sensors" if properties.without_light else "all sensors"
+        return f"Record the readings of {what} over the frames. Esc keeps the frames that are done"
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -242,7 +246,7 @@ class ANGEN_OT_simulate(LongWork, Operator):
         return None if self._store(context, early) else {"CANCELLED"}
 
     def _store(self, context: Context, early: bool) -> bool:
-        """Store the recording and show its readings; return whether it was stored.
+        """Store the recording and show its readings; return whether the recording was stored.
 
         `early` says whether Esc ended the run.
         """

@@ -66,7 +66,7 @@ class AngenStudy(PropertyGroup):
     varied: CollectionProperty(type=AngenStudyVary)
     seeds: IntProperty(
         name="Seeds",
-        description="Number of runs of each setting, with other noise",
+        description="Number of runs of each combination of values, each with other noise",
         default=1,
         min=1,
     )

@@ -52,7 +52,9 @@ def values_in(file: Path) -> dict[str, Any]:
     try:
         statements = ast.parse(file.read_text(encoding="utf-8")).body
     except SyntaxError as error:
-        raise ValueError(f"line {error.lineno} is not a preset's") from error
+        raise ValueError(
+            f"line {error.lineno} is not valid Python, in which Blender writes presets"
+        ) from error
     for statement in statements:
         match statement:
             case ast.Assign(targets=[ast.Attribute(value=ast.Name(id=owner), attr=name)]):
@@ -107,7 +109,7 @@ class ANGEN_OT_user_preset_save(AddPresetBase, Operator):
         if result == {"FINISHED"}:
             self.report({"INFO"}, f"{'Removed' if removed else 'Saved'} the preset '{name}'")
         elif removed:
-            self.report({"ERROR"}, f"There is no preset '{name}' of yours")
+            self.report({"ERROR"}, f"You have no preset '{name}'")
         return result
 
 
@@ -136,7 +138,11 @@ class ANGEN_OT_user_preset_apply(Operator):
         unknown = _set_known(getattr(obj.angen_sensor, kind.attribute), kind, values)
         obj.angen_sensor.preset = ""
         if unknown:
-            self.report({"WARNING"}, f"Not known in this version, left out: {', '.join(unknown)}")
+            self.report(
+                {"WARNING"},
+                "These parameters do not exist in this version and were left "
+                f"out: {', '.join(unknown)}",
+            )
         else:
             done = f"'{obj.name}' is set to: {self.name}"
             self.report({"INFO"}, "; ".join(filter(None, (done, former))))

@@ -23,7 +23,7 @@ class ANGEN_OT_warmth_set(Operator):
     bl_description = "Give the selected objects and their children a usual temperature"
     bl_options = {"REGISTER", "UNDO"}
 
-    sort: EnumProperty(name="Sort", items=ITEMS)
+    sort: EnumProperty(name="Type", items=ITEMS)
 
     @classmethod
     def description(cls, context: Context, properties: Any) -> str:
@@ -45,7 +45,9 @@ class ANGEN_OT_warmth_set(Operator):
             skins += [material for material in skin if material not in skins]
         if not surfaces:
             return cancelled(
-                self, "None of the selected objects has a surface that could be warm and edited"
+                self,
+                "None of the selected objects has a surface that can get a temperature: "
+                "select meshes that are not linked",
             )
         names = ", ".join(sorted(f"'{surface.name}'" for surface in surfaces)[:4])
         text = f"{usual.celsius:g} °C: {names}{' …' if len(surfaces) > 4 else ''}"
@@ -54,7 +56,10 @@ class ANGEN_OT_warmth_set(Operator):
             text += (
                 f"; skin 33 °C: {bare}"
                 if bare
-                else ("; no material is named as skin: set that of bare skin in the Material tab")
+                else (
+                    "; no material has a name like skin: if one is bare skin, set its "
+                    "temperature in the Material tab"
+                )
             )
         self.report({"INFO"}, text)
         return {"FINISHED"}

@@ -75,7 +75,7 @@ def _draw_rooms(layout: UILayout, figures: dict, scene: Any, is_fresh: bool) -> 
     at = f", frame {frame}" if frame != scene.frame_current else ""
     box.label(text=f"{figures['motion']}, {plural(figures['sensors'], 'detector')}{at}")
     if shown.is_of_proposal(scene):
-        box.label(text="With the proposed places alone", icon="INFO")
+        box.label(text="Only the proposed places are counted", icon="INFO")
     box.active = is_fresh
     rooms = figures["rooms"]
     if len(rooms) > ROOMS_SHOWN:

@@ -22,7 +22,7 @@ class ANGEN_PT_doctor(ClosedSidebar, Panel):
         if found is None:
             return
         if not found:
-            layout.label(text="Nothing to mend", icon="CHECKMARK")
+            layout.label(text="No problem found", icon="CHECKMARK")
         for index, finding in enumerate(found[:MOST]):
             select = ("angen.doctor_select", index) if finding.objects else None
             box = draw_lines(layout, finding.text, "ERROR", select)
@@ -30,7 +30,7 @@ class ANGEN_PT_doctor(ClosedSidebar, Panel):
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
         if found:
-            layout.label(text="After mending, Examine Home again", icon="INFO")
+            layout.label(text="After changes, press Examine Home again", icon="INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_doctor,))

@@ -55,7 +55,7 @@ def has_name_column() -> bool:
 
 
 def draw_progress(layout: Any, operator: str) -> bool:
-    """Draw the progress of `operator` if it is running, and return whether it is."""
+    """Draw the progress of `operator` if it is running; return whether it is running."""
     working = state.CACHE.working
     if working is None or working[0] != operator:
         return False

@@ -91,7 +91,7 @@ def _draw_weighed(layout: Any, obj: Any, view_layer: Any) -> None:
             if has_mass(other) and sensing.weighed_with(other, view_layer).surfaces
         ]
     if bearers:
-        text = f"Counted twice? {_names(bearers)} has a mass too, and both count"
+        text = f"Counted twice? {_names(bearers)} has a mass too, and both masses are added"
         draw_lines(layout, text, "ERROR")
 
 
@@ -99,14 +99,17 @@ def _draw_without(layout: Any, obj: Any, view_layer: Any) -> None:
     above = bearer(obj)
     if above is not None:
         mass = f"{above.angen_load.mass:g} kg"
-        draw_lines(layout, f"It weighs with '{above.name}' ({mass})", "INFO")
+        draw_lines(layout, f"Its weight is part of '{above.name}' ({mass})", "INFO")
         return
     weighed = sensing.weighed_with(obj, view_layer)
-    text = "No weight. Meant for animated objects, not simulated ones: a person, moved furniture"
+    text = (
+        "No weight. A mass here is meant for animated objects, such as a person or moved "
+        "furniture, not for simulated ones"
+    )
     if weighed.surfaces:
         text += f". The mass would be that of {_names(weighed.surfaces)}"
     if weighed.apart:
-        text += f". On it, {_names(b for _, b in weighed.apart)} has a mass already"
+        text += f". {_names(b for _, b in weighed.apart)} on it has a mass already"
     draw_lines(layout, text, "INFO")
 
 

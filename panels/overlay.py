@@ -17,8 +17,8 @@ SIGNS = (
     (IDLE, "Still, closed, free, dark"),
     (WRONG, "Not valid"),
     (NOT_SURE, "Not yet sure, or warming up"),
-    (OLD, "Old: it would read again"),
-    (BAKED, "Only baked keys"),
+    (OLD, "Old: the scene has changed since"),
+    (BAKED, "Only baked keyframes"),
     (UNKNOWN, "No reading: scrub, play or simulate"),
     (OFF, "Off"),
 )

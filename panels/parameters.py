@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from bpy.types import Context
@@ -14,7 +15,7 @@ from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
-from ..sensor_logic.parameters import is_chosen, label_of, specs
+from ..sensor_logic.parameters import Spec, is_chosen, label_of, specs
 from .lines import draw_lines, draw_progress, draw_property, has_name_column
 from .readings import ReadingText, reading_text
 
@@ -51,14 +52,14 @@ def draw_sensor(layout: Any, context: Context, sensor: Sensor) -> None:
     column.prop(sensor.settings, "room", placeholder=sensor.room)
     scene = context.scene
     draw_property(column, scene, sensor.settings, "update_rate", "Rate", "Hz")
-    _draw_parameters(column, scene, sensor, others)
+    _draw_sensor_parameters(column, scene, sensor, others)
     for number, (title, names) in enumerate(sections):
         header, body = layout.panel(
             f"ANGEN_{sensor.kind.identifier}_{number}", default_closed=number > 0
         )
         header.label(text=title)
         if body is not None:
-            _draw_parameters(_column(body, enabled), scene, sensor, names)
+            _draw_sensor_parameters(_column(body, enabled), scene, sensor, names)
 
 
 def _draw_origin(layout: Any, texts: ReadingText) -> None:
@@ -70,7 +71,10 @@ def _draw_origin(layout: Any, texts: ReadingText) -> None:
     if texts.old:
         draw_lines(layout, texts.old, "TIME")
     if texts.keys:
-        text = f"Baked keys say '{texts.keys}': drivers read them. Unbake removes them"
+        text = (
+            f"The baked keyframes have '{texts.keys}', which drivers read. Unbake removes the "
+            "keyframes"
+        )
         box = draw_lines(layout, text, "KEYFRAME_HLT")
         box.operator("angen.unbake_keyframes", icon="KEYFRAME").selected = True
 
@@ -90,14 +94,24 @@ def _column(layout: Any, enabled: bool) -> Any:
     return column
 
 
-def _draw_parameters(column: Any, scene: Any, sensor: Sensor, names: Any) -> None:
-    group = sensor.parameters
+def _draw_sensor_parameters(column: Any, scene: Any, sensor: Sensor, names: Iterable[str]) -> None:
     known = specs(sensor.kind.parameters)
-    for name in names:
+    group = sensor.parameters
+    units = {name: sensor.kind.unit_of(known[name], group) for name in names}
+    draw_parameters(column, scene, group, known, units)
+
+
+def draw_parameters(
+    column: Any, scene: Any, group: Any, known: Mapping[str, Spec], units: Mapping[str, str]
+) -> None:
+    """Draw the fields of a property group that its choices use.
+
+    `known` describes all fields of the group. `units` has the unit of each field to draw, by name.
+    """
+    for name, unit in units.items():
         spec = known[name]
         # A parameter with only one choice needs no field.
         if is_chosen(group, spec.used_when) and len(spec.choices) != 1:
-            unit = sensor.kind.unit_of(spec, group)
             label = label_of(spec, group, short=True)
             draw_property(column, scene, group, name, label, unit)
 

@@ -23,7 +23,7 @@ from .parameters import sensor_of
 class ANGEN_MT_presets(Menu):
     bl_idname = "ANGEN_MT_presets"
     bl_label = "Presets"
-    bl_description = "Known parts and settings; a tick marks the one that the parameters match"
+    bl_description = "Products and usual settings. A tick marks the one with the present parameters"
 
     def draw(self, context: Context) -> None:
         sensor = sensor_of(stands_for(context.object))

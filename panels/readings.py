@@ -26,7 +26,7 @@ LEAST_AGE, LEAST_AGE_IN_SHORT = 0.2, 1.0
 ORIGINS = {
     playhead.RECORDED: "Recorded at frame {0:g}",
     playhead.LIVE: "Live, read at frame {0:g}",
-    playhead.BAKED: "Baked keys at frame {0:g}",
+    playhead.BAKED: "Baked keyframes at frame {0:g}",
 }
 
 
@@ -159,7 +159,7 @@ def _texts(
 
 
 def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str, str, str] | None:
-    """Return full text, icon and brief text if the detector is in its warm-up time, else None."""
+    """Return full text, icon and brief text during the detector's warm-up time; None after it."""
     plain = found.origin in (playhead.RECORDED, playhead.LIVE) and not (found.problem or found.old)
     if found.reading is None or not plain or found.reading.active:
         return None

@@ -115,13 +115,13 @@ def draw_recording(layout: UILayout, scene: Scene, sensors: Sequence[Sensor]) ->
         layout.label(text=text, icon="CHECKMARK")
         left_out = [s for s in simulated(sensors) if s.name not in recording.tracks]
         if left_out and all(s.kind.requires(LIGHT) for s in left_out):
-            layout.label(text="Light sensors are not in it", icon="INFO")
+            layout.label(text="Light sensors are not recorded", icon="INFO")
         elif left_out:
-            layout.label(text=f"{plural(len(left_out), 'sensor')} not in it", icon="INFO")
+            layout.label(text=f"{plural(len(left_out), 'sensor')} not recorded", icon="INFO")
         if kept.made_in != THIS_BLENDER:
             layout.label(text=f"Made in Blender {version_text(kept.made_in)}", icon="INFO")
         if not recording.covers(scene.frame_current + scene.frame_subframe):
-            layout.label(text=f"This frame is not in it: {values}", icon="INFO")
+            layout.label(text=f"This frame is not recorded: {values}", icon="INFO")
     if state.CACHE.notice:
         draw_lines(layout, state.CACHE.notice, "ERROR")
 

@@ -61,7 +61,10 @@ class ANGEN_PT_study(ClosedSidebar, Panel):
         line = layout.row(align=True)
         line.operator("angen.study_command", icon="COPYDOWN")
         line.operator("angen.study_report", icon="URL")
-        text = "Studies run in a terminal, by the Python package (3.11 or 3.13), not by Blender"
+        text = (
+            "Studies run in a terminal, with the Python package (Python 3.11 or 3.13), not in "
+            "Blender"
+        )
         box = draw_lines(layout, f"{text}. To install it: {installation('studies')}", "INFO")
         box.operator("angen.study_install", icon="COPYDOWN")
 

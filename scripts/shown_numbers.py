@@ -8,20 +8,17 @@ exported first. At many frames this script draws the panels, the table, the labe
 their own functions into a layout that records the texts. It compares each number and each state
 with the CSV row of that frame, to half of the last digit shown. A value that the CSV has and the
 text omits counts as a difference. It prints the number of comparisons and each difference, and
-exits with 1 if there is any. In a window it waits until the file that SHOWN_WHEN names exists, and
-writes the status into it.
+exits with 1 if there is any.
 """
 
 from __future__ import annotations
 
 import csv
 import math
-import os
 import re
 import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -346,22 +343,5 @@ def main(events: Path, samples: Path, report: Path | None = None) -> int:
     return 1 if wrong else 0
 
 
-def compare_on_signal(arguments: list[Path], signal: Path) -> float | None:
-    """Compare once the file `signal` exists, and write the status into it: a timer in a window."""
-    if not signal.exists() or signal.stat().st_size:
-        return 1.0
-    signal.write_text(str(main(*arguments)), encoding="utf-8")
-    return None
-
-
-def run() -> None:
-    given = [Path(text).absolute() for text in sys.argv[sys.argv.index("--") + 1 :]]
-    signal = os.environ.get("SHOWN_WHEN")
-    if signal:
-        bpy.app.timers.register(partial(compare_on_signal, given, Path(signal)))
-    else:
-        sys.exit(main(*given))
-
-
 if __name__ == "__main__":
-    run()
+    sys.exit(main(*[Path(text).absolute() for text in sys.argv[sys.argv.index("--") + 1 :]]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choose sensors by name, pattern and kind."""
+"""Select sensors by name, wildcard pattern and kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WILDCARDS = "*?["
 
 
 def fitting(pattern: str, names: Iterable[str]) -> list[str]:
-    """Return the name that equals `pattern`; if none does, all names that match it.
+    """Return the name that equals `pattern`. If none does, return all names that match it.
 
     A pattern can have wildcards, as in `PIR*`.
     """
@@ -26,16 +26,16 @@ def fitting(pattern: str, names: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class SensorChoice:
-    """A choice of sensors by name and kind.
+    """A selection of sensors by name and kind.
 
     Attributes
     ----------
     patterns
-        The name of a chosen sensor equals or matches one of these. If empty, all names are chosen.
+        Names, or patterns with wildcards, of the selected sensors; empty selects all names.
     kinds
-        The kind of a chosen sensor is one of these. If empty, all kinds are chosen.
+        The kinds of the selected sensors; empty selects all kinds.
     light
-        Whether light sensors can be chosen.
+        Whether light sensors can be selected.
     """
 
     patterns: tuple[str, ...] = ()
@@ -43,16 +43,16 @@ class SensorChoice:
     light: bool = True
 
     def takes(self, name: str, kind: str) -> bool:
-        """Return whether a sensor with this name, of the kind with this identifier, is chosen."""
+        """Return whether a sensor with this name and kind is selected."""
         by_name = not self.patterns or any(fitting(p, [name]) for p in self.patterns)
         by_kind = not self.kinds or kind in self.kinds
         return by_name and by_kind and (self.light or not measures_light(kind))
 
     def of(self, kinds: Mapping[str, str]) -> list[str]:
-        """Return the names of the chosen sensors of a home.
+        """Return the names of the selected sensors of a home.
 
         `kinds` maps the name of each sensor of the home to its kind. Raise InputError if a pattern
-        matches no sensor, or if no sensor is chosen.
+        matches no sensor, or if no sensor is selected.
         """
         for pattern in self.patterns:
             if not fitting(pattern, kinds):
@@ -66,7 +66,7 @@ class SensorChoice:
         ]
         if kinds and not found:
             known = listed([f"{name} ({kind})" for name, kind in kinds.items()])
-            raise InputError(f"no sensor is left by what is asked for; there are {known}")
+            raise InputError(f"no sensor matches all the given options; the sensors are {known}")
         return found
 
 
@@ -74,20 +74,19 @@ ALL_SENSORS = SensorChoice()
 
 
 def measures_light(kind: str) -> bool:
-    """Return whether sensors of the kind with this identifier need rendered light."""
+    """Return whether sensors of a kind, given by its identifier, need rendered light."""
     return kind in KINDS and KINDS[kind].requires_light
 
 
 def not_found(pattern: str, names: Iterable[str], of: str = "") -> str:
-    """Return the error text for a pattern that no sensor matches.
+    """Return the error text for a pattern that no sensor matches, with the most similar names.
 
-    It includes the names that are most similar to the pattern. `of` says where the sensors are,
-    such as " of this home".
+    `of` tells where the sensors were searched, such as " of this home".
     """
     text = pattern.strip("*?").lower()
     near = sorted(
         names, key=lambda name: SequenceMatcher(None, text, name.lower()).ratio(), reverse=True
     )
     is_pattern = any(sign in pattern for sign in WILDCARDS)
-    what = "fits" if is_pattern else "is called"
+    what = "matches" if is_pattern else "is called"
     return f"no sensor{of} {what} '{pattern}'; {hint(text, near)}"

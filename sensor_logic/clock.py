@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The times at which a sensor samples.
 
-The arithmetic is exact (fractions). So playback, bake and runs without a window agree.
+The arithmetic is exact (fractions), so playback, baking and runs without a window agree.
 
 Time t is 0 at the start frame of the scene. A sensor with rate r publishes at t = k/r, for k = 0,
 1, 2, … It samples at the first step at or after k/r. A step is a frame, or one of the `substeps` of
@@ -23,12 +23,12 @@ LARGEST_DENOMINATOR = 1000
 
 
 def exact(value: float) -> Fraction:
-    """Return the number that a user typed, from the value that Blender stores in single precision.
+    """Return the number that a user typed, given the single-precision value that Blender stores.
 
     Blender stores 0.9 as 0.899999976…, which would put the third sample at 0.9 Hz and 24 fps one
-    frame late. Return the simplest fraction that is the same number in single precision. If no
-    simple fraction is, return the value rounded to seven significant digits, as many as single
-    precision holds.
+    frame late. The result is the simplest fraction that is equal in single precision. If there is
+    no simple one, it is the value rounded to seven significant digits, as many as single precision
+    holds.
     """
     simple = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
     if np.float32(float(simple)) == np.float32(value):
@@ -71,11 +71,11 @@ class Clock:
         return steps * seconds / count, self.frame_start + steps / self.substeps
 
     def step_frame(self, step: int) -> float:
-        """Return the frame of `step`; for a step between two frames, it has a fraction."""
+        """Return the frame of `step`, with a fraction for a step between two frames."""
         return self.frame_start + step / self.substeps
 
     def frame_and_subframe(self, step: int) -> tuple[int, float]:
-        """Return the arguments of `Scene.frame_set` with which Blender evaluates `step`."""
+        """Return the arguments of `Scene.frame_set` for `step`."""
         whole, part = divmod(step, self.substeps)
         return self.frame_start + whole, part / self.substeps
 

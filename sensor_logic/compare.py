@@ -74,16 +74,20 @@ class HomeIntervals:
 
 
 def read(path: Path) -> HomeIntervals:
-    """Read an event log, a folder of days, or a log in any of the readable formats.
+    """Return the intervals of all sensors in a log at `path`.
 
-    Raise InputError, which names the file and the problem, or OSError.
+    It can be an event log, a folder of simulated days, or a log in a format of another tool. Raise
+    InputError if the content is not valid, or OSError if it cannot be read.
     """
     source = read_log(path)
     log = source.log(start=source.start or DEFAULT_START)
     home = _home(path, _log_changes(log), source.has_states)
     end = home.end if source.end is None else source.end
     if end <= home.begin:
-        raise InputError(f"{path} has changes at one time only: there is nothing to compare")
+        raise InputError(
+            f"all changes in {path} are at the same time, so there is nothing to "
+            "compare: give a longer log"
+        )
     return replace(home, end=end, notes=source.notes)
 
 
@@ -91,7 +95,7 @@ Row = tuple[float, str, str, bool]
 
 
 def _log_changes(log: Log) -> Iterator[Row]:
-    """Yield each change of a boolean field: time in s, sensor, quantity, and whether it is on."""
+    """Yield each change of a boolean field: time in s, sensor, quantity, and the new value."""
     for change in log.changes:
         channel = change.channel
         if isinstance(change.value, bool) and channel.quantity != "validity":
@@ -120,7 +124,9 @@ def _home(path: Path, rows: Iterable[Row], has_states: bool) -> HomeIntervals:
             sensor.intervals.append((since.pop(name), time))
         states[name] = on
     if begin is None:
-        raise InputError(f"{path} has no sensor that is on or off")
+        raise InputError(
+            f"{path} has no sensor with the states on and off, so there is nothing to compare"
+        )
     return HomeIntervals(path.name, begin, last, sensors)
 
 
@@ -137,7 +143,7 @@ Values = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Measure:
-    """One statistic of a group of sensors.
+    """One statistic of a group of sensors, in two logs.
 
     Attributes
     ----------
@@ -146,7 +152,7 @@ class Measure:
     name, unit
         The name of the statistic and its unit.
     values
-        Its values (n,) in the first and in the second home.
+        The values (n,) of the statistic in the first and in the second log.
     """
 
     group: str
@@ -156,14 +162,14 @@ class Measure:
 
     @property
     def distance(self) -> float:
-        """The Kolmogorov-Smirnov distance between the two homes; NaN if one has too few values."""
+        """The Kolmogorov-Smirnov distance between the two logs; NaN if one has too few values."""
         return ks_distance(*self.values) if self.has_enough_values else math.nan
 
     @property
     def has_enough_values(self) -> bool:
-        """Whether both homes have enough values for the distance to mean something.
+        """Whether both logs have enough values for a distance.
 
-        Both need more than one value. Even two samples of the same distribution can reach the
+        Each needs more than one value. Two samples of the same distribution can by chance have the
         largest distance, 1. The probability of this must be at most CHANCE.
         """
         n, m = map(len, self.values)
@@ -187,7 +193,7 @@ def quantiles(values: Values) -> list[float]:
 
 
 def measures(one: HomeIntervals, two: HomeIntervals) -> list[Measure]:
-    """Return all statistics for each group of sensors, such as motion, that either home has."""
+    """Return the statistics of the logs `one` and `two`, for each group of sensors."""
     groups = sorted({s.quantity for home in (one, two) for s in home.sensors.values()})
     return [
         Measure(group, name, unit, (of(one, group), of(two, group)))
@@ -206,34 +212,33 @@ def _sensors_in(home: HomeIntervals, group: str) -> list[SensorIntervals]:
 
 
 def on_times(home: HomeIntervals, group: str) -> Values:
-    """Return how long, in s, sensors of the group were on: a duration for each interval."""
-    return _seconds([end - begin for s in _sensors_in(home, group) for begin, end in s.intervals])
+    """Return the durations in s of all intervals in which sensors of the group were on."""
+    return _rounded_seconds(
+        [end - begin for s in _sensors_in(home, group) for begin, end in s.intervals]
+    )
 
 
 def gaps(home: HomeIntervals, group: str) -> Values:
-    """Return the times in s between successive changes to on, of any sensors of the group."""
-    return _seconds(
+    """Return the times in s between successive changes from off to on in a group of sensors."""
+    return _rounded_seconds(
         np.diff(np.sort([start for s in _sensors_in(home, group) for start in s.starts]))
     )
 
 
-def _seconds(values: list[float] | Values) -> Values:
-    """Round durations to microseconds, the resolution of logs.
-
-    Durations that were equal in the log then stay equal.
-    """
+def _rounded_seconds(values: list[float] | Values) -> Values:
+    """Round durations to microseconds, so that durations that are equal in the log stay equal."""
     return np.round(np.asarray(values, float), 6)
 
 
 def counts(home: HomeIntervals, group: str) -> Values:
-    """Return how often sensors of the group went on: a number for each sensor on each day."""
+    """Return the number of changes to on for each sensor of the group on each day."""
     edges, scale = _days(home)
     found = [np.histogram(s.starts, edges)[0] * scale for s in _sensors_in(home, group)]
     return np.concatenate(found) if found else np.empty(0)
 
 
 def shares(home: HomeIntervals, group: str) -> Values:
-    """Return the percentage of each day in which at least one sensor of the group was on."""
+    """Return, for each day, the percentage of time in which any sensor of the group was on."""
     merged: list[list[float]] = []
     for begin, end in sorted(i for s in _sensors_in(home, group) for i in s.intervals):
         if merged and begin <= merged[-1][1]:
@@ -266,10 +271,10 @@ HEADS = ("n", *(f"{100 * q:g} %" for q in QUANTILES))
 
 
 def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """Return the comparison as text.
+    """Return the comparison of the logs `one` and `two` as text.
 
-    Each statistic has a heading with the distance, and a row for each home. The last lines name the
-    logs that are shorter than a day.
+    Each statistic in `found` has a heading with the distance, and a row for each log. The last
+    lines name the logs that are shorter than a day.
     """
     width = max(len(one.name), len(two.name), 8)
     lines = [f"{'':<{width}}" + "".join(f"{head:>10}" for head in HEADS)]
@@ -290,7 +295,7 @@ def text(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
 
 def _distance(measure: Measure) -> str:
     if not all(map(len, measure.values)):
-        return "no values on one side"
+        return "one log has no values"
     if not measure.has_enough_values:
         return "too few values for a distance"
     return f"distance {measure.distance:.3f}"
@@ -301,10 +306,10 @@ def _short(value: float) -> str:
 
 
 def data(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> dict[str, Any]:
-    """Return the comparison as plain values, for programs.
+    """Return the comparison of the logs `one` and `two` as data for JSON.
 
-    A figure is None if there are too few values for it. Figures per day of a log shorter than a day
-    are scaled up to 24 hours.
+    `found` has the statistics. A figure is None if there are too few values for it. The figures per
+    day of a log shorter than a day are scaled up to 24 hours.
     """
     return {
         "logs": [one.name, two.name],
@@ -343,9 +348,10 @@ POINTS = 200
 
 
 def svg(one: HomeIntervals, two: HomeIntervals, found: list[Measure]) -> str:
-    """Return a picture with a panel for each statistic and a curve for each home.
+    """Return an SVG picture that compares the logs `one` and `two`.
 
-    At each x, the curve shows the share of values that are at most x. The x axis is logarithmic.
+    Each statistic in `found` has a panel with a curve for each log. At each x, the curve shows the
+    fraction of values that are at most x. The x axis is logarithmic.
     """
     shown = [m for m in found if any(len(values) for values in m.values)]
     rows = -(-len(shown) // COLUMNS)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The errors that all modules raise.
 
-The text of an error is one line: what is wrong, where it is, and what would work. There is a
-subclass only for errors that some caller handles in a different way.
+The text of an error is one line: what is wrong, where it is, and what would work. A subclass exists
+only for errors that some caller handles in a different way.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 
 class AngenError(Exception):
-    """An operation that cannot be done; `status` is the exit status of the command line."""
+    """An error to show to the user; `status` is the exit status of the command line."""
 
     status = 1
 
@@ -27,10 +27,9 @@ class InputError(AngenError):
 def explained(
     where: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Turn errors of the types `kinds` into errors of the type `raised`.
+    """Context manager: raise errors of the types `kinds` as `raised`, with `where` in front.
 
-    Their text gets `where` in front. For an OSError, the text is only its reason, such as "No such
-    file or directory".
+    For an OSError, the text is only its reason, such as "No such file or directory".
     """
     try:
         yield
@@ -43,7 +42,7 @@ def explained(
 def replaced(
     text: str, *kinds: type[Exception], raised: type[Exception] = InputError
 ) -> Iterator[None]:
-    """Turn errors of the types `kinds` into errors of the type `raised`, with the text `text`."""
+    """Context manager: raise errors of the types `kinds` as `raised`, with the text `text`."""
     try:
         yield
     except kinds:

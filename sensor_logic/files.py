@@ -28,7 +28,7 @@ Content = str | bytes | Iterable[str]
 def check_folder(folder: Path, what: str) -> None:
     """Raise AngenError if no file can be written in `folder`.
 
-    Call this before a long run. `what` begins the message.
+    Call this before a long run. The message begins with `what`.
     """
     if not folder.exists():
         raise InputError(f"{what}: the folder {folder} does not exist; make it first")
@@ -48,7 +48,7 @@ def read_text(path: Path) -> str:
 
 
 def write_files(texts: Mapping[Path, Content]) -> None:
-    """Write all of `texts`; if one cannot be written, write none. Raise AngenError."""
+    """Write all of `texts`. If one cannot be written, write none and raise AngenError."""
     with WholeFiles() as files:
         for path, content in texts.items():
             files.add(path, content)
@@ -56,11 +56,12 @@ def write_files(texts: Mapping[Path, Content]) -> None:
 
 
 class WholeFiles:
-    """Files that `commit` moves to their places together.
+    """Context manager: several files that `commit` moves to their targets together.
 
-    Until then, each is a temporary file in the folder of its target. Leaving the context removes
-    temporary files that were not moved. In each folder, a locked file shows that this process is
-    alive. If a process was killed, the next one that writes to the folder removes what it left.
+    Before `commit`, each is a temporary file in the folder of its target. On exit, temporary files
+    that were not moved are removed. In each folder, a locked file shows that this process is
+    running. If a process was killed, the next process that writes to the folder removes its
+    temporary files.
     """
 
     def __init__(self) -> None:
@@ -82,11 +83,11 @@ class WholeFiles:
     def new(self, target: Path, suffix: str = ".part") -> Path:
         """Return the path of a temporary file that `commit` will move to `target`. Raise OSError.
 
-        If `target` is a link, it is the file that the link points to.
+        If `target` is a link, the file that it points to is replaced.
         """
         target = target.resolve()
         if target.parent not in self._locks:
-            _sweep(target.parent)
+            _remove_leftovers(target.parent)
             self._locks[target.parent] = _lock(target.parent)
         lock = self._locks[target.parent][1]
         part = lock.with_name(f"{lock.stem}-{self._count}{suffix}")
@@ -128,7 +129,7 @@ class WholeFiles:
 @contextlib.contextmanager
 def _named_errors(path: Path) -> Iterator[None]:
     why = f"cannot write {path}"
-    no_text = f"{why}: a name in it is not text in UTF-8"
+    no_text = f"{why}: a name in it is not valid UTF-8"
     with (
         explained(why, OSError, raised=AngenError),
         replaced(no_text, UnicodeEncodeError, raised=AngenError),
@@ -143,10 +144,10 @@ def _encoded(content: Content) -> Iterable[bytes]:
 
 
 def _lock(folder: Path) -> tuple[int, Path]:
-    """Return the handle and the path of a new file in `folder`, which this process has locked."""
+    """Return the handle and the path of a new lock file in `folder`, locked by this process."""
     while True:
         handle, name = tempfile.mkstemp(".lock", ".angen-", folder)
-        # On a file system without locks, `_sweep` removes nothing.
+        # On a file system without locks, `_remove_leftovers` removes nothing.
         with contextlib.suppress(OSError):
             if fcntl is not None:
                 fcntl.flock(handle, fcntl.LOCK_EX)
@@ -156,8 +157,8 @@ def _lock(folder: Path) -> tuple[int, Path]:
         os.close(handle)
 
 
-def _sweep(folder: Path) -> None:
-    """Remove temporary files in `folder` that were written by processes that have ended."""
+def _remove_leftovers(folder: Path) -> None:
+    """Remove the temporary files in `folder` of processes that have ended."""
     parts = [path for path in folder.glob(".angen-*") if OURS.fullmatch(path.name)]
     for stem in {OURS.sub(r"\1", part.name) for part in parts}:
         lock = folder / f"{stem}.lock"
@@ -176,11 +177,11 @@ def _remove(*paths: Path) -> None:
 
 
 def file_names(sensors: Iterable[str]) -> dict[str, str]:
-    """Return the name of each sensor's sample file.
+    """Return the name of the sample file of each sensor.
 
-    It is the name of the sensor, with `_` in place of characters that file systems reject. If two
-    sensors would have the same file name (ignoring case), a number is added to one of them. A
-    sensor whose name needed no change keeps it.
+    It is the sensor's name, with `_` in place of characters that file systems reject. If two files
+    would have the same name (ignoring case), one of them gets a number. A sensor whose name needed
+    no change gets no number.
     """
     sensors = list(sensors)
     found: dict[str, str] = {}

@@ -27,8 +27,8 @@ REFLECTANCE, POSES = "reflectance", "poses of objects"
 class Preset:
     """Values of parameters by name, for a product or for a setting.
 
-    A parameter without a value in `values` stays as it is. `identifier` is unique within its kind
-    and is never reused, because scripts contain it. `source` cites where the values were published.
+    A parameter that is not in `values` stays as it is. `identifier` is unique within its kind and
+    is never reused, because scripts contain it. `source` cites the publication of the values.
     """
 
     identifier: str
@@ -51,12 +51,12 @@ class Field:
         The name of a parameter. A change of the value is an event if it is at least as large as
         this parameter. Empty: every change is an event.
     optional
-        Whether files have no column for the field if no row has a value.
+        Whether files omit the field's column if no row has a value.
     used_when
         Pairs of a parameter and a choice. The field is measured if all these parameters have these
         choices.
     quantity
-        What the field measures, such as "motion" or "force". It decides the type of message in the
+        The physical quantity, such as "motion" or "force". It determines the type of message in the
         formats of other tools.
     shape
         The names of the parameters with the numbers of columns and of rows, for a text that holds a
@@ -83,13 +83,36 @@ class Field:
 
 
 @dataclass(frozen=True)
+class OwnerProperties:
+    """Properties that a kind of sensor needs of objects or materials, such as breathing.
+
+    Attributes
+    ----------
+    attribute
+        The name of the property group in Blender.
+    owners
+        The types of its owners: "Object", "Material" or both.
+    label, tip
+        The title of its panel, and a sentence on it.
+    parameters
+        The class of the properties.
+    """
+
+    attribute: str
+    owners: tuple[str, ...]
+    label: str
+    tip: str
+    parameters: type[Parameters]
+
+
+@dataclass(frozen=True)
 class Kind:
     """A kind of sensor.
 
     Attributes
     ----------
     number
-        The number that files store for the kind.
+        The number that blend files store for the kind.
     attribute
         The name of the PropertyGroup that holds the parameters.
     update_rate
@@ -99,9 +122,9 @@ class Kind:
     parameters
         The class of the parameters.
     events
-        The fields whose changes the event log lists.
+        The fields whose changes are in the event log.
     samples
-        The fields that a sensor's sample file has as columns.
+        The fields that are columns of a sensor's sample file.
     model
         A function that makes the `Model` of one sensor.
     needs
@@ -122,6 +145,8 @@ class Kind:
         For coverage maps: a function of the parameters, an `Update` in the scene at rest, and the
         update rate in Hz. It returns a `DetectorView` (coverage/detect.py). None: the kind has no
         coverage maps.
+    owner_properties
+        The properties that the kind needs of other objects and of materials.
     """
 
     identifier: str
@@ -143,11 +168,12 @@ class Kind:
     presets: tuple[Preset, ...] = ()
     part: str = ""
     view: Callable[[Any, Any, float], Any] | None = None
+    owner_properties: tuple[OwnerProperties, ...] = ()
 
     def requires(self, need: str, parameters: Any = None) -> bool:
         """Return whether the model makes the query `need` with these parameters.
 
-        With `parameters` None, return whether it makes the query with any parameters.
+        If `parameters` is None, return whether it makes the query with any parameters.
         """
         if need not in self.needs:
             return False
@@ -179,13 +205,13 @@ class Kind:
 
     @property
     def fields(self) -> dict[str, Field]:
-        """All published fields, in files of samples or in event logs, by name."""
+        """All fields in `samples` and `events`, by name."""
         return {f.name: f for f in (*self.samples, *self.events)}
 
     def reading(self, parameters: Any) -> Field:
         """Return the main field, whose value is also the output `value`.
 
-        It is the first field with a number that is measured with these parameters.
+        It is the first field of `samples` that is a number and is measured with these parameters.
         """
         return next(
             f for f in self.samples if f.type is float and is_chosen(parameters, f.used_when)
@@ -194,7 +220,7 @@ class Kind:
     def unit_of(self, spec: Spec, parameters: Any) -> str:
         """Return the unit of the parameter that `spec` describes.
 
-        Thresholds, for example, are declared with the unit `READING`. They have the unit of the
-        main field.
+        A parameter declared with the unit `READING`, such as a threshold, has the unit of the main
+        field.
         """
         return self.reading(parameters).unit if spec.unit == READING else spec.unit

@@ -26,9 +26,9 @@ NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
 
 
 def read_json(text: str, name: str) -> tuple[Any, dict[KeyPath, int]]:
-    """Return the value in a JSON text, and the line (from 1) of each value inside it by its path.
+    """Return the value of a JSON text, and the line (from 1) of each value inside it, by path.
 
-    A path has the keys and indices that lead to the value. `name` is the name of the file, for
+    A path has the keys and indices that lead to a value. `name` is the name of the file, for
     errors. Raise InputError if the text is no valid JSON or has a key twice in one object.
     """
     with _at_line(text, name):
@@ -39,9 +39,9 @@ def read_json(text: str, name: str) -> tuple[Any, dict[KeyPath, int]]:
 
 
 def read_toml(text: str, name: str) -> tuple[dict[str, Any], dict[KeyPath, int]]:
-    """Return the table in a TOML text, and the line (from 1) of each value inside it by its path.
+    """Return the table of a TOML text, and the line (from 1) of each value inside it, by path.
 
-    A path has the keys and indices that lead to the value. `name` is the name of the file, for
+    A path has the keys and indices that lead to a value. `name` is the name of the file, for
     errors. Raise InputError if the text is no valid TOML.
     """
     with _at_line(text, name):
@@ -53,19 +53,19 @@ def read_toml(text: str, name: str) -> tuple[dict[str, Any], dict[KeyPath, int]]
 
 @contextmanager
 def _at_line(text: str, name: str) -> Iterator[None]:
-    """Raise errors in reading `text` as InputError, with the line and `name`, the file's name."""
+    """Context manager: raise parse errors as InputError, with the file's name and the line."""
     line = 1
     try:
         yield
         return
     except json.JSONDecodeError as error:
-        line, why = error.lineno, f"no JSON at column {error.colno}: {error.msg}"
+        line, why = error.lineno, f"not valid JSON at column {error.colno}: {error.msg}"
     except tomllib.TOMLDecodeError as error:
         at = TOML_AT.search(str(error))
         line = int(at.group(1) or text.count("\n") + 1) if at else 1
         why = TOML_AT.sub("", str(error))
     except RecursionError:
-        why = "its brackets are nested too deep"
+        why = "its brackets are nested too deeply"
     except ValueError:
         # Python rejects a whole number of more than 4300 digits.
         why = "a number in it has too many digits"
@@ -79,7 +79,7 @@ def _error(name: str, line: int, why: str) -> InputError:
 def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int:
     """Return the line of the value at a path, such as ("plan", 1, "entries", 0, "at").
 
-    If there is no such value, return the line of the innermost table or array that would have it.
+    If there is no such value, return the line of the innermost table or array on the path.
     """
     while path and path not in lines:
         path = path[:-1]
@@ -87,7 +87,7 @@ def line_of(lines: dict[KeyPath, int], path: KeyPath) -> int:
 
 
 class _Lines:
-    """A pass over a valid text, which stores in `found` the line at which each value begins."""
+    """A parser of a valid text that stores in `found` the line at which each value begins."""
 
     def __init__(self, text: str, name: str) -> None:
         self.found: dict[KeyPath, int] = {}
@@ -96,7 +96,7 @@ class _Lines:
         self._ends = [end.start() for end in re.finditer("\n", text)]
 
     def value(self, path: KeyPath) -> None:
-        """Store the line of the next value, at `path`, and the lines of all values inside it."""
+        """Parse the next value, at `path`, and store the lines of all values in it."""
         token = self._next(VALUE)
         assert token, "the text is valid"
         self.found[path] = self._line
@@ -114,7 +114,7 @@ class _Lines:
             raise _error(self._name, self._line, f"{token.strip()} is no number")
 
     def document(self) -> None:
-        """Store the lines of all values in a TOML text."""
+        """Parse a TOML text, and store the lines of all values in it."""
         counts: dict[KeyPath, int] = {}
         path: KeyPath = ()
         while self._start() < len(self._text):
@@ -135,9 +135,9 @@ class _Lines:
             self._next(r"\]\]?")
 
     def _pair(self, table: KeyPath) -> None:
-        """Store the lines of the value of a key in `table`, and of all values inside it.
+        """Parse a key and its value in `table`, and store their lines.
 
-        A key with dots also makes tables. Their lines are stored too.
+        A key with dots also makes tables, whose lines are stored too.
         """
         names = self._names()
         line = self._line
@@ -149,7 +149,7 @@ class _Lines:
         self.value((*table, *names))
 
     def _names(self) -> list[str]:
-        """Return the parts of a key; `a."b.c"` has two."""
+        """Return the parts of a key: `a."b.c"` has two parts."""
         names = [_plain(self._next(NAME))]
         while self._next(r"\."):
             names.append(_plain(self._next(NAME)))
@@ -161,7 +161,7 @@ class _Lines:
         return blank.end() if blank else self._at
 
     def _next(self, pattern: str | re.Pattern[str]) -> str:
-        """Return the next text if it matches `pattern`, and move behind it; else return ""."""
+        """Return the next text if it matches `pattern`, and move behind it; "" if not."""
         start = self._start()
         found = re.compile(pattern).match(self._text, start)
         if found is None:

@@ -34,23 +34,25 @@ EARLIEST, LATEST = datetime(1, 1, 3), datetime(9890, 1, 1)
 
 
 def parse_date(text: str) -> date:
-    """Return the date in a text that a user typed. Raise InputError."""
+    """Return the date in a text that a user typed. Raise InputError if it is not a date."""
     with replaced(f"'{text}' is not a date such as 2026-03-02", ValueError):
         return date.fromisoformat(text)
 
 
 def parse_start(text: str) -> datetime | None:
-    """Return the date and time in a text in ISO 8601 that a user typed; None for an empty text.
+    """Return the date and time in an ISO 8601 text that a user typed; None for an empty text.
 
-    Raise InputError, which quotes the text.
+    Raise InputError if the text is not a date and time.
     """
     if not text.strip():
         return None
-    wrong = f"'{text}' is no date and time in ISO 8601, such as 2026-03-01T08:00"
+    wrong = f"'{text}' is not a date and time in ISO 8601, such as 2026-03-01T08:00"
     with replaced(wrong, ValueError):
         start = datetime.fromisoformat(text.strip())
     if not EARLIEST <= start.replace(tzinfo=None) <= LATEST:
-        raise InputError(f"'{text}': a start lies between {EARLIEST.date()} and {LATEST.date()}")
+        raise InputError(
+            f"'{text}': a start must lie between {EARLIEST.date()} and {LATEST.date()}"
+        )
     return start
 
 
@@ -77,15 +79,15 @@ Time = TypeVar("Time", float, int, datetime)
 
 @dataclass(frozen=True, order=True)
 class Event(Generic[Time]):
-    """A new value of a field; events are ordered by time, then sensor, then field.
+    """A row of the event log: a new value of a field. Events sort by time, sensor, and field.
 
     Attributes
     ----------
     time
         The time in s since the start, or a date and time.
     value
-        A float is rounded to nine digits, as in the log. In an event that was read from a file, the
-        value can be text.
+        A float is rounded to nine digits, as in the log. The value of an event from a file can be
+        text.
     line
         The line in the file; 0 if the event is not from a file with lines.
     person, because
@@ -140,7 +142,7 @@ def events(recording: Recording) -> list[Event[float]]:
 
 
 def track_events(track: Track) -> Iterable[Event[float]]:
-    """Yield the events of a track, field by field; the first value of each field is an event."""
+    """Yield the events of one sensor, field by field; the first value of each field is an event."""
     for published in track.kind.events:
         for index in event_updates(track, published):
             yield _event(track, published, index)
@@ -158,7 +160,7 @@ def _event(track: Track, published: Field, index: int) -> Event[float]:
 
 
 def event_updates(track: Track, published: Field) -> list[int]:
-    """Return the indices of the updates at which the value of a field is an event."""
+    """Return the indices of the updates at which a new value of a field is an event."""
     column, step = track.columns[published.name], track.steps.get(published.name, 0.0)
     found, last = [], None
     for index in column.changes().tolist():
@@ -170,7 +172,7 @@ def event_updates(track: Track, published: Field) -> list[int]:
 
 
 class NewEvents:
-    """Returns the events of a recording that is still growing, each of them once."""
+    """The events of a recording in progress; each event is returned once."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
@@ -203,10 +205,10 @@ def as_logged(value: Any) -> Any:
 
 
 def _is_event(value: Any, last: Any, step: float) -> bool:
-    """Return whether a value is an event.
+    """Return whether a new value of a field belongs in the event log.
 
-    `last` is the value of the previous event of the field, None if there is none. `step` is the
-    least change of a number that is an event.
+    `last` is the field's previous value in the log, None if there is none. A number must differ
+    from it by at least `step`.
     """
     if isinstance(value, float):
         if not math.isfinite(value):
@@ -229,9 +231,9 @@ def rows_of(rows: Iterable[Iterable[str]]) -> str:
 
 
 def for_spreadsheets(text: str) -> str:
-    """Return CSV whose cells a spreadsheet does not read as formulas.
+    """Return CSV in which spreadsheets read no cell as a formula.
 
-    A text that begins with = + - or @ gets an apostrophe in front. Numbers stay as they are.
+    A cell that begins with = + - or @ gets an apostrophe in front. Numbers stay as they are.
     """
     rows = csv.reader(io.StringIO(text, newline=""))
     return rows_of([_no_formula(cell) for cell in row] for row in rows)
@@ -250,7 +252,7 @@ def _no_formula(cell: str) -> str:
 def events_csv(recording: Recording, start: datetime | None = None) -> str:
     """Return the event log of a recording as CSV.
 
-    If `start`, the date and time of t = 0, is given, a last column has dates and times.
+    `start` is the date and time of t = 0. If it is given, a last column has dates and times.
     """
     return rows_csv(events(recording), start)
 
@@ -258,7 +260,7 @@ def events_csv(recording: Recording, start: datetime | None = None) -> str:
 def rows_csv(found: Iterable[Event[float]], start: datetime | None = None) -> str:
     """Return the event log with the events `found` as CSV, in their order.
 
-    If `start`, the date and time of t = 0, is given, a last column has dates and times.
+    `start` is the date and time of t = 0. If it is given, a last column has dates and times.
     """
     if start is None:
         return to_csv(HEADER, (event.row for event in found))
@@ -266,10 +268,10 @@ def rows_csv(found: Iterable[Event[float]], start: datetime | None = None) -> st
 
 
 def samples_csv(track: Track, start: datetime | None = None) -> Iterator[str]:
-    """Yield the CSV of all updates of one sensor, some thousand rows at a time.
+    """Yield the sample file of one sensor as CSV, some thousand rows at a time.
 
-    The columns are time_s, frame and the fields of the sensor's kind. If `start`, the date and time
-    of t = 0, is given, a last column has dates and times.
+    The columns are time_s, frame and the fields of the sensor's kind. `start` is the date and time
+    of t = 0. If it is given, a last column has dates and times.
     """
     fields = [
         f for f in track.kind.samples if not (f.optional and _is_empty(track.columns[f.name]))
@@ -295,7 +297,7 @@ def _is_empty(column: Column) -> bool:
 def read_events(path: Path) -> list[Event[float]]:
     """Return the events in an event log.
 
-    Raise InputError, which names the first invalid line, or OSError.
+    Raise InputError if a line is not valid, or OSError if the file cannot be read.
     """
     # "-sig" skips the byte order mark that spreadsheets write.
     with open(path, newline="", encoding="utf-8-sig") as file:
@@ -332,15 +334,15 @@ def differences(
     """Return the differences between two logs, one line each.
 
     For each field of a sensor, the events of both logs are compared in order. Two events whose
-    times agree are a pair. A line names an event without a partner (missing or unexpected), or a
+    times agree are a pair. A line reports an event without a pair (missing or unexpected), or a
     pair with different values.
 
     Parameters
     ----------
     value_tolerance
-        The largest difference between two numbers that counts as equal.
+        The largest difference between two numbers that count as equal.
     time_tolerance
-        The largest difference between two times, in s, that counts as equal.
+        The largest difference in s between two times that count as equal.
     """
     sides: dict[tuple[str, str], tuple[list[Event[float]], list[Event[float]]]] = defaultdict(
         lambda: ([], [])
@@ -393,16 +395,16 @@ Indices = NDArray[np.intp]
 
 
 def log_indices(track: Track) -> Indices:
-    """Return the indices of the updates that have rows in the log, in order, the first included."""
+    """Return the indices of the updates that have rows in the log, in ascending order."""
     found = (event_updates(track, published) for published in track.kind.events)
     return np.array(sorted(set().union(*found)), np.intp)
 
 
 def event_rows(track: Track, values: bool = True) -> Indices:
-    """Return, for each event after the first update, the index of its update, in order.
+    """Return the update index of each event after the first update, in ascending order.
 
-    An update is repeated if several fields changed. Without `values`, only changes of states count,
-    not changes of measured numbers.
+    An update at which several fields changed is repeated. If `values` is false, only changes of
+    states count, not changes of measured numbers.
     """
     fields = (f for f in track.kind.events if values or f.type is not float)
     found = (index for f in fields for index in event_updates(track, f) if index)
@@ -410,10 +412,10 @@ def event_rows(track: Track, values: bool = True) -> Indices:
 
 
 def shown_rows(track: Track, values: bool) -> Indices:
-    """Return the indices of the updates of the events that the timeline marks and jumps to.
+    """Return the indices of the updates whose events the timeline marks.
 
-    They are those of `event_rows`. If no state ever changed, changes of numbers count even without
-    `values`.
+    These are the updates of `event_rows`. If `values` is false and no state ever changed, changes
+    of numbers count too.
     """
     found = event_rows(track, values)
     return found if len(found) else event_rows(track)

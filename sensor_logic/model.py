@@ -27,8 +27,8 @@ class Pose:
     """A sensor's position and orientation.
 
     `origin` (3,) is in metres. The columns of `axes` (3, 3) are the sensor's x, y and z axes,
-    orthonormal and right-handed. If the object or a parent is scaled, sheared or mirrored, only the
-    housing changes, not the pose.
+    orthonormal and right-handed. Scale, shear and mirroring of the object or a parent do not change
+    the pose.
     """
 
     origin: Array
@@ -85,8 +85,8 @@ class LightShare:
     Attributes
     ----------
     names
-        The names of the source's lamp objects. Several lamps that share a light datablock are one
-        source. Empty for a source that is not a lamp.
+        The names of the source's lamp objects. Lamps that share a light datablock are one source.
+        Empty for a source that is not a lamp.
     source
         The name of the source.
     light
@@ -105,8 +105,7 @@ class LightSample:
     Attributes
     ----------
     luminance_percent, illuminance_lux
-        The two quantities. The method of the sensor decides which one is measured; the other is
-        None.
+        The two quantities. The one that the sensor's method does not measure is None.
     note
         A remark for the user.
     shares
@@ -123,8 +122,8 @@ class LightSample:
 class Answers:
     """The scene's answers to one query, for n updates.
 
-    The answer at update i is `table[rows[i]]`. Successive updates refer to the same row of the
-    table if nothing changed between them.
+    The answer at update i is `table[rows[i]]`. Successive updates with equal answers share a row of
+    the table.
     """
 
     table: Sequence[Any] | Array
@@ -158,7 +157,7 @@ class Update:
     pose
         The pose of the sensor.
     scene
-        A function for each query that the model makes, by name. It returns the scene's answer.
+        A function for each query, by the query's name. It returns the scene's answer.
     noise
         A function that returns the random generator of this update.
     device_noise
@@ -174,10 +173,7 @@ class Update:
     device_noise: Callable[[], np.random.Generator] = np.random.default_rng
 
     def ask(self, need: str, *question: Any) -> Any:
-        """Return the scene's answer to the query `need` at this update.
-
-        `question` has the arguments of the query.
-        """
+        """Return the scene's answer to the query `need`, with the arguments `question`."""
         return self.scene[need](*question)
 
 
@@ -190,13 +186,12 @@ class Updates:
     numbers, times
         The number (n,) and the time (n,) in s of each update.
     due
-        Whether the sensor publishes a reading (n,). If not, this is a step between two updates,
+        Whether the sensor publishes a reading (n,). If not, this is a step between two updates, at
         which the sensor only observes.
     pose
         The pose of the sensor.
     scene
-        A function for each query that the model makes, by name. It returns the answers at all
-        updates.
+        A function for each query, by the query's name. It returns the answers at all updates.
     noise
         A function that returns the random generator of the update with a given number.
     device_noise
@@ -215,7 +210,7 @@ class Updates:
 
     @classmethod
     def of(cls, update: Update, due: bool = True) -> Updates:
-        """Return `Updates` with only `update`, which is a step between two updates if not `due`."""
+        """Return `Updates` with one update, or with one step between updates if not `due`."""
 
         def alone(ask: Ask) -> Ask:
             return lambda *question, which=None: Answers([ask(*question)], FIRST)
@@ -234,10 +229,9 @@ class Updates:
         return len(self.numbers)
 
     def ask(self, need: str, *question: Any, which: Index | None = None) -> Answers:
-        """Return the scene's answers to the query `need`.
+        """Return the scene's answers to the query `need`, with the arguments `question`.
 
-        `question` has the arguments of the query. `which` has the indices of the updates to answer
-        for; None means all.
+        `which` has the indices of the updates to answer for; None means all.
         """
         found: Answers = self.scene[need](*question, which=which)
         return found
@@ -245,7 +239,7 @@ class Updates:
     def __getitem__(self, i: int) -> Update:
         """Return update i.
 
-        When any update first makes a query, the scene answers it for all updates together.
+        The scene answers a query for all updates together, when the first of them makes the query.
         """
 
         def one(need: str) -> Ask:
@@ -285,8 +279,8 @@ class Readings:
     fields
         An array or list (n,) for each field, or None for a field that no update measured.
     times
-        The time (n,) in s of each reading; None if it is that of the update. Each is after the
-        previous update, and not after its own.
+        The time (n,) in s of each reading, after the previous update and not after its own update.
+        None means the times of the updates.
     """
 
     active: NDArray[np.bool_]
@@ -296,7 +290,7 @@ class Readings:
 
     @classmethod
     def of(cls, readings: Sequence[Reading]) -> Readings:
-        """Return `Readings` with the given readings."""
+        """Return a list of readings as one `Readings`."""
         names = readings[0].fields if readings else {}
         return cls(
             np.array([one.active for one in readings], bool),
@@ -319,17 +313,14 @@ def _plain(column: Any, i: int) -> Any:
 
 
 class PerPose(Generic[P, T]):
-    """A function `compute(parameters, pose)` that keeps its last result.
-
-    It computes the result again only if an argument has changed.
-    """
+    """A cache of the last result of a function `compute(parameters, pose)`."""
 
     def __init__(self, compute: Callable[[P, Pose], T]) -> None:
         self._compute = compute
         self._last: tuple[P, Pose, T] | None = None
 
     def __call__(self, parameters: P, pose: Pose) -> T:
-        """Return the result for these arguments, computed again if one has changed."""
+        """Return the result for these arguments, computed only if one of them has changed."""
         last = self._last
         if last is None or last[0] != parameters or not last[1].same(pose):
             last = self._last = parameters, pose, self._compute(parameters, pose)
@@ -337,10 +328,9 @@ class PerPose(Generic[P, T]):
 
 
 class Model:
-    """Base class of models. A model computes the readings of one sensor and holds its state.
+    """Base class of sensor models. A model computes the readings of one sensor and holds its state.
 
-    Each subclass overrides one of two methods: `update` for one update at a time, or `sense` for
-    many updates at once, in numpy.
+    A subclass overrides either `update`, for one update at a time, or `sense`, for many at once.
     """
 
     def sense(self, parameters: Any, updates: Updates) -> Readings:
@@ -353,7 +343,7 @@ class Model:
         return self.sense(parameters, Updates.of(update))[0]
 
     def watch(self, parameters: Any, update: Update) -> None:
-        """Observe a step between two updates; there is no reading."""
+        """Observe a step between two updates, without a reading."""
         self.sense(parameters, Updates.of(update, due=False))
 
 
@@ -375,7 +365,8 @@ def pose_from_matrix(matrix: Array, unit_scale: float = 1.0) -> Pose:
     matrix = np.asarray(matrix, dtype=np.float64)
     if not np.isfinite(matrix).all():
         raise ValueError(
-            "its transform is not a number at this frame: see its keys, drivers and constraints"
+            "its transform is not a number at this frame: check its keyframes, drivers and "
+            "constraints"
         )
     z, y = matrix[:3, 2], matrix[:3, 1]
     z_length, y_length = float(np.linalg.norm(z)), float(np.linalg.norm(y))

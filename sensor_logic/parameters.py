@@ -47,16 +47,16 @@ class FormerChoice:
 
 @dataclass(frozen=True)
 class Spec:
-    """What is declared of a parameter besides its default.
+    """The metadata of a parameter, apart from its default.
 
     Attributes
     ----------
     short
-        The label for narrow places.
+        The label where space is narrow.
     other_labels
-        Labels that replace the label under a condition: the condition, the label, the short label.
+        Labels for some conditions: the condition, the label, the short label.
     unit
-        SI unit, with angles in radians; or READING for the unit of the sensor's reading.
+        SI unit, with angles in radians; READING for the unit of the sensor's reading.
     minimum, maximum
         The limits of a number.
     positive
@@ -66,12 +66,12 @@ class Spec:
     former
         Items that only older files contain.
     pointer
-        The type of Blender object that the parameter names; empty for any other parameter.
+        The type of Blender object that the parameter refers to; empty for any other parameter.
     source
         The publication of the default.
     used_when
-        Pairs of a parameter and a choice. The model uses this parameter if all those parameters
-        have those choices.
+        Pairs of another parameter and a choice. The model uses this parameter if all the others
+        have these choices.
     """
 
     label: str
@@ -90,7 +90,7 @@ class Spec:
 
 
 def parameter(default: Any, label: str, tip: str, **facts: Any) -> Any:
-    """Return a dataclass field for a parameter: its default, and its `Spec` as metadata.
+    """Return a dataclass field for a parameter, with its default, and with a `Spec` as metadata.
 
     `facts` are the other attributes of the `Spec`, such as `unit`.
     """
@@ -98,19 +98,19 @@ def parameter(default: Any, label: str, tip: str, **facts: Any) -> Any:
 
 
 class Parameters:
-    """Base class of all kinds' parameters: frozen dataclasses with a default for each field."""
+    """Base class of the parameters of all kinds: frozen dataclasses whose fields have defaults."""
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
         """Return sentences about parameters that are within limits but contradict each other.
 
-        Kinds override this method.
+        Subclasses override this method.
         """
         return []
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
         """Return advice if the output could never switch on, or never off, with these parameters.
 
-        Kinds override this method.
+        Subclasses override this method.
         """
         return []
 
@@ -143,17 +143,14 @@ def defaults(kind: type[Parameters]) -> dict[str, Any]:
 
 
 def former_choice(spec: Spec, value: Any) -> FormerChoice | None:
-    """Return the former choice with the identifier `value`, which is from an older file.
-
-    Return None if there is none.
-    """
+    """Return the removed choice of an enumeration with the identifier `value`, or None."""
     return next((former for former in spec.former if former.identifier == value), None)
 
 
 def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
-    """Return a sentence about former choices that were replaced; empty if there are none.
+    """Return a sentence about removed choices that were replaced; empty if there are none.
 
-    `found` has, for each of them, the sensor's name, the parameter's name, and the former choice.
+    `found` has the sensor's name, the parameter's name, and the removed choice of each.
     """
     sensors: dict[tuple[str, FormerChoice], list[str]] = {}
     for sensor, parameter, former in found:
@@ -166,14 +163,14 @@ def former_text(found: Iterable[tuple[str, str, FormerChoice]]) -> str:
 
 
 def is_chosen(parameters: Any, used_when: UsedWhen) -> bool:
-    """Return whether all parameters in `used_when` have the choices that it pairs them with."""
+    """Return whether a condition holds: each parameter in `used_when` has the paired value."""
     return all(getattr(parameters, name) == choice for name, choice in used_when)
 
 
 def label_of(spec: Spec, parameters: Any, short: bool = False) -> str:
-    """Return the label of a parameter.
+    """Return the label of a parameter, which can depend on the values in `parameters`.
 
-    It can depend on choices in `parameters`. If `short`, return the label for narrow places.
+    If `short`, return the label for narrow spaces.
     """
     for used_when, label, short_label in spec.other_labels:
         if is_chosen(parameters, used_when):
@@ -185,7 +182,11 @@ def _out_of_range(value: Any, spec: Spec, lengths: Lengths) -> str:
     if spec.choices:
         known = [choice.identifier for choice in spec.choices]
         # Blender reads an enumeration as an empty text if no item has the stored number.
-        shown = repr(value) if value else "none of its choices; an old file, key or driver set it"
+        shown = (
+            repr(value)
+            if value
+            else ("not one of its choices (set by an old file, a keyframe or a driver)")
+        )
         return "" if value in known else f"is {shown}: choose one of {', '.join(known)}"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return ""

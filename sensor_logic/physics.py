@@ -18,9 +18,7 @@ from .model import Array, Emission
 
 
 def voltage(supply: float, load_resistor: float, resistance: float) -> float:
-    """Return the output of a voltage divider in volts.
-
-    The circuit that reads the output draws no current.
+    """Return the output of a voltage divider in volts, read without drawing current.
 
     Parameters
     ----------
@@ -41,8 +39,8 @@ def voltage(supply: float, load_resistor: float, resistance: float) -> float:
 def adc(voltage: float, supply: float, bits: int) -> int:
     """Return the code of an ideal converter whose reference voltage is `supply`.
 
-    The code is floor(V/Vcc·(2^bits − 1)), with V the voltage and Vcc the supply in volts. A voltage
-    below 0 has the code of 0, and one above the supply has the code of the supply.
+    The code is floor(V/Vcc·(2^bits − 1)), with V the voltage and Vcc the supply in volts. V is
+    limited to 0 … Vcc.
     """
     largest = (1 << bits) - 1
     return min(max(math.floor(voltage / supply * largest), 0), largest)
@@ -62,10 +60,9 @@ TIME_TOLERANCE_S = 1e-9
 
 
 def waiting(warm_up: float, blocking: float, time: float, fell: float = -math.inf) -> str:
-    """Return why a detector ignores movement at `time` (s), and for how much longer.
+    """Return why a detector ignores movement at `time` (s), and for how long; "" if it does not.
 
-    The text is empty if it does not ignore movement. `fell` is the time (s) at which the output
-    last went off.
+    `fell` is the time (s) at which the output last went off.
     """
     left = warm_up - time
     if left > TIME_TOLERANCE_S:
@@ -80,11 +77,8 @@ def _seconds(time: float) -> str:
     return f"{time:.{0 if time >= 9.95 else 1}f} s"
 
 
-def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator[int]:
-    """Yield the indices of updates that have to be computed.
-
-    They are those with a trigger, and those at which `is_idle` returns false.
-    """
+def _relevant_updates(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator[int]:
+    """Yield the indices of updates that have a trigger, or at which `is_idle` returns false."""
     triggers, i = np.flatnonzero(triggered), 0
     while i < len(triggered):
         if is_idle():
@@ -97,10 +91,7 @@ def _busy(triggered: NDArray[np.bool_], is_idle: Callable[[], bool]) -> Iterator
 
 
 class OutputTiming:
-    """The output stage of a detector.
-
-    It switches the output on at a trigger, and off after the hold time. Times are in s.
-    """
+    """The output stage of a detector: on at a trigger, off after the hold time (times in s)."""
 
     def __init__(self) -> None:
         self.active = False
@@ -152,20 +143,20 @@ class OutputTiming:
     ) -> NDArray[np.bool_]:
         """Return whether the output is on (n,) at `times` (n,).
 
-        `triggered` (n,) says which updates detected motion. The other arguments are those of
-        `update`. Only updates with a trigger or with the output on are visited.
+        `triggered` (n,) has whether each update detected motion. The other parameters are as for
+        `update`. For speed, updates without a trigger are skipped while the output is off.
         """
         active = np.zeros(len(times), bool)
-        for i in _busy(triggered, lambda: not self.active):
+        for i in _relevant_updates(triggered, lambda: not self.active):
             seen = bool(triggered[i])
             active[i] = self.update(float(times[i]), seen, hold, blocking, warm_up, retrigger)
         return active
 
 
 class RadioTiming:
-    """The output of a wireless module as its receiver knows it at each update; times are in s.
+    """The output of a wireless detector as its receiver knows it at each update; times are in s.
 
-    The module compares the signal with its threshold at each update. Its timer ends the hold time
+    The detector compares the signal with its threshold at each update. Its timer ends the hold time
     exactly, also between two updates.
     """
 
@@ -188,26 +179,26 @@ class RadioTiming:
         blanking: float,
         delay: Callable[[int], float],
     ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-        """Return the output (n,) that the receiver knows at each update, and the times (n,).
+        """Return the output (n,) that the receiver knows at each update, and the times (n,) in s.
 
-        If a message has arrived since the update before, the time is that of its arrival, else that
-        of the update.
+        If a message has arrived since the previous update, the time is its time of arrival.
+        Otherwise it is the time of the update.
 
         Parameters
         ----------
         times, triggered
             The times (n,) of the updates in s, and whether each detected motion (n,).
         hold, blocking, warm_up, retrigger
-            The settings of the module, as in `OutputTiming.update`.
+            The settings of the detector, as in `OutputTiming.update`.
         blanking
-            The time in s after a message, during which the module ignores triggers.
+            The time in s after a message, during which the detector ignores triggers.
         delay
-            A function of the index i of an update. It returns the time in s that a message takes
-            which is sent at this update or shortly before.
+            A function that returns the delay in s of a message sent at update i, or since the
+            previous update. Its argument is the index i.
         """
         received, arrivals = np.zeros(len(times), bool), np.array(times, np.float64)
         module = self._module
-        for i in _busy(triggered, self._is_idle):
+        for i in _relevant_updates(triggered, self._is_idle):
             time = float(times[i])
             before = self._before if i == 0 else float(times[i - 1])
             ends = module.last_trigger + hold
@@ -231,10 +222,7 @@ class RadioTiming:
         return not (self._module.active or self._messages or self._received)
 
     def _send(self, time: float, active: bool, delay: float) -> None:
-        """Queue a message with the output `active`.
-
-        No message arrives before one that was sent earlier.
-        """
+        """Queue a message with the output `active`, to arrive after all earlier messages."""
         self._sent = time
         earliest = self._messages[-1][0] if self._messages else time
         self._messages.append((max(time + delay, earliest), active))
@@ -267,9 +255,9 @@ COUNTS = 255
 
 
 def luminance(rgb: ArrayLike) -> Array:
-    """Return the luminance Y (…) of linear Rec. 709 colours (…, 3), in their unit.
+    """Return the luminance Y (…) of linear Rec. 709 colours (…, 3), in the unit of the colours.
 
-    It is negative for light from a lamp of negative power.
+    The luminance of a lamp with negative power is negative.
     """
     weighted: Array = np.asarray(rgb, dtype=np.float64) @ LUMINANCE
     return weighted
@@ -295,6 +283,6 @@ def counts(rgb: ArrayLike, exposure: float) -> Array:
 def luminance_percent(views: ArrayLike, exposure: float) -> float:
     """Return the mean luminance in percent of `views` (n, 3), each one pixel of linear radiance.
 
-    White views have 100 %. A view in which all channels have the 8-bit value 1 has 0.39 %.
+    A white view has 100 %. A view in which all channels have the 8-bit value 1 has 0.39 %.
     """
     return float(luminance(counts(views, exposure)).mean() / COUNTS * 100.0)

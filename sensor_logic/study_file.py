@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text of a study file (docs/studies.md), from what a user chose in the window.
+"""The text of a study file (docs/studies.md), for choices that a user made in the interface.
 
 The package `studies` reads and runs study files.
 """
@@ -35,7 +35,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Vary:
-    """A parameter of some sensors, and the values that a study gives it.
+    """A line of a study's table `[vary]`: a parameter of some sensors, and the values to try.
 
     Attributes
     ----------
@@ -44,9 +44,9 @@ class Vary:
     first, last, steps
         The values are `steps` numbers from `first` to `last`.
     whole
-        Whether these are whole numbers.
+        Whether the values are whole numbers.
     choices
-        The values, in place of numbers.
+        The values, if they are not numbers.
     angle
         Whether `first` and `last` are angles in radians.
     """
@@ -83,8 +83,8 @@ class Vary:
 def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
     """Return the text of a study file.
 
-    `home` is the path of the home's file, absolute or relative to the study's folder. `seeds` is
-    the number of seeds.
+    `home` is the path of the blend file, absolute or relative to the study's folder. `seeds` is the
+    number of seeds.
     """
     lines = [
         f"home = {json.dumps(home, ensure_ascii=False)}",
@@ -98,15 +98,12 @@ def text(home: str, seeds: int, varied: Sequence[Vary]) -> str:
 
 
 def parameters(kind: Kind) -> list[str]:
-    """Return the names of the parameters of a kind that a study can vary.
-
-    They include those of all kinds: the pose and the update rate.
-    """
+    """Return the names of the parameters that a study can vary, including pose and update rate."""
     return [*(n for n, s in specs(kind.parameters).items() if not s.pointer), *COMMON, *POSE]
 
 
 def label(kind: Kind, parameter: str) -> str:
-    """Return the label of a parameter as in panels, with its unit; that of angles is °."""
+    """Return the label of a parameter as in panels, with its unit; the unit of angles is °."""
     if parameter in LABELS:
         name, unit = LABELS[parameter]
     else:
@@ -125,7 +122,7 @@ def choice_labels(kind: Kind, parameter: str, choices: Sequence[Any]) -> list[st
 
 
 def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Vary:
-    """Return a `Vary` with values to propose for a parameter whose value is now `now`."""
+    """Return a `Vary` with proposed values for a parameter whose present value is `now`."""
     known = specs(KINDS[kind].parameters)
     if isinstance(now, bool):
         return Vary(sensors, parameter, choices=(True, False))
@@ -133,18 +130,18 @@ def proposed(kind: str, sensors: Sequence[str], parameter: str, now: Any) -> Var
         choices = [choice.identifier for choice in known[parameter].choices]
         return Vary(sensors, parameter, choices=choices or (now,))
     spec = known.get(parameter)
-    first, last = _ends(spec, parameter, float(now))
+    first, last = _proposed_range(spec, parameter, float(now))
     angle = (spec.unit if spec else LABELS[parameter][1]) == RADIANS
     if isinstance(now, int):
         return Vary(sensors, parameter, float(int(first)), float(max(int(last), 1)), 3, True)
     return Vary(sensors, parameter, first, last, 3, angle=angle)
 
 
-def _ends(spec: Spec | None, parameter: str, now: float) -> tuple[float, float]:
-    """Return the first and the last value to propose for a parameter.
+def _proposed_range(spec: Spec | None, parameter: str, now: float) -> tuple[float, float]:
+    """Return the first and the last proposed value of a parameter.
 
     They are half and twice the value `now`, within the parameter's limits. For a pose, they are a
-    move or a turn in both directions.
+    move or a rotation in both directions.
     """
     if parameter in POSE:
         most = MOST_TURN if LABELS[parameter][1] == RADIANS else MOST_MOVE

@@ -25,9 +25,9 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
 
 def read_table(content: str, name: str) -> TomlTable:
-    """Return the top-level table in `content`, the text of the TOML file `name`.
+    """Return the top-level table of a TOML text. Raise InputError if the text is not valid.
 
-    Raise InputError for invalid TOML.
+    `name` is the name of the file, for errors.
     """
     values, lines = read_toml(content, name)
     return TomlTable(name, lines, values)
@@ -56,14 +56,11 @@ class TomlTable:
         self._taken: set[str] = set()
 
     def where(self, *keys: str | int) -> str:
-        """Return the file and the line of this table, or of a value inside it.
-
-        `keys` is the path of that value from this table.
-        """
+        """Return the file and the line of this table, or of the value at the path `keys` in it."""
         return f"{self.name}, line {line_of(self.lines, (*self.path, *keys))}"
 
     def below(self, values: Any, *keys: str | int) -> TomlTable:
-        """Return the table with the given `values`, which is inside this one at the path `keys`."""
+        """Return the `TomlTable` with `values`, which are at the path `keys` inside this table."""
         return TomlTable(self.name, self.lines, values, (*self.path, *keys))
 
     def error(self, text: str, key: str | None = None) -> InputError:
@@ -94,7 +91,7 @@ class TomlTable:
 
         def read(value: Any) -> str:
             if value not in names:
-                raise ValueError(f"{value!r} is not known; {suggestion(str(value), names)}")
+                raise ValueError(f"{value!r} is unknown; {suggestion(str(value), names)}")
             return str(value)
 
         return self.take(key, read, default)
@@ -106,18 +103,18 @@ class TomlTable:
             yield self.below(values, key, number)
 
     def named(self, key: str) -> Iterator[tuple[str, TomlTable]]:
-        """Yield the name and the values of each table in the table that is the value of `key`."""
+        """Yield the name and the `TomlTable` of each sub-table of the table `key`."""
         self._taken.add(key)
         below = self.below(self.values.get(key, {}), key)
         for name, values in below.values.items():
             yield name, below.below(values, name)
 
     def finish(self) -> None:
-        """Raise InputError if the table has a key that none of the methods above has read."""
+        """Raise InputError if the table has a key that was not read by any other method."""
         for key in self.values:
             if key not in self._taken:
                 hint = suggestion(key, self._taken)
-                raise self.error(f"{key!r} means nothing here; {hint}", key)
+                raise self.error(f"the key {key!r} is unknown here; {hint}", key)
 
 
 def _array(value: Any) -> list[Any]:
@@ -164,7 +161,7 @@ def number(low: float, high: float) -> Callable[[Any], float]:
             or not isinstance(value, int | float)
             or not low <= value <= high
         ):
-            raise ValueError(f"{value!r} is no number from {low:g} to {high:g}")
+            raise ValueError(f"{value!r} is not a number from {low:g} to {high:g}")
         return float(value)
 
     return read

@@ -13,7 +13,7 @@ MOST_NAMES = 4
 
 
 class Advice(NamedTuple):
-    """A problem, and what solves it: each is a sentence without a full stop."""
+    """A problem and its solution, each a sentence without a full stop."""
 
     problem: str
     mend: str
@@ -63,7 +63,7 @@ def part_is(part: int, whole: int, noun: str) -> str:
 def percent(share: float) -> str:
     """Return the fraction `share` in percent, without a minus sign.
 
-    It has a decimal if it is near 0 or 100 % without being equal to it.
+    There is one decimal for values near 0 or 100 %, else none.
     """
     value = 100.0 * abs(share)
     is_near = 0.0 < value < 1.0 or 0.0 < abs(value - 100.0) < 1.0
@@ -165,7 +165,7 @@ def measured(
 
 
 def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """Return a reading in three or four digits, for narrow places."""
+    """Return a reading with its unit in three or four digits, for narrow spaces."""
     if not math.isfinite(value):
         return NOTHING
     value, shown, _ = _as_shown(value, unit, None, lengths)
@@ -178,7 +178,7 @@ def short(value: float, unit: str, lengths: Lengths = METRES) -> str:
 
 
 def typed(value: float, unit: str, lengths: Lengths = METRES) -> str:
-    """Return a parameter's value as a user typed it: with six digits, without zeros at the end."""
+    """Return a parameter's value with its unit, in up to six digits."""
     if not math.isfinite(value):
         return _joined(f"{value}", unit)
     if unit == "m":
@@ -197,7 +197,8 @@ def _as_shown(
 ) -> tuple[float, str, int | None]:
     """Return a value in the unit in which it is shown, that unit, and the number of decimals.
 
-    Angles are shown in degrees, shares of a threshold in percent, lengths in the unit of `lengths`.
+    Angles are shown in degrees, fractions of a threshold in percent, lengths in the unit of
+    `lengths`.
     """
     if unit == "rad":
         return math.degrees(value), "°", 0 if decimals is None else decimals
@@ -244,10 +245,9 @@ ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
 def joined(names: Iterable[str]) -> str:
-    """Return the names, sorted, as one text in which `;` separates them.
+    """Return the names, sorted, as one text in which `;` separates them; `split` is the inverse.
 
-    In a name, a backslash is put before each `;` and each backslash. So `split` returns the same
-    names.
+    In a name, a backslash is put before each `;` and each backslash.
     """
     escaped = (name.replace("\\", "\\\\").replace(";", "\\;") for name in sorted(names))
     return ";".join(escaped)

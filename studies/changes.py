@@ -72,10 +72,15 @@ class Changes(ExitStack):
         """Move a sensor along the home's axes (m), and turn it about its own axes (rad)."""
         obj = sensor.object
         if sensor.holders or not obj.is_editable:
-            raise AngenError(f"'{sensor.name}' is linked or in an instance, and cannot be moved")
+            raise AngenError(
+                f"'{sensor.name}' is linked or in an instance, so a study cannot move it: make "
+                "it local (Object, Relations, Make Local), or move another sensor"
+            )
         held = motion_paths(obj)
         if held:
-            raise AngenError(f"'{sensor.name}' cannot be moved: it is animated or held ({held[0]})")
+            raise AngenError(
+                f"'{sensor.name}' cannot be moved: it is animated or constrained ({held[0]})"
+            )
         bpy.context.view_layer.update()
         offset = Vector([by.get(f"move_{axis}", 0.0) for axis in "xyz"])
         turn = Euler([by.get(f"turn_{axis}", 0.0) for axis in "xyz"]).to_matrix().to_4x4()
@@ -87,7 +92,10 @@ class Changes(ExitStack):
         bpy.context.view_layer.update()
         reached = np.array(sensor.world_matrix(evaluated_depsgraph()))
         if not np.allclose(reached, np.array(wanted), atol=SAME_PLACE, rtol=SAME_PLACE):
-            raise AngenError(f"'{sensor.name}' cannot be moved: something holds it")
+            raise AngenError(
+                f"'{sensor.name}' cannot be moved: its location or rotation is "
+                "locked, constrained or driven"
+            )
 
 
 def set_parameter(
@@ -106,9 +114,11 @@ def set_parameter(
     if getattr(group, parameter) == value:
         return
     if is_animated(sensor.object, path):
-        raise AngenError(f"'{sensor.name}': {parameter} is animated or driven: clear that")
+        raise AngenError(
+            f"'{sensor.name}': {parameter} is animated or driven: remove the keyframes or driver"
+        )
     if not sensor.object.is_editable:
-        raise AngenError(f"'{sensor.name}' is linked: override it in the home, or vary there")
+        raise AngenError(f"'{sensor.name}' is linked: make a library override of it in the home")
     with explained(f"'{sensor.name}': {parameter}", TypeError, ValueError, raised=AngenError):
         put(group, parameter, value)
 

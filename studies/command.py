@@ -71,7 +71,7 @@ def _run(options: argparse.Namespace) -> int:
             if isinstance(error, InputError):
                 note(f"{done}: {error}")
             else:
-                note(f"interrupted: {done} and kept; the same command goes on from there")
+                note(f"interrupted: {done} and kept; give the same command again to continue")
             try:
                 driver.write_tables()
             except InputError as error:
@@ -83,8 +83,8 @@ def _run(options: argparse.Namespace) -> int:
     note(f"{part_is(line.done, driver.total, 'run')} in {options.out}; see `study report`")
     if line.failed:
         note(
-            f"{line.failed} of {plural(driver.total, 'run')} failed: the column error of "
-            "results.csv says why"
+            f"{line.failed} of {plural(driver.total, 'run')} failed: see the column error of "
+            "results.csv"
         )
     return FAILED if line.failed else DONE
 
@@ -111,7 +111,7 @@ class _ProgressLine:
             self._started, self._first = True, done
             self._begin = self._shown = time.monotonic()
             runs = plural(total, "run")
-            note(f"{part_is(done, total, 'run')} there already" if done else runs)
+            note(f"{part_is(done, total, 'run')} already done" if done else runs)
         self.done, self.failed = done, failed
         now = time.monotonic()
         if now - self._shown < (0.2 if self._terminal else 10.0):
@@ -131,9 +131,12 @@ class _ProgressLine:
 
 def make_parser(program: str) -> Parser:
     """Return the argument parser of both commands."""
-    parser = Parser(prog=f"{program} study", description="Simulates a home many times.")
+    parser = Parser(
+        prog=f"{program} study",
+        description="Simulate a home many times with different parameters, and report the results.",
+    )
     verbs = parser.add_subparsers(dest="what", required=True, metavar="run | report")
-    run = verbs.add_parser("run", help="simulate what a study asks for and is not there yet")
+    run = verbs.add_parser("run", help="simulate the runs of a study that are not done yet")
     run.add_argument("study", type=path, metavar="STUDY.toml")
     run.add_argument("--out", type=path, required=True, metavar="DIR", help="where results go")
     where = run.add_mutually_exclusive_group()
@@ -141,10 +144,12 @@ def make_parser(program: str) -> Parser:
         "--jobs",
         type=whole_number(1, 4096),
         metavar="N",
-        help="processes here (default: one for each core)",
+        help="number of processes on this computer (default: one for each core)",
     )
     where.add_argument(
-        "--scheduler", metavar="ADDRESS", help="of a Dask scheduler, such as tcp://HOST:8786"
+        "--scheduler",
+        metavar="ADDRESS",
+        help="address of a Dask scheduler, such as tcp://HOST:8786",
     )
     add_choice(run)
     report = verbs.add_parser("report", help="write DIR/report.html from the results")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run a study on Dask: find workers, send runs to them, and store the results.
 
-Workers are processes on this machine, or those of a Dask scheduler elsewhere.
+Workers are processes on this machine, or the workers of a Dask scheduler elsewhere.
 """
 
 from __future__ import annotations
@@ -105,8 +105,8 @@ def remote_client(address: str) -> Iterator[distributed.Client]:
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         why = f": {error}" if isinstance(error, ValueError) else ""
         raise InputError(
-            f"no scheduler answers at {address}{why}; start one with `dask scheduler`, which says "
-            "its address"
+            f"no scheduler answers at {address}{why}; start one with `dask scheduler`, which "
+            "prints its address"
         ) from None
     with client:
         yield client
@@ -140,8 +140,8 @@ def check_workers(client: distributed.Client) -> dict[str, str]:
         differ = tasks.differences(first[1], versions)
         if differ:
             raise InputError(
-                f"the workers {first[0]} and {address} differ: {differ}; results of both would not "
-                "go together: give them the same"
+                f"the workers {first[0]} and {address} have different versions: {differ}; install "
+                "the same versions on all workers"
             )
     assert first is not None
     return first[1]
@@ -158,7 +158,7 @@ def _check_pythons(client: distributed.Client) -> None:
         theirs = facts["host"]["python"].partition(".final")[0]
         if theirs.split(".")[:2] != ours.split(".")[:2]:
             raise InputError(
-                f"{name} has Python {theirs}, and this is Python {ours}: start it with "
+                f"{name} has Python {theirs}, and this program has Python {ours}: start it with "
                 f"Python {ours.rpartition('.')[0]}"
             )
 
@@ -166,7 +166,7 @@ def _check_pythons(client: distributed.Client) -> None:
 def _cause(error: Exception) -> str:
     # Dask can wrap the error in another one.
     if "No module named" in str(error) and "pip install" not in str(error):
-        return f'{error}: pip install "angen-sensors[study]" there'
+        return f'{error}: install it there with pip install "angen-sensors[study]"'
     return str(error)
 
 
@@ -213,7 +213,7 @@ def send_files(client: distributed.Client, files: Mapping[File, bytes]) -> None:
 class Tasks:
     """Makes the tasks of workers from the runs of a study.
 
-    `files` and `homes` have the paths of files as keys. `versions` are those of the workers'
+    `files` and `homes` have the paths of files as keys. `versions` are the versions of the workers'
     software. `days_in` is the folder for simulated days of unfinished runs.
     """
 
@@ -389,7 +389,8 @@ class Driver:
 
     def _lost(self) -> InputError:
         return InputError(
-            "the scheduler is lost; what is done is kept, and the same command goes on from it"
+            "the connection to the scheduler is lost; the finished runs are kept: give the same "
+            "command again to continue"
         )
 
     def _outcome(self, future: Any, group: list[Task]) -> list[RunResult]:
@@ -398,9 +399,12 @@ class Driver:
             done: list[RunResult] = future.result()
             return done
         except AngenError as error:
-            raise InputError(f"{error}; give all workers the same") from None
+            raise InputError(f"{error}; install the same versions on all workers") from None
         except distributed.KilledWorker:
-            text = "it ended its worker again and again: is there too little memory?"
+            text = (
+                "its worker ended repeatedly, possibly because the memory was full: start "
+                "fewer workers"
+            )
         except (distributed.client.FutureCancelledError, OSError):
             raise self._lost() from None
         except Exception as error:

@@ -55,7 +55,7 @@ def write(folder: Path) -> Path:
     facts = _facts(folder)
     with (
         explained(f"cannot read {folder / CSV}", OSError),
-        explained(f"{folder / CSV} is not of this study", ValueError),
+        explained(f"{folder / CSV} does not belong to this study", ValueError),
     ):
         results = read(folder / CSV, facts["varied"])
     page, pictures = html(facts, results)
@@ -76,10 +76,12 @@ def _facts(folder: Path) -> dict[str, Any]:
         return found
     except OSError as error:
         raise InputError(
-            f"{folder} has no results of a study ({error.strerror}): `angen study run` makes them"
+            f"{folder} has no results of a study ({error.strerror}): run `angen study run` first"
         ) from None
     except ValueError:
-        raise InputError(f"{folder / FACTS} is damaged: start the study again") from None
+        raise InputError(
+            f"{folder / FACTS} is damaged: run the study again into a new folder"
+        ) from None
 
 
 def _file_name(about: str) -> str:
@@ -160,7 +162,7 @@ def means(rows: pandas.DataFrame, keys: Sequence[pandas.Series], measures: Seque
     """Return the mean of each measure over the runs that have the same `keys`.
 
     Runs with the same seed are averaged first, so that each seed counts once. The confidence
-    interval is that of Student's t over the means of the seeds.
+    interval follows from Student's t over the means of the seeds.
 
     Parameters
     ----------
@@ -310,7 +312,7 @@ def _fact_rows(facts: dict[str, Any], results: Results) -> Iterator[tuple[str, s
     rows = results.rows
     if len(rows) and "seconds" in rows:
         seconds = rows["seconds"]
-        yield "simulated for", f"{seconds.sum():.0f} s of computing, {seconds.mean():.2f} s a run"
+        yield "simulated for", f"{seconds.sum():.0f} s of computing, {seconds.mean():.2f} s per run"
     for name in VERSIONS:
         if name in rows:
             yield name, ", ".join(rows[name].unique())
@@ -353,7 +355,7 @@ def _curves(results: Results, measures: Sequence[str]) -> Iterator[Plot]:
     for measure in ("events", "active"):
         columns = [name for name in results.measured if name.startswith(f"{measure} ")]
         if 1 < len(columns) <= MOST_LINES:
-            about = f"{measure} of each sensor against what varied"
+            about = f"{measure} of each sensor against the varied parameters"
             yield Plot(about, curves(results, columns, measure))
 
 

@@ -57,7 +57,10 @@ class Store:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 self._file.close()
-                raise InputError(f"another study is writing into {folder}") from None
+                raise InputError(
+                    f"another process writes a study into {folder}: wait for its "
+                    "end, or give another folder"
+                ) from None
         # Offset of the line of each run in the file, by digest.
         self._at: dict[str, int] = {}
         self.failed: set[str] = set()
@@ -71,8 +74,8 @@ class Store:
 
     def _error(self, error: OSError) -> InputError:
         return InputError(
-            f"cannot write in {self.folder}: {error.strerror}; what is there stays, and the same "
-            "command goes on from it"
+            f"cannot write in {self.folder}: {error.strerror}; the finished runs are kept: give "
+            "the same command again to continue"
         )
 
     def read(self) -> None:
@@ -88,7 +91,9 @@ class Store:
                 self._index(row, end)
                 end += len(line)
             elif line.endswith(b"\n"):
-                raise InputError(f"{self.folder / RUNS} is not of a study; give another folder")
+                raise InputError(
+                    f"{self.folder / RUNS} was not written by a study; give another folder"
+                )
             else:
                 self._file.truncate(end)
 
@@ -127,7 +132,7 @@ class Store:
             self._file = _restore_file(self._file, at)
             raise self._error(error) from None
         except AngenError as error:
-            raise InputError(f"{error}; what is done stays") from None
+            raise InputError(f"{error}; the finished runs are kept") from None
         self._index(row, at)
 
     def row(self, digest: str) -> Row | None:
@@ -163,12 +168,14 @@ def write_tables(folder: Path, rows: Iterable[Row]) -> list[str]:
     try:
         write_files({folder / CSV: plain.to_csv(index=False, lineterminator="\n")})
     except AngenError as error:
-        raise InputError(f"{error}; the runs themselves are kept") from None
+        raise InputError(f"{error}; the results of the runs are kept") from None
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
-        return [f'{PARQUET} is not written ({error}): pip install "angen-sensors[study]"']
+        return [
+            f'{PARQUET} was not written ({error}): to get it, pip install "angen-sensors[study]"'
+        ]
     texts = [name for name, kind in types.items() if kind == "string"]
     table[texts] = table[texts].map(str, na_action="ignore")
     schema = pyarrow.schema([(name, getattr(pyarrow, kind)()) for name, kind in types.items()])

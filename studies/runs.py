@@ -82,12 +82,12 @@ def run(group: Sequence[Task]) -> list[RunResult]:
     """Simulate runs together and return their results.
 
     The runs may only differ in their sensors, so that they can share one simulation. Raise
-    `AngenError` if this worker's versions are not those of the study. All other errors are in the
-    results.
+    `AngenError` if this worker has other software versions than the study. All other errors are in
+    the results.
     """
     differ = differences(group[0].versions, versions())
     if differ:
-        raise AngenError(f"{platform.node()} is not as the other workers: {differ}")
+        raise AngenError(f"{platform.node()} has other versions than the other workers: {differ}")
     with _one_at_a_time:
         return _run_group(group)
 
@@ -414,11 +414,13 @@ class Measurements:
         found = {}
         for key, value in (answer if isinstance(answer, Mapping) else {name: answer}).items():
             if key in {*self.values, *COLUMNS, *WITHOUT_DOT, *task.versions}:
-                raise AngenError(f"gives {key!r}, which is another column: name it otherwise")
+                raise AngenError(
+                    f"returns {key!r}, which is the name of another column: choose another name"
+                )
             try:
                 number = float(value)
             except (TypeError, ValueError):
-                raise AngenError(f"gave {value!r} for {key!r}, which is no number") from None
+                raise AngenError(f"returned {value!r} for {key!r}, which is not a number") from None
             found[str(key)] = number if math.isfinite(number) else None
         return found
 

@@ -77,7 +77,8 @@ def check(study: Study, homes: Iterable[HomeFacts]) -> None:
             study.choice.of(home.kinds)
         if study.frames is not None and study.frames[1] < home.frame_start:
             raise InputError(
-                f"{study.name}: frames end before {home.name} begins, at {home.frame_start}"
+                f"{study.name}: frames end before the first frame of {home.name}, "
+                f"{home.frame_start}"
             )
         fixed = {key: (value,) for key, value in study.fixed.items()}
         for key, values in (study.vary | fixed).items():
@@ -125,7 +126,7 @@ def _problem(kind: Kind, parameter: str, value: Value, is_range: bool) -> str:
     # An example of the parameter's type.
     like = {"enabled": True, "update_rate": 1.0, **dict.fromkeys(POSE, 0.0), **own}[parameter]
     if isinstance(like, int) and not isinstance(like, bool) and is_range:
-        return "counts: add whole = true to its range"
+        return "must be a whole number: add whole = true to its range"
     if wanted := _wanted(like, value, parameter == "update_rate"):
         return f"is {value!r}: it must be {wanted}"
     if parameter not in own or specs(kind.parameters)[parameter].pointer:
@@ -190,7 +191,7 @@ def _values_of(kind: Kind, parameter: str, value: Value) -> dict[str, Any]:
 
 
 def shared_settings(home: HomeFacts, settings: Mapping[str, Mapping[str, Any]]) -> Settings:
-    """Return those of a run's settings that can affect the readings of other sensors.
+    """Return the settings of a run that can affect the readings of other sensors.
 
     These are the poses of sensors, because housings block rays, and all settings of sensors that
     are not in `home.free`.

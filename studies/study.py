@@ -208,13 +208,18 @@ def _study(top: TomlTable, folder: Path) -> Study:
         "measure", lambda value: _measures(value, folder), (("events",), ())
     )
     if "truth" in measure and not routines:
-        raise top.error("truth is known of days alone: give a routine, start and days", "measure")
+        raise top.error(
+            "truth can be measured only for days: give a routine, start and days", "measure"
+        )
     if "light_error" in measure and routines:
-        raise top.error("light_error is measured without a routine alone", "measure")
+        raise top.error("light_error can be measured only without a routine", "measure")
     best = top.take("best", _best, None)
     if best is not None and not functions and not _is_measured(best[0], measure):
         known = [column for name in measure for column in MEASURES[name]]
-        raise top.error(f"{best[0]!r} is not measured; {suggestion(best[0], known)}", "best")
+        raise top.error(
+            f"{best[0]!r} is not among the measures of this study; {suggestion(best[0], known)}",
+            "best",
+        )
     keys = {name: _keys(top, name) for name in ("vary", "set")}
     vary = {key: _values(keys["vary"], key) for key in keys["vary"].values}
     fixed = {key: _value(keys["set"], key) for key in keys["set"].values}
@@ -257,7 +262,7 @@ def _keys(top: TomlTable, name: str) -> TomlTable:
     for key in table.values:
         if "." not in key and key != SENSORS:
             raise table.error(
-                f'{key!r} is no parameter: write "SENSOR.parameter", such as "PIR*.hold_time", '
+                f'{key!r} is not a parameter: write "SENSOR.parameter", such as "PIR*.hold_time", '
                 "in quotation marks",
                 key,
             )
@@ -314,13 +319,13 @@ def _choices(table: TomlTable) -> tuple[tuple[str, ...], ...]:
     most = table.take("most", _whole(1, len(names)), len(names))
     table.finish()
     if most < least:
-        raise table.error(f"'most', {most}, is below 'least', {least}", "most")
+        raise table.error(f"'most' ({most}) must be at least 'least' ({least})", "most")
     counts = range(least, most + 1)
     total = sum(math.comb(len(names), count) for count in counts)
     if total > MOST_CHOICES:
         raise table.error(
-            f"these are {total} choices, more than {MOST_CHOICES}: give fewer sensors, or another "
-            "'least' or 'most'",
+            f"there are {total} combinations of sensors, more than {MOST_CHOICES}: give fewer "
+            "sensors, or 'least' and 'most' (sensors in a combination) closer together",
             "of",
         )
     return tuple(chosen for count in counts for chosen in itertools.combinations(names, count))
@@ -348,23 +353,27 @@ def _check_ranges(study: Study) -> None:
     lists = {key: values for key, values in study.vary.items() if not isinstance(values, Range)}
     for key, values in study.vary.items():
         if isinstance(values, Range) and study.draw == "list":
-            raise InputError(f'{study.where(key)}: draw = "list" takes lists, [1, 2, 3], alone')
+            raise InputError(
+                f'{study.where(key)}: draw = "list" needs lists such as [1, 2, 3], not ranges'
+            )
         if isinstance(values, Range) and study.draw == "grid" and not values.steps:
-            raise InputError(f"{study.where(key)}: a grid needs steps, such as steps = 5")
+            raise InputError(
+                f'{study.where(key)}: draw = "grid" needs steps in each range, such as steps = 5'
+            )
     lengths = {len(values) for values in lists.values()}
     if study.draw == "list" and len(lengths) > 1:
         lengths_text = ", ".join(f"{key} has {len(values)}" for key, values in lists.items())
         where = study.where(next(iter(lists)))
-        raise InputError(f'{where}: draw = "list" takes lists of one length: {lengths_text}')
+        raise InputError(f'{where}: draw = "list" needs lists of the same length: {lengths_text}')
 
 
 def _files(value: Any, folder: Path) -> tuple[Path, ...]:
     found = tuple((folder / name).resolve() for name in _names(value, "file"))
     for path in found:
         if not path.is_file():
-            raise ValueError(f"there is no file {path}")
+            raise ValueError(f"the file {path} does not exist")
     if len(set(found)) < len(found):
-        raise ValueError("it names a file twice")
+        raise ValueError("a file is given twice")
     return found
 
 
@@ -375,8 +384,8 @@ def _measures(value: Any, folder: Path) -> tuple[tuple[str, ...], tuple[Function
             functions.append(_function(name, folder))
         elif name not in MEASURES:
             raise ValueError(
-                f"{name!r} is no measure; {suggestion(name, MEASURES)} One of your own is "
-                '"file.py:function"'
+                f"{name!r} is not a measure; {suggestion(name, MEASURES)} Write your own measure "
+                'as "file.py:function"'
             )
     return tuple(name for name in names if ".py:" not in name), tuple(functions)
 
@@ -391,7 +400,7 @@ def _function(name: str, folder: Path) -> Function:
     try:
         body = ast.parse(source).body
     except (SyntaxError, ValueError) as error:
-        raise ValueError(f"{path.name} is no Python: {error}") from None
+        raise ValueError(f"{path.name} is not valid Python: {error}") from None
     names = [node.name for node in body if isinstance(node, ast.FunctionDef)]
     if called not in names:
         raise ValueError(f"{path.name} has no function {called!r}; {suggestion(called, names)}")
@@ -423,7 +432,7 @@ def _seeds(value: Any) -> tuple[int, ...]:
     if isinstance(value, list):
         found = tuple(map(_whole(0, SEEDS - 1), value))
         if not found or len(set(found)) < len(found):
-            raise ValueError("give each seed once, and one at least")
+            raise ValueError("give at least one seed, and each seed only once")
         return found
     return tuple(range(1, _whole(1, 100_000)(value) + 1))
 
@@ -443,7 +452,7 @@ def _whole(low: int, high: int) -> Any:
 
     def read_whole(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise ValueError(f"{value!r} is no whole number from {low} to {high}")
+            raise ValueError(f"{value!r} is not a whole number from {low} to {high}")
         return value
 
     return read_whole

@@ -155,13 +155,16 @@ class FilesOfStudy(distributed.WorkerPlugin):
 def local_path(file: File) -> Path:
     """Return the path of a file on this machine.
 
-    Raise `AngenError` if the file is missing, or if its content is not that of the driver's file.
+    Raise `AngenError` if the file is missing, or if its content differs from the driver's file.
     """
     path = Path(file.path)
     if path.is_file() and _digest(path, path.stat().st_mtime_ns) == file.digest:
         return path
     if file.digest not in _received:
-        raise AngenError(f"{platform.node()} has no file {file.path} as it is at the driver")
+        raise AngenError(
+            f"on {platform.node()}, the file {file.path} is missing or is not the same as at the "
+            "start of the study"
+        )
     return _received[file.digest]
 
 
@@ -184,7 +187,8 @@ def versions(_: None = None) -> dict[str, str]:
         import numpy
     except ImportError as error:
         raise AngenError(
-            f"{platform.node()} lacks Blender's Python module ({error}): pip install bpy there"
+            f"{platform.node()} lacks Blender's Python module ({error}): install it there with "
+            "pip install bpy"
         ) from None
     return {
         "angen_sensors": f"{extension_version()}+{_code()}",

@@ -21,7 +21,7 @@ from ..scene.former_choices import stored_settings
 from ..scene.sensors import all_sensors, simulated
 
 FILES = {"FILE", "SEQUENCE", "MOVIE", "TILED"}
-FIND = "put it back, or point Blender to it (File, External Data, Find Missing Files)"
+FIND = "put the file back, or show Blender where it is (File, External Data, Find Missing Files)"
 
 # The problem, and the way to mend it.
 Lack = tuple[str, str]
@@ -30,8 +30,8 @@ Lack = tuple[str, str]
 def lacking(view_layer: Any, light: bool) -> list[str]:
     """Return a sentence, with a remedy, for each missing file and each other thing that is missing.
 
-    With `light`, include files that only light sensors need. Evaluate the scene before the call,
-    because Blender disables drivers only then.
+    If `light` is True, include files that only light sensors need. Evaluate the scene before the
+    call, because Blender disables drivers only then.
     """
     return [f"{what}: {mend}" for what, mend in lacks(view_layer, light)]
 
@@ -39,19 +39,19 @@ def lacking(view_layer: Any, light: bool) -> list[str]:
 def lacks(view_layer: Any, light: bool) -> Iterator[Lack]:
     """Yield the problem and its remedy for each missing file and each other thing that is missing.
 
-    With `light`, include files that only light sensors need.
+    If `light` is True, include files that only light sensors need.
     """
     yield from _unknown_kinds(view_layer)
     yield from _missing_libraries()
     yield from _missing_data()
     yield from _missing_files(
-        "cache file", bpy.data.cache_files, "objects that move by it stand still"
+        "cache file", bpy.data.cache_files, "the objects that it moves stand still"
     )
     yield from _missing_mesh_caches(view_layer)
     yield from _failing_drivers()
     if light:
         images = [i for i in bpy.data.images if i.source in FILES and not i.has_data]
-        yield from _missing_files("image", images, "light sensors see it as pink")
+        yield from _missing_files("image", images, "light sensors see pink in its place")
 
 
 def look(view_layer: Any) -> None:
@@ -100,8 +100,8 @@ def _missing_data() -> Iterator[Lack]:
                     lost.setdefault(library.name, []).append(block.name)
     for name, blocks in lost.items():
         yield (
-            f"the library '{name}' no longer holds {named(blocks)}",
-            "save them in it, or relink",
+            f"the linked library '{name}' no longer contains {named(blocks)}",
+            "add them to that file again, or delete what is linked from it here",
         )
 
 
@@ -122,7 +122,10 @@ def _missing_mesh_caches(view_layer: Any) -> Iterator[Lack]:
                 path = bpy.path.abspath(modifier.filepath, library=obj.library)
                 if modifier.filepath and not os.path.isfile(path):
                     text = f"the mesh cache of '{obj.name}' is missing ({path}), so it stands still"
-                    yield text, "put it back, or choose another in the modifier"
+                    yield (
+                        text,
+                        ("put the file back, or choose another one in the modifier Mesh Cache"),
+                    )
 
 
 def _failing_drivers() -> Iterator[Lack]:

@@ -29,9 +29,9 @@ def warm_up(sensor: Any, scene: Any) -> Advice | None:
     if seconds < length:
         return None
     return Advice(
-        f"Its warm-up time of {seconds:g} s outlasts the animation of {length:.3g} s: it reports "
-        "nothing",
-        "Set it to 0 for a detector that has long been on",
+        f"Its warm-up time of {seconds:g} s is longer than the animation of {length:.3g} s, so it "
+        "reports nothing",
+        "Set Warm-up time to 0, as for a detector that was switched on long before",
     )
 
 
@@ -71,10 +71,10 @@ def without_surface(obj: Any) -> Advice | None:
     kind = obj.bl_rna.properties["type"].enum_items[obj.type].name.lower()
     if obj.type not in SURFACE_TYPES:
         return Advice(
-            f"It has no surface that anything could press on ({kind})", "Use a mesh object"
+            f"It has no surface to press on, since its type is {kind}", "Use a mesh object"
         )
     if obj.type == "MESH" and not obj.modifiers and not obj.data.polygons:
-        return Advice("Its mesh has no faces that anything could press on", "Give it faces")
+        return Advice("Its mesh has no faces to press on", "Give it faces")
     return None
 
 
@@ -107,7 +107,7 @@ def sinks(pad: Any, scene: Any) -> Advice | None:
         return None
     worst = max(heavier, key=lambda body: body.rigid_body.mass)
     return Advice(
-        f"It is an active rigid body of {pad.rigid_body.mass:g} kg: it sinks under heavier ones, "
+        f"It is an active rigid body of {pad.rigid_body.mass:g} kg: it sinks under heavier bodies, "
         f"such as '{worst.name}' ({worst.rigid_body.mass:g} kg)",
         "Make it passive, or remove its rigid body",
     )
@@ -148,9 +148,10 @@ def hidden_partner(pad: Sensor, view_layer: Any) -> Advice | None:
     ) or any(part.rigid_body is not None for part in family):
         return None
     return Advice(
-        f"It measures only {named([chosen.name if chosen else group.name])}, of which the viewport "
-        "shows no surface, so it reads 0 N",
-        "Show it (eye or monitor icon in the Outliner), or choose another partner",
+        f"It measures only {named([chosen.name if chosen else group.name])}, which has no visible "
+        "surface in the viewport, so it reads 0 N",
+        "Show it (eye or monitor icon in the Outliner), or choose another object or collection to "
+        "measure",
     )
 
 
@@ -200,8 +201,9 @@ def opaque_glass(view_layer: Any) -> Iterator[Advice]:
         yield Advice(
             f"Light sensors see no lamp and no sun through the glass '{material}' of '{name}', "
             "since it is not a thin, flat, plain pane",
-            "Make it a pane of at most 5 cm without textures, keys and volume, or mix its shader "
-            "with a Transparent BSDF by Light Path, Is Shadow Ray",
+            "Make it a flat pane at most 5 cm thick, without textures, keyframes or volume; or "
+            "mix a Transparent BSDF into its shader, with Is Shadow Ray of the node Light Path as "
+            "the factor",
         )
 
 

@@ -129,7 +129,7 @@ def _check_value(sensor: Sensor, name: str, value: Any) -> None:
 
 def _unknown(sensor: Sensor, name: str) -> str:
     known = (*COMMON, *specs(sensor.kind.parameters))
-    return f"'{sensor.name}' has no parameter '{name}'; there are {', '.join(known)}"
+    return f"'{sensor.name}' has no parameter '{name}'; its parameters are {', '.join(known)}"
 
 
 class Home:
@@ -201,7 +201,7 @@ class Home:
         """
         self.all_sensors()
         if kind not in KINDS or kind == NO_KIND:
-            raise AngenError(f"kind '{kind}' is unknown; there are {', '.join(KINDS)}")
+            raise AngenError(f"kind '{kind}' is unknown: choose one of {', '.join(KINDS)}")
         chosen_preset = find_preset(KINDS[kind], preset) if preset else None
         matrix = _world_matrix(at, look, unit_scale(bpy.context.scene))
         obj = new_sensor(bpy.context, kind, chosen_preset, name)
@@ -212,7 +212,7 @@ class Home:
     def apply(self, layout: str | Path, remove: bool = False) -> Applied:
         """Add and change sensors to match a layout file.
 
-        With `remove`, delete the sensors that are not in the layout. Return the names of the
+        If `remove` is True, delete the sensors that are not in the layout. Return the names of the
         sensors added, changed, unchanged and removed. If the layout is wrong, raise AngenError and
         change nothing.
         """
@@ -230,8 +230,8 @@ class Home:
         Parameters
         ----------
         frames
-            The first and the last frame; by default those of the scene. Frames before the start of
-            the scene are left out. Frames after its end are simulated.
+            The first and the last frame; by default the scene's. Frames before the start of the
+            scene are left out. Frames after its end are simulated.
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         progress

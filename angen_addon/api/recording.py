@@ -65,7 +65,8 @@ class Recording:
         track = self._run.tracks.get(sensor)
         if track is None:
             raise AngenError(
-                f"'{sensor}' was not simulated; there are {', '.join(self.sensors) or 'none'}"
+                f"'{sensor}' is not in this recording; its sensors are "
+                f"{', '.join(self.sensors) or 'none'}"
             )
         found = {"time_s": np.array(track.times), "frame": np.array(track.frames)}
         for field in track.kind.samples:
@@ -118,7 +119,7 @@ class Recording:
             If an argument is invalid or a file cannot be written.
         """
         if format not in FORMATS:
-            raise AngenError(f"format '{format}' is unknown; there are {', '.join(FORMATS)}")
+            raise AngenError(f"format '{format}' is unknown: choose one of {', '.join(FORMATS)}")
         target, out = FORMATS[format], Path(path)
         log, truth_files = self._log(out, faults, truth, start)
         check_out(target, out)

@@ -63,7 +63,7 @@ def _guide(forward: Vector, directions: Iterable[Vector]) -> Vector:
         across = unit - forward * unit.dot(forward)
         if across.length >= FOLLOWED:
             return across.normalized()
-    raise ValueError("one of X, Y and Z is always across a unit vector")
+    raise ValueError("no axis is perpendicular enough to the unit vector")
 
 
 def place_on(

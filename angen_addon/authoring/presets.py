@@ -83,7 +83,8 @@ def _same(stored: Any, value: Any) -> bool:
 
 def select_only(context: Context, *objects: Any) -> None:
     """Select these objects and no others; the first becomes the active object."""
-    for other in context.selected_objects:
+    # `context.selected_objects` needs a window, and a file that a script saved can have none.
+    for other in list(context.view_layer.objects.selected):
         other.select_set(False)
     for obj in objects:
         obj.select_set(True)

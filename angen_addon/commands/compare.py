@@ -70,7 +70,7 @@ def make_parser(program: str) -> Parser:
     """Return the argument parser of `angen compare`."""
     parser = Parser(
         prog=f"{program} compare",
-        description="Compare two logs: how long and how often their sensors are on.",
+        description="Compare how long and how often sensors are on in two logs.",
     )
     about = "an event log, a folder of days, or a log in another format"
     parser.add_argument("log", type=path, metavar="LOG", help=about)
@@ -80,6 +80,6 @@ def make_parser(program: str) -> Parser:
         "--picture",
         type=path,
         metavar="FILE.svg",
-        help="draw the distributions, a panel for each figure",
+        help="draw both logs' distributions, one panel for each measured figure",
     )
     return parser

@@ -23,6 +23,7 @@ from ...sensor_logic.formats.source import (
     read_home,
 )
 from ...sensor_logic.log import parse_start
+from ...sensor_logic.wording import plural
 from ..output.faulty import Faults, add_options
 from .console import BAD_INPUT, DONE, note
 from .parser import Parser, path
@@ -83,18 +84,22 @@ def _read(options: argparse.Namespace) -> tuple[Log, set[str]]:
         note(text)
     if source.has_activities and not options.activities:
         note(
-            f"the activities in {options.events} are left out: give them with --activities FILE.csv"
+            f"the activities in {options.events} are not converted: to add activities, give them "
+            "as a table with --activities FILE.csv"
         )
     if source.left_out:
         note(
-            f"changes in {options.events} at local times that clocks in {options.timezone} "
-            f"skip for daylight saving, which were moved to the end of the gap: {source.left_out}"
+            f"{plural(source.left_out, 'change')} in {options.events} at local times that clocks "
+            f"in {options.timezone} skip in spring: moved to the end of the skipped time"
         )
     if options.undo_faults:
         source = replace(source, events=undo(source.events, options.undo_faults))
     if start is None:
         start = DEFAULT_START
-        note(f"the log has no date, and begins at {start.isoformat()}: give another with --start")
+        note(
+            f"the log has no dates, so its start is taken as {start.isoformat()}: give another "
+            "start with --start"
+        )
     if zone:
         start = start.astimezone(zone) if start.tzinfo else start.replace(tzinfo=zone)
     activities = _activities(options, start, home)
@@ -157,8 +162,8 @@ def make_parser(program: str) -> Parser:
         "--home",
         type=path,
         metavar="HOME.toml",
-        help="rooms, start and versions of the home; or the output of `list --json`, saved as "
-        "HOME.json",
+        help="file with rooms, start and versions, such as `day` writes; or HOME.json, the saved "
+        "output of `list --json`",
     )
     parser.add_argument(
         "--activities",

@@ -151,7 +151,7 @@ class ProgressLine:
         if share:
             still = f"; nothing moved at {share} % of the steps"
         elif last is not None and last.moving:
-            still = f"; every step was evaluated: {last.moving}"
+            still = f"; no step could be skipped: {last.moving}"
         write_message(
             f"simulated {seconds:.1f} s in {elapsed:.1f} s "
             f"({seconds / elapsed:.0f} times real time), {updates} updates{still}\n",

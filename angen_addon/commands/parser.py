@@ -140,7 +140,9 @@ def add_choice(parser: argparse.ArgumentParser) -> None:
         help="only sensors of this kind, such as PIR; can be repeated",
     )
     parser.add_argument(
-        "--no-light", action="store_true", help="leave out light sensors, which take the longest"
+        "--no-light",
+        action="store_true",
+        help="leave out light sensors, which take most of the time",
     )
 
 

@@ -23,7 +23,7 @@ from ..output.version import extension_version
 from .console import BAD_INPUT, DONE, FAILED, Interrupt, leave_hard, note
 from .parser import Parser, path
 
-INTERRUPTED = "interrupted; the sensors are marked unavailable"
+INTERRUPTED = "interrupted: the broker now shows the sensors as unavailable"
 
 
 def main(arguments: list[str], program: str) -> int:
@@ -198,7 +198,8 @@ def make_parser(program: str) -> Parser:
         "--home",
         type=path,
         metavar="HOME.toml",
-        help="rooms of the home; or the output of `list --json`, saved as HOME.json",
+        help="file with the rooms, which `day` writes; or HOME.json, the saved output of `list "
+        "--json`",
     )
     parser.add_argument(
         "--from",

@@ -59,7 +59,9 @@ def _add_apply(verbs: Any, every: argparse.ArgumentParser) -> None:
         "--save", type=path, metavar="FILE.blend", help="file for the changed home; required"
     )
     verb.add_argument(
-        "--remove", action="store_true", help="delete the sensors that the layout lacks"
+        "--remove",
+        action="store_true",
+        help="delete sensors of the home that are not in the layout",
     )
     verb.add_argument("--quiet", action="store_true", help="print no summary")
 
@@ -113,7 +115,7 @@ def _check(options: argparse.Namespace, outputs: Outputs) -> int:
         outputs.printed += f"and {len(found) - SHOWN_DIFFERENCES} more\n"
     note(f"{len(found)} differences" if found else f"{len(expected)} events as expected")
     if options.lacks:
-        note("the check fails, because the home lacks what is named above")
+        note("the check fails, because the files or drivers named above are missing or do not work")
     return FAILED if found or options.lacks else DONE
 
 
@@ -132,7 +134,7 @@ def _add_explain(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--now",
         action="store_true",
-        help="explain the reading at this time instead, or what would change it",
+        help="explain the reading at this time instead, and what would change it",
     )
     verb.add_argument("--quiet", action="store_true", help="print no progress and no advice")
 
@@ -163,7 +165,7 @@ def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
 
 def _add_doctor(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
-        "doctor", parents=[every], help="find what makes sensors of the home read wrong values"
+        "doctor", parents=[every], help="find problems in the home that give sensors wrong readings"
     )
     verb.add_argument("--json", action="store_true", help="print JSON, for programs")
 

@@ -65,7 +65,8 @@ def _common_parser(parent: argparse.ArgumentParser) -> argparse.ArgumentParser:
         type=_positive,
         default=0.0,
         metavar="M",
-        help="height above the floor: the top of a walker, the middle of a chest or an arm",
+        help="height above the floor: of the top for STEP, CRAWL and CAT, of the middle for CHEST "
+        "and ARM",
     )
     common.add_argument(
         "--cell", type=_positive, default=0.25, metavar="M", help="side of a cell (default 0.25)"
@@ -89,7 +90,7 @@ def _common_parser(parent: argparse.ArgumentParser) -> argparse.ArgumentParser:
         metavar="FILE.blend",
         help="save the result in a copy of the blend file",
     )
-    common.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    common.add_argument("--quiet", action="store_true", help="print no progress")
     return common
 
 
@@ -136,7 +137,7 @@ def add_place(verbs: Any, every: argparse.ArgumentParser) -> None:
         type=_seed,
         default=0,
         metavar="N",
-        help="chooses among equally good places (default 0)",
+        help="seed of the choice between equally good places (default 0)",
     )
 
 

@@ -373,7 +373,7 @@ def cells_of(
         grid = _grid(home, floor, members, marked, size)
         doing = Doing(0.0, "looking for rooms")
         labels = yield from saying(doing, labels_of(home, grid, members, marked))
-        doing = Doing(0.0, "looking where there is room to move")
+        doing = Doing(0.0, "looking for free floor")
         parts.append((yield from saying(doing, _storey_cells(home, grid, labels, motion, number))))
     every = _join(parts, size)
     known = every.rooms
@@ -381,14 +381,14 @@ def cells_of(
     for name in rooms:
         if name not in known:
             raise AngenError(
-                f"no room '{name}' with free floor was found; there are "
-                f"{', '.join(known) or 'none'}. Set the field Room of a sensor in it, or of a mesh "
-                "that marks it and is Ignored by sensors"
+                f"no room '{name}' with free floor was found; the rooms are "
+                f"{', '.join(known) or 'none'}. To add a room, set the field Room of a sensor in "
+                "it, or of a mesh around it that is Ignored by sensors"
             )
     if not len(whole):
         raise AngenError(
-            "no free floor was found below the sensors: give each room a floor and a sensor inside "
-            "it, or take smaller cells"
+            "no free floor was found below the sensors: give each room a floor and a sensor "
+            "inside it, or set smaller cells"
         )
     return whole
 
@@ -442,8 +442,8 @@ def _grid(
     shape = np.maximum(np.ceil(high / size) - first, 1).astype(int)
     if shape.prod() > MOST_CELLS:
         raise AngenError(
-            f"cells of {size:g} m would be {shape.prod()} cells, more than {MOST_CELLS}: "
-            "take larger cells"
+            f"cells of {size:g} m would be {shape.prod()} cells, more than {MOST_CELLS}: set "
+            "larger cells"
         )
     return Grid(first * size, (int(shape[0]), int(shape[1])), size, floor)
 

@@ -113,11 +113,20 @@ class Views:
         return np.minimum(ranges * metres, reach)
 
     def _see(
-        self, name: str, uid: Uid, bundle: int, origins: Array, directions: Array, reach: Array
+        self,
+        name: str,
+        uid: Uid,
+        bundle: int,
+        origins: Array,
+        directions: Array,
+        reach: Array,
+        *details: Any,
     ) -> Any:
         home, metres = self._home, self._home.metres
         rays = origins / metres, directions, reach / metres
-        return self._surfaces[name].see(home.depsgraph, uid, BUNDLE - bundle, rays)[0]
+        return self._surfaces[name].see(home.depsgraph, uid, BUNDLE - bundle, rays, None, *details)[
+            0
+        ]
 
 
 SMALLEST_CELL, LARGEST_CELL = 0.05, 2.0

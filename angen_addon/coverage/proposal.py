@@ -292,8 +292,8 @@ class Proposal:
         bound = min(1.0, (choice.bound + self.before) / all_cells)
         return (
             f"{len(self.chosen)} of {self.tried} candidates cover {100 * covered:.1f} % of the "
-            f"floor. No choice of the same number covers more than {100 * bound:.1f} %, so this is "
-            f"at least {math.floor(1000 * choice.assured + 1e-9) / 10:g} % of the best"
+            f"floor. No choice of the same number covers more than {100 * bound:.1f} %, so this "
+            f"choice is at least {math.floor(1000 * choice.assured + 1e-9) / 10:g} % of the best"
         )
 
 
@@ -335,12 +335,12 @@ def propose(
     found = yield from saying(Doing(0.05, "looking for walls and ceilings"), looking)
     if not found:
         raise AngenError(
-            f"no wall or ceiling was found for a detector {wish.height:g} m above the floor: take "
+            f"no wall or ceiling was found for a detector {wish.height:g} m above the floor: set "
             "another height or mounting"
         )
     if len(found) > MOST_CANDIDATES:
         raise AngenError(
-            f"{len(found)} candidates are more than {MOST_CANDIDATES}: take fewer rooms or a "
+            f"{len(found)} candidates are more than {MOST_CANDIDATES}: set fewer rooms or a "
             "larger spacing"
         )
     weights = np.ones(len(cells))
@@ -430,7 +430,7 @@ class _Search:
             self._share = max(self._share, 0.05 + self._first + (0.95 - self._first) * looked)
             yield Doing(
                 self._share,
-                f"{len(known)} computed exactly; the best so far covers "
+                f"{len(known)} candidates computed exactly; the best choice so far covers "
                 f"{self._percent(best)}, no choice more than {self._percent(choice.bound)}",
                 found=True,
             )
@@ -459,4 +459,4 @@ def _check(wish: Wish) -> None:
         raise AngenError(f"the spacing is {wish.spacing:g} m: it must be from 0.1 m to 5 m")
     problems = wish.parameters.problems()
     if problems:
-        raise AngenError(f"the parameters of the detector to place: {problems[0]}")
+        raise AngenError(f"the parameters of the detector to place are wrong: {problems[0]}")

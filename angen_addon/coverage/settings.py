@@ -22,8 +22,8 @@ def _group() -> type:
         ),
         "height": FloatProperty(
             name="Height",
-            description="Height above the floor: the top of a walker, the middle of a chest or an "
-            "arm. 0: the usual height of the motion",
+            description="Height of the motion above the floor: of the top of a walker, or of the "
+            "middle of a chest or arm. 0: the usual height of the motion",
             min=0.0,
             max=HIGHEST,
             subtype="DISTANCE",

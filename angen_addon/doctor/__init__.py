@@ -59,7 +59,7 @@ def findings() -> list[Finding]:
 def as_text(found: list[Finding], as_json: bool) -> str:
     """Return two lines for each finding: what is wrong, and how to mend it.
 
-    With `as_json`, return a JSON list of the findings instead.
+    If `as_json` is True, return a JSON list of the findings instead.
     """
     if as_json:
         entries = [finding._asdict() for finding in found]
@@ -69,7 +69,7 @@ def as_text(found: list[Finding], as_json: bool) -> str:
 
 def count(found: list[Finding]) -> str:
     """Return the number of findings as a text for the user."""
-    return f"{plural(len(found), 'thing')} to mend" if found else "nothing to mend was found"
+    return f"{plural(len(found), 'problem')} found" if found else "no problem was found"
 
 
 __all__ = ["CHECKS", "Examined", "Finding", "examine"]

@@ -79,8 +79,8 @@ def _low_walls(home: Examined, size: Array) -> Iterator[Found]:
         yield (
             f"The walls are no higher than {_length(highest)}, so nobody can walk upright between "
             "them",
-            f"Scale all of it up {UPRIGHT / highest:.2g} times under one empty, or set Unit Scale "
-            f"to {home.metres * UPRIGHT / highest:.2g} (Scene tab, Units)",
+            f"Parent the whole home to an empty and scale that {UPRIGHT / highest:.2g} times, or "
+            f"set Unit Scale to {home.metres * UPRIGHT / highest:.2g} (Scene tab, Units)",
         )
 
 
@@ -93,12 +93,12 @@ def _other_unit(metres: float, whole: float, things: float, large: bool) -> str:
         unit = min(UNITS, key=lambda name: _unit_penalty(name, whole, things))
         return (
             f"If it was drawn in {unit}, set Unit Scale to {metres * UNITS[unit]:g} (Scene tab, "
-            "Units), or scale all of it by that and apply the scale"
+            "Units), or scale the whole home by that factor and apply the scale"
         )
     # A factor of 1 would change nothing, so it is at least 10.
     factor = 10.0 ** max(round(math.log10(1.0 / things)), 1) if things > 0.0 else 100.0
     return (
-        f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale all of it up "
+        f"Set Unit Scale to {metres * factor:g} (Scene tab, Units), or scale the whole home up "
         f"{factor:g} times and apply the scale"
     )
 
@@ -124,10 +124,10 @@ def hidden_but_rendered(home: Examined) -> Iterator[Found]:
     ]
     if hidden:
         yield (
-            "Hidden in the viewport but shown in renders, so that no sensor sees it: "
-            f"{named(sorted(hidden))}",
-            "Show it (eye or monitor icon in the Outliner, also of its collection), or hide it in "
-            "renders too (camera icon)",
+            "Objects that are hidden in the viewport but shown in renders, so that no sensor sees "
+            f"them: {named(sorted(hidden))}",
+            "Show them and their collections (eye and monitor icons in the Outliner), or hide "
+            "them in renders too (camera icon)",
             tuple(sorted(hidden)),
         )
 
@@ -149,7 +149,7 @@ def without_faces(home: Examined) -> Iterator[Found]:
                 bare.append(obj.name)
     if bare:
         yield (
-            f"No faces, so that every ray passes: {named(sorted(bare))}",
+            f"Meshes without faces, through which every ray passes: {named(sorted(bare))}",
             "Fill the edges with faces (Edit Mode, F), or tick Ignored by sensors if the mesh only "
             "marks something",
             tuple(sorted(bare)),
@@ -171,8 +171,10 @@ def flattened(home: Examined) -> Iterator[Found]:
     ]
     if flat:
         yield (
-            f"Scale 0 along an axis, so that rays and light pass: {named(sorted(flat))}",
-            "Apply the scale (Ctrl+A), which keeps the shape, or set that scale to 1 (N, Item)",
+            "Objects whose scale is 0 along an axis, so that rays and light pass through them: "
+            f"{named(sorted(flat))}",
+            "Apply the scale (Ctrl+A), which keeps the shape, or set that scale to 1 (sidebar, "
+            "Item)",
         )
 
 
@@ -191,7 +193,7 @@ def holes(home: Examined) -> Iterator[Found]:
     for side, sensors in open_to.items():
         place = side if side in {"above", "below"} else f"towards {side}"
         yield (
-            f"The room is open {place}, seen from {named(sensors)}: rays leave the home there",
+            f"The room of {named(sensors)} is open {place}: rays leave the home there",
             "Close it with faces (a ceiling, a floor, panes in windows), or show the objects that "
             "close it",
             tuple(sensors),
@@ -268,7 +270,8 @@ def without_hinges(home: Examined) -> Iterator[Found]:
             bad.append(leaf.name)
     if bad:
         yield (
-            f"Doors without a hinge, whose origin is in their middle: {named(sorted(bad))}",
+            "Doors that would turn about their middle, since their origin is not at the hinge: "
+            f"{named(sorted(bad))}",
             "Put the 3D cursor on the hinge's edge, then Object, Set Origin, Origin to 3D Cursor; "
             "or Fit Door with Switch, which finds the hinge",
             tuple(sorted(bad)),
@@ -292,8 +295,9 @@ def standing_still(home: Examined) -> Iterator[Found]:
         part in home.moved_without_keys or any(motion_paths(part)) for part in parts
     ):
         yield (
-            f"No door with a switch is animated: {named(sorted(leaf.name for leaf in watched))}",
-            "Key the leaf's rotation about its hinge: shut, open, shut again (I in the 3D view)",
+            "Doors with a switch on them that are not animated: "
+            f"{named(sorted(leaf.name for leaf in watched))}",
+            "Insert keyframes of the leaf's rotation (I in the 3D view): shut, open, shut again",
             tuple(sorted(leaf.name for leaf in watched)),
         )
 
@@ -331,6 +335,6 @@ def same_names(home: Examined) -> Iterator[Found]:
             files = [s.library or "this file" for s in home.sensors if s.name == name]
             yield (
                 f"{count} sensors are called '{name}' (from {', '.join(files)})",
-                "Rename one (F2), so that the log can tell them apart",
+                "Rename one (F2), so that each name in the log means one sensor",
                 (name,),
             )

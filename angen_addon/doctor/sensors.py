@@ -53,8 +53,8 @@ def nothing_moves(home: Examined) -> Iterator[Found]:
         yield (
             f"Nothing in the scene is animated: {named(s.name for s in sensors)} will publish "
             "only their first reading",
-            "Key the location of a person or a door (I in the 3D view), import a walk cycle, or "
-            "add a resident, mark places and run a routine with `angen day`",
+            "Animate a person or a door (I in the 3D view inserts keyframes), import a walk "
+            "cycle, or add a resident, mark places and run a routine with `angen day`",
             tuple(s.name for s in sensors),
         )
 
@@ -96,7 +96,7 @@ def inside_walls(home: Examined) -> Iterator[Found]:
         inside = _surrounded_by(home, sensor)
         if inside:
             yield (
-                f"'{sensor.name}' is inside '{inside}', so it sees nothing else",
+                f"'{sensor.name}' is inside the object '{inside}', so it sees nothing else",
                 "Move it out, or place it again with Shift+A, Sensor, … on Surface",
                 (sensor.name, inside),
             )
@@ -143,7 +143,11 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
         try:
             sight = all_rays(sensor, clock_of(home.scene), home.depsgraph)
         except AngenError as error:
-            yield str(error), "Correct its parameters in the sidebar, Active Sensor", (sensor.name,)
+            yield (
+                str(error),
+                "Correct the sensor's parameters in the sidebar, Active Sensor",
+                (sensor.name,),
+            )
             continue
         if sight is None or not sight.bundles:
             continue
@@ -157,8 +161,9 @@ def looks_into_something(home: Examined) -> Iterator[Found]:
             numbers, counts = np.unique(met[blocked], return_counts=True)
             name = home.home.caster.solids.name_of(int(numbers[counts.argmax()]))
             yield (
-                f"'{sensor.name}' looks into '{name}', nearer than its range min of "
-                f"{shortest * 100:g} cm: {percent(blocked.mean())} of its rays pass through it",
+                f"'{sensor.name}' looks into '{name}', which is nearer than its parameter Range "
+                f"min of {shortest * 100:g} cm: {percent(blocked.mean())} of its rays ignore the "
+                "object",
                 f"Move the sensor away from '{name}', or turn it (it looks along its -Z axis). If "
                 f"'{name}' is its housing, parent that to the sensor",
                 (sensor.name, name),
@@ -215,7 +220,7 @@ def names_nothing(home: Examined) -> Iterator[Found]:
         for name, spec in specs(sensor.kind.parameters).items():
             if spec.pointer == "Object" and getattr(sensor.parameters, name) is None:
                 yield (
-                    f"'{sensor.name}' has no {spec.label.lower()}: it always reads the same",
+                    f"'{sensor.name}' has no {spec.label.lower()}, so it always reads the same",
                     f"Choose its {spec.label} in the sidebar, Active Sensor",
                     (sensor.name,),
                 )
@@ -303,8 +308,8 @@ def margins(home: Examined) -> Iterator[Found]:
     }
     if margins:
         yield (
-            "Active rigid bodies of shape Mesh, which bounce on pads within their collision margin "
-            f"(up to {max(margins.values()):.3g} mm): {named(sorted(margins))}",
+            "Active rigid bodies with the shape Mesh, which bounce on pads because of their "
+            f"collision margin (up to {max(margins.values()):.3g} mm): {named(sorted(margins))}",
             "Choose Convex Hull or Compound as their shape (Physics tab, Collisions)",
         )
 
@@ -327,7 +332,7 @@ def hanging_in_the_air(home: Examined) -> Iterator[Found]:
         if met[0] == NOTHING:
             yield (
                 f"'{pad.name}' hangs in the air: nothing is within {GAP * 100:g} cm below it",
-                "Lower it onto the floor (the floor may have no faces or be hidden), or parent it "
+                "Lower the pad onto the floor, which must have faces and be visible; or parent it "
                 "to the object that it is part of",
                 (pad.name,),
             )
@@ -360,12 +365,17 @@ def electrical_watts(home: Examined) -> Iterator[Found]:
         if power <= most:
             continue
         what = "lx" if sun else "lm"
-        usual = "up to 100 W/m² at noon" if sun else f"{USUAL_LUMENS / efficacy:.2g} W"
+        usual = (
+            "up to 100 W/m² at noon"
+            if sun
+            else f"{USUAL_LUMENS / efficacy:.2g} W for a household lamp of {USUAL_LUMENS} lm"
+        )
         yield (
             f"'{lamp.name}' shines with {power:g} {unit} of light, "
             f"{power * efficacy:,.0f} {what}: is that the lamp's electrical power?",
-            f"Blender's watts are light: divide lumens by {efficacy:g} (a household lamp of "
-            f"{USUAL_LUMENS} lm: {usual}); Light tab, {'Strength' if sun else 'Power'}",
+            f"Blender's watts are watts of light. In the Light tab, set "
+            f"{'Strength' if sun else 'Power'} to the lumens divided by {efficacy:g}. "
+            f"Usual: {usual}",
             (lamp.name,),
         )
 

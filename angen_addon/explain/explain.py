@@ -55,7 +55,7 @@ class Memory:
         self._of, self._uid, self._kept = weakref.ref(recording), uid, explanation
 
     def recall(self, recording: Recording, uid: Uid, index: int | None) -> Explanation | None:
-        """Return the stored explanation if it is for update `index` of this sensor, else None."""
+        """Return the stored explanation; None if it is not for update `index` of this sensor."""
         kept = self._kept
         if kept is None or self._of is None or self._of() is not recording:
             return None
@@ -118,8 +118,8 @@ class ExplainedTime:
     def text(self, now: bool = False) -> str:
         """Return the explanation of the last event up to the constructor's `time`.
 
-        Call `run` first. With `now`, explain the last update instead, whether it is an event or
-        not. Raise `AngenError` if there is none.
+        Call `run` first. If `now` is True, explain the last update instead, even if it is no event.
+        Raise `AngenError` if there is nothing to explain.
         """
         track = self._recording.tracks[self._sensor.name]
         # Whether a reading of light is an event depends on earlier updates, which were not run.
@@ -128,6 +128,6 @@ class ExplainedTime:
         earlier = [i for i in indices if track.times[i] <= self._time]
         if not earlier:
             raise AngenError(
-                f"'{self._sensor.name}' has published nothing by then: give a later time"
+                f"'{self._sensor.name}' has published nothing up to this time: give a later time"
             )
         return explain(self._scene, self._sensor, self._recording, earlier[-1]).as_text()

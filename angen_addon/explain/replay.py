@@ -46,8 +46,8 @@ class Replay:
     lengths
         Formats lengths in the scene's unit.
     probes
-        Answers the sensor's queries, such as ray casts. The constructor can take those of another
-        replay, which have already read the scene.
+        Answers the sensor's queries, such as ray casts. The constructor can take the probes of
+        another replay, which have already read the scene.
     """
 
     def __init__(
@@ -181,8 +181,8 @@ class Replay:
     def solid_bounds(self, index: int, include_sensor: bool = False) -> dict[str, Array]:
         """Return the bounds (2, 3) in m of the solids that rays can hit at update `index`.
 
-        The keys are the names of the solids. With `include_sensor`, the sensor's own solids are
-        included.
+        The keys are the names of the solids. If `include_sensor` is True, the sensor's own solids
+        are included.
         """
         depsgraph = self.evaluate_step(self.step_of(index))
         self.probes.look(depsgraph, None)

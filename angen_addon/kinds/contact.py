@@ -125,10 +125,10 @@ def explain_contact(replay: Replay, index: int) -> Explanation:
 
 
 def _headline(cause: ContactCause, is_open: bool, lengths: Lengths) -> str:
-    state = "Open" if is_open else "Closed"
+    state = "open" if is_open else "closed"
     between = cause.closes < cause.distance <= cause.opens
-    still = " still" if between else ""
-    return f"{state}{still}: {quoted(cause.magnet)} is {_fine(cause.distance, lengths)} away"
+    state = f"Still {state}" if between else state.capitalize()
+    return f"{state}: {quoted(cause.magnet)} is {_fine(cause.distance, lengths)} away"
 
 
 def _fine(length: float, lengths: Lengths) -> str:

@@ -130,8 +130,8 @@ ACROSS = 25
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Return a horizontal fan of rays for the floor plan, as wide as all zones together.
 
-    `sight` is the trace with the sensor's parameters and pose. `metres` is the length of a Blender
-    unit in m.
+    `sight` is the `Trace` with the sensor's parameters and pose. `metres` is the length of a
+    Blender unit in m.
     """
     wide = replace(sight.parameters, zones_across=1, zones_up=1, rays=ACROSS)
     origins, directions, reach = zone_rays(wide, sight.pose)
@@ -171,7 +171,7 @@ def zone_corners(parameters: Any, pose: Pose) -> Array:
     return pixel_corners(pose.axes, angles, (parameters.zones_across, parameters.zones_up))
 
 
-# Housings. The sizes of chips are from ST's data sheets, those of boards are usual ones.
+# Housings. The sizes of chips are from ST's data sheets; the boards have usual sizes.
 
 
 def _chip(across: float, up: float, deep: float) -> Housing:

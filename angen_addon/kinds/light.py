@@ -129,7 +129,9 @@ def _share_facts(cause: LightCause) -> Facts:
         facts.append((f"{len(giving) - SHOWN} more", _part(text(left), left / whole)))
     taking = [share for share in ordered[::-1] if share.light < -LITTLE * whole]
     for share in taking[:SHOWN]:
-        facts.append((_label(share), f"takes {_part(text(-share.light), share.light / whole)}"))
+        facts.append(
+            (_label(share), f"takes away {_part(text(-share.light), share.light / whole)}")
+        )
     return [*facts, ("All light", text(sum(share.light for share in cause.now)))]
 
 
@@ -185,7 +187,7 @@ LOBE = 0.25
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays for the floor plan; for a sensor with four views, the axes of the views.
 
-    `sight` is the trace with the sensor's rays, parameters and pose. `metres` is the length of a
+    `sight` is the `Trace` with the sensor's rays, parameters and pose. `metres` is the length of a
     Blender unit in m.
     """
     if sight.parameters.method != "FOUR_WALL":

@@ -40,8 +40,8 @@ class Beam:
     rays
         The number of rays.
     ago
-        Time in s from a crossing to this update, if an object crossed the beam between two updates;
-        else None.
+        Time in s from the crossing to this update. None if no object crossed the beam since the
+        update before.
     """
 
     range: float
@@ -97,11 +97,11 @@ def _missing(cause: BeamCause, lengths: Lengths) -> Facts:
     short = cause.threshold - now.range
     what = quoted(now.name) if now.name else "something"
     if short <= 0.0:
-        return [("To open", "nothing more must cross the beam before the next update")]
+        return [("To open", "the beam must stay free until the next update")]
     return [
         (
             "To open",
-            f"the beam must be free up to {lengths.typed(cause.threshold)}: {what} ends it "
+            f"the beam must be free up to {lengths.typed(cause.threshold)}: {what} blocks it "
             f"{lengths.text(short)} before that",
         )
     ]
@@ -216,14 +216,14 @@ def _headline(cause: BeamCause, parameters: OpticalSwitchParameters, lengths: Le
     broken = now.range < parameters.threshold
     if not cause.open:
         if not broken:
-            return f"Closed still: only {percent(now.light)} of the light passes"
+            return f"Still closed: only {percent(now.light)} of the light passes"
         return (
             f"Closed: {quoted(now.name) if now.name else 'noise'} breaks the beam "
             f"{lengths.text(now.range)} from the sensor"
         )
     if broken:
         covers = quoted(now.name) if now.name else "noise"
-        return f"Open still: {covers} covers a part of the beam, {percent(now.light)} of it passes"
+        return f"Still open: {covers} covers a part of the beam, {percent(now.light)} of it passes"
     behind = f", which reaches {quoted(now.name)}" if now.name else ""
     if before is not None and before.range < parameters.threshold and before.name:
         return f"Open: {quoted(before.name)} no longer breaks the beam{behind}"

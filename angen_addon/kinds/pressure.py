@@ -171,9 +171,9 @@ class PadCause:
 
     @property
     def cause_name(self) -> str:
-        """The name of the object that presses most; else of one that pressed at the update before.
+        """The name of the object that presses most on the pad.
 
-        The name is empty if nothing presses or pressed.
+        If nothing presses, it is the name of an object that pressed at the update before, or empty.
         """
         return next(iter([name for name, _ in self.partners] or self.before), "")
 
@@ -357,7 +357,7 @@ MAKE_VALID = "Play the animation, or simulate, to get a valid reading"
 
 
 def _not_yet(seen: ReadingText) -> str:
-    text = f"Not yet sure: {seen.problem}. The force is that of bodies at rest"
+    text = f"Not yet sure: {seen.problem}. The force is computed as if all bodies were at rest"
     return text if seen.recorded else f"{text}. {MAKE_VALID}"
 
 

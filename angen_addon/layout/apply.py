@@ -59,15 +59,15 @@ class Applied(NamedTuple):
         parts += [f"{len(self.removed)} removed"] if self.removed else []
         found = ", ".join([*parts, f"{len(self.unchanged)} as they were"])
         if self.cleared:
-            found += f"; ordinary objects again: {named(self.cleared)}"
+            found += f"; no longer sensors: {named(self.cleared)}"
         return f"{found}; {self.replaced}" if self.replaced else found
 
 
 def apply_layout(path: Path, remove: bool = False) -> Applied:
     """Add and change sensors in the current scene to match a layout file.
 
-    With `remove`, delete the sensors that are not in the layout. If the layout is wrong, raise
-    `InputError` and change nothing.
+    If `remove` is True, delete the sensors that are not in the layout. If the layout is wrong,
+    raise `InputError` and change nothing.
     """
     layout = read_layout(path)
     view_layer = bpy.context.view_layer
@@ -143,7 +143,11 @@ def _object_of(plan: SensorChange, rollback: _Rollback) -> Any:
         rollback.callback(bpy.data.meshes.remove, mesh)
     rollback.callback(bpy.data.objects.remove, obj)
     if obj.name != plan.entry.name:
-        raise plan.entry.error(f"Blender calls it '{obj.name}': give it another name", "name")
+        raise plan.entry.error(
+            "this name is taken, so Blender calls the new object "
+            f"'{obj.name}': give the sensor another name",
+            "name",
+        )
     if "collection" not in plan.moves:
         _usable_collection().objects.link(obj)
     return obj
@@ -198,7 +202,11 @@ def _set(plan: SensorChange, obj: Any, rollback: _Rollback) -> None:
 
 
 def _move_to_collection(obj: Any, name: str | None, rollback: _Rollback) -> None:
-    """Link an object to the collection with this name only; without a name, to the scene's."""
+    """Link an object to the collection `name`, and unlink it from all others.
+
+    If no collection has this name, make one. If `name` is None, use the scene's root collection. On
+    `rollback`, the object's former collections return.
+    """
     scene = bpy.context.scene
     target = scene.collection if name is None else bpy.data.collections.get(name)
     if target is None:
@@ -269,7 +277,9 @@ def _check_done(plans: list[SensorChange]) -> None:
         sensor = again.sensor(entry)
         if sensor is None:
             raise plan.entry.error(
-                "its collection is not in the view layer: show it, or name another", "collection"
+                "its collection is not in the view layer: tick the collection in the Outliner, or "
+                "give another one",
+                "collection",
             )
         left = again.change(entry)
         what = [*left.settings, *left.parameters, *left.moves]
@@ -277,7 +287,7 @@ def _check_done(plans: list[SensorChange]) -> None:
         if what:
             raise plan.entry.error(
                 f"Blender did not set its {', '.join(what)}, which may be locked, driven, "
-                "constrained or not overridable: free it, or leave it out"
+                "constrained or not overridable: unlock it, or leave it out of the layout"
             )
 
 
@@ -303,7 +313,11 @@ def _delete(sensor: Sensor) -> bool:
 
 
 def _is_only_sensor(sensor: Sensor) -> bool:
-    """Return whether a sensor's object is an empty, or has the size of a housing of its kind."""
+    """Return whether an object is nothing but a sensor, not furniture that also serves as one.
+
+    This is so for an empty, for a mesh without faces, and for a mesh of the size of a housing of
+    the sensor's kind.
+    """
     if sensor.object.type != "MESH":
         return bool(sensor.object.type == "EMPTY")
     box = face_bounds(sensor.object.data)

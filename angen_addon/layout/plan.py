@@ -22,7 +22,15 @@ from ...sensor_logic.wording import hint, named
 from ..output.describe import describe
 from ..scene.animation import is_animated, motion_paths
 from ..scene.instances import is_holder
-from ..scene.sensors import NotPlaced, Sensor, all_sensors, placed_matrix, pointed_at, unit_scale
+from ..scene.sensors import (
+    NotPlaced,
+    Sensor,
+    all_sensors,
+    decimal,
+    placed_matrix,
+    pointed_at,
+    unit_scale,
+)
 
 # Tolerances of a pose. The place: relative to its distance from the origin, or to 1 m if nearer,
 # for single precision. The axes: in radians.
@@ -130,12 +138,13 @@ class Planner:
         ]
         if len(found) > 1:
             raise entry.error(
-                f"{len(found)} sensors of the home have this name: rename one, or name its library"
+                f"{len(found)} sensors of the home have this name: rename one, or give the "
+                "library of a linked one"
             )
         if not found and library:
             raise entry.error(
-                f"the home does not link {library}, or that has no such sensor: link it first, or "
-                "leave this sensor out",
+                f"no sensor of this name is linked from {library}: link that file first, or leave "
+                "this sensor out",
                 "library",
             )
         return found[0] if found else None
@@ -160,8 +169,9 @@ class Planner:
             _check_editable(change)
         if taken is not None and change.displaced:
             raise entry.error(
-                "an object that is not a sensor has this name and is elsewhere: give the sensor "
-                "another name, or leave its place out to make that object a sensor"
+                "an object of this name exists at another place and is not a sensor: give the "
+                "sensor another name, or leave location and rotation out to make that object a "
+                "sensor"
             )
         return change
 
@@ -174,8 +184,8 @@ class Planner:
         if obj is None or obj in set(self._view_layer.objects):
             return obj
         raise entry.error(
-            f"an object of this name is in the file, but not in the view layer "
-            f"'{self._view_layer.name}': give the sensor another name, or show that collection"
+            f"an object of this name exists, but not in the view layer '{self._view_layer.name}': "
+            "give the sensor another name, or tick the object's collection in the Outliner"
         )
 
     def _kind(self, entry: LayoutEntry, sensor: Sensor | None) -> Kind:
@@ -199,7 +209,7 @@ class Planner:
                 "name",
             )
         if "location" not in entry.values:
-            raise entry.error("a new sensor needs a location")
+            raise entry.error("there is no sensor of this name yet, and a new one needs a location")
 
     # The place of a sensor
 
@@ -208,7 +218,7 @@ class Planner:
         bounds = values.get("bounds", listed.get("bounds"))
         if change.sensor is not None and not _same_bounds(bounds, listed["bounds"]):
             raise entry.error(
-                "its faces have other bounds, which a layout cannot change: scale it in Blender, "
+                "a layout cannot change the bounds of an existing sensor: scale it in Blender, "
                 "delete it first, or leave bounds out",
                 "bounds",
             )
@@ -310,7 +320,7 @@ class Planner:
             while above is not None and above not in seen:
                 if above == change.entry.name:
                     raise change.entry.error(
-                        "its parents would form a loop: name another", "parent"
+                        "it would be a parent of itself: give another parent", "parent"
                     )
                 seen.add(above)
                 above = parents.get(above)
@@ -372,27 +382,35 @@ def _check_editable(change: SensorChange) -> None:
             "and place: change that sensor, or use Override Linked Home"
         )
     if not sensor.object.is_editable:
-        raise entry.error(f"it is linked from {sensor.library}: change it there, or override it")
+        raise entry.error(
+            f"it is linked from {sensor.library}: change it in that file, or make a "
+            "library override of it"
+        )
     if change.displaced and motion_paths(sensor.object):
         how = motion_paths(sensor.object)[0]
         raise entry.error(
-            f"its place is animated or constrained ({how}): clear that, or leave the place out"
+            f"its location or rotation is animated or constrained ({how}): remove that, or leave "
+            "location and rotation out"
         )
     group = f"angen_sensor.{change.kind.attribute}"
     paths = {name: f"angen_sensor.{name}" for name in change.settings}
     paths |= {name: f"{group}.{name}" for name in change.parameters}
     for name, path in paths.items():
         if is_animated(sensor.object, path):
-            raise entry.error(f"{name} is animated or driven: clear that, or leave it out", name)
+            raise entry.error(
+                f"{name} is animated or driven: remove the keyframes or driver, or leave it out",
+                name,
+            )
 
 
 def _is_same(value: Any, listed: Any) -> bool:
-    """Return whether two values of `list --json` are equal, floats in single precision."""
+    """Return whether two values of `list --json` are equal, floats as `decimal` rounds them."""
     if isinstance(value, list):
         return isinstance(listed, list) and all(map(_is_same, value, listed))
     numbers = isinstance(value, float) or isinstance(listed, float)
     if numbers and value is not None and listed is not None:
-        return bool(np.float32(value) == np.float32(listed))
+        one, two = (decimal(float(np.float32(v))) for v in (value, listed))
+        return one == two
     return bool(value == listed) and isinstance(value, bool) == isinstance(listed, bool)
 
 

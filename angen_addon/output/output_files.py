@@ -80,9 +80,7 @@ def _check_apart(path: Path, flag: str, known: Mapping[Any, str]) -> None:
     if known[key].startswith("--"):
         raise InputError(f"{known[key]} and {flag} both name {path}: give different files")
     named = f"{flag}: " if flag else ""
-    raise InputError(
-        f"{named}{path} is {known[key]}, which would be overwritten: give another file"
-    )
+    raise InputError(f"{named}{path} would be overwritten, and is {known[key]}: give another file")
 
 
 def _inputs() -> dict[Any, str]:

@@ -21,7 +21,8 @@ from ..scene.sensors import Sensor
 # Blender's integer for constant interpolation.
 CONSTANT = 0
 IN_INSTANCE = (
-    "it is in a collection instance, and all instances share one object's keys: make this one real"
+    "it is in a collection instance, and all instances share the keyframes of one object: make "
+    "this instance real (Object, Apply, Make Instances Real)"
 )
 
 
@@ -61,7 +62,7 @@ def bake(sensors: list[Sensor], recording: Recording, scene: Any) -> BakeResult:
             if note and not obstacle:
                 baked.notes.append(note)
         if obstacle:
-            baked.notes.append(f"'{sensor.name}' was not keyed: {obstacle}")
+            baked.notes.append(f"'{sensor.name}' got no keyframes: {obstacle}")
         else:
             baked.count += 1
     return baked
@@ -85,7 +86,8 @@ def unbake(sensors: list[Sensor]) -> BakeResult:
         if action.library is not None:
             where = action.library.filepath
             baked.notes.append(
-                f"'{sensor.name}' keeps its keys, which are linked from {where}: remove them there"
+                f"'{sensor.name}' keeps its keyframes, which are linked from {where}: remove them "
+                "in that file"
             )
             continue
         for curve in output_curves(sensor.object):
@@ -101,7 +103,7 @@ def unbake(sensors: list[Sensor]) -> BakeResult:
 def _obstacle(obj: Any) -> str:
     """Return why an object's outputs cannot get keyframes, and a way out; empty if they can."""
     if obj.library is not None:
-        return f"it is linked from {obj.library.filepath}: make it local, or bake there"
+        return f"it is linked from {obj.library.filepath}: make it local, or bake it in that file"
     animation = obj.animation_data
     if animation is not None and animation.use_tweak_mode:
         return "its NLA strip is being tweaked: leave Tweak Mode (Tab in the NLA editor)"
@@ -168,7 +170,7 @@ def _insert_keys(obj: Any, track: Track, stretch: float) -> str:
             return " ".join(str(error).split())
         found = [curve for curve in output_curves(obj) if curve.data_path == path]
         if not found:
-            return "Blender allows no keys on it: if it is a library override, make it local"
+            return "Blender allows no keyframes on it: if it is a library override, make it local"
         if found[0].group is not None and found[0].group.mute:
             return f"its group of F-curves '{found[0].group.name}' is muted: unmute it"
         _fill(found[0], frames[changed], values[changed])

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light references of the last run (scene/light/cycles.py), for reuse in the next run."""
+"""Keep the light references of the last run (scene/light/cycles.py) for the next run.
+
+A light reference is a picture with many light paths, by which noisy readings are corrected.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ WARMTH = "Warmth "
 
 
 class LightReferences:
-    """The light references of the last run.
+    """The light references of the last run: pictures by which noisy readings are corrected.
 
     They are valid until data changes on which light depends. Changes of sensors that measure no
     light do not matter. Computing references anew takes as long as simulating about 50 s of the

@@ -87,7 +87,7 @@ def report(text: str) -> None:
 
 
 def find_sensors(kept: StoredRecording, scene: Any) -> None:
-    """Set the session uid in each track of the recording `kept` to that of the track's sensor.
+    """Set the session uid in each track of the recording `kept` to its sensor's present one.
 
     The sensor is found by name, or by a former name if only its name has changed since the run.
     Blender gives objects new session uids each time a file is opened.
@@ -102,7 +102,7 @@ def find_sensors(kept: StoredRecording, scene: Any) -> None:
 
 
 def _texts() -> list[Any]:
-    """Return the texts of this file that hold recordings, without those of linked libraries."""
+    """Return the texts of this file that hold recordings, but no texts of linked libraries."""
     return [
         text
         for text in bpy.data.texts

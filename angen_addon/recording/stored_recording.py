@@ -102,7 +102,7 @@ class StoredRecording:
         if _names_new_or_gone(changed):
             # Objects that came or went change the visibility too: one text is enough.
             changed.pop(SHOWN, None)
-        # Objects come first, since users know their names better than those of meshes.
+        # Objects come first, since users know the names of objects better than the names of meshes.
         keys = sorted(changed, key=lambda key: not key.startswith("Object "))
         names += dict.fromkeys(changed[key] for key in keys)
         if not names:
@@ -139,7 +139,7 @@ class StoredRecording:
         """Add digests to the fingerprint that all versions of Blender compute alike.
 
         Call this method before the file is saved. Add nothing while the recording is stale, because
-        the scene then differs from that of the run.
+        the scene then differs from the scene of the run.
         """
         layer = scene.view_layers.get(self.fingerprint.view_layer)
         depsgraph = None if self.fingerprint.portable or self.stale else layer.depsgraph
@@ -212,8 +212,8 @@ class StoredRecording:
         """Compare the scene after a change of frame.
 
         The change of frame puts animated objects that an edit had moved back to their keyframes.
-        `sensors` are all sensors, listed at this `revision` of the scene. If the revision is that
-        of the last comparison, only the scene's settings are compared.
+        `sensors` are all sensors, listed at this `revision` of the scene. If the revision has not
+        changed since the last comparison, only the scene's settings are compared.
         """
         self._moved.clear()
         if self._is_other_view_layer(depsgraph):
@@ -301,8 +301,8 @@ def settings_of(
 ) -> dict[str, str]:
     """Return digests of the scene's settings and sensors, none of which may change during a run.
 
-    The keys are those of `Fingerprint.digests`. `sensors` are all sensors of the scene, and
-    `recorded` the sensors that the run records.
+    The keys are as in `Fingerprint.digests`. `sensors` are all sensors of the scene, and `recorded`
+    the sensors that the run records.
     """
     light = _depend_on_light(sensor.kind for sensor in recorded)
     objects = {part for sensor in sensors for part in (sensor.object, *sensor.holders)}

@@ -2,8 +2,8 @@
 """Blender's application handlers: they register changes, and show readings at the playhead.
 
 Slow work, such as measuring light, waits until the playhead rests. The handlers do nothing during a
-render, because its depsgraph has the visibility and subdivision of renders, not those of the
-viewport. They call no operators.
+render, because its depsgraph has the visibility and subdivision of renders, not of the viewport.
+They call no operators.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def schedule_sensing() -> None:
 
 
 def _sense_at_rest() -> float | None:
-    """Sense anew if live readings are outdated; else measure the light of one waiting sensor.
+    """Sense anew if live readings are outdated; otherwise measure one sensor's light.
 
     Return the time in s until Blender must call this function again; None to stop the timer.
     """

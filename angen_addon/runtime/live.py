@@ -25,10 +25,12 @@ from .sensor_runner import PendingUpdates, SensorRunner, all_rays
 from .trace import Trace
 
 BEFORE_THE_START = "No sensor senses before the scene's first frame"
-EDITED = "The scene was edited since: scrub, play or simulate"
-ELSEWHERE = "It was read at another frame: scrub, play or simulate"
-LIGHT_BEFORE = "The scene was edited since: Measure Now, or move the playhead and let it rest"
-LIGHT_AT_REST = "Light is measured once the playhead rests, or by Measure Now"
+EDITED = "The scene was edited after this reading: scrub, play or simulate"
+ELSEWHERE = "This reading is of another frame: scrub, play or simulate"
+LIGHT_BEFORE = (
+    "The scene was edited after this reading: press Measure Now, or move the playhead and wait"
+)
+LIGHT_AT_REST = "Light is measured when the playhead stops, or with Measure Now"
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Live:
         # The last frame whose readings were shown; None if there is none.
         self._frame: int | None = None
         self._is_light_held = False
-        # Whether readings are shown; else rays are cast only to draw them in the viewport.
+        # Whether readings are shown. If not, rays are cast only to draw them in the viewport.
         self._publishes = True
         self._sensed_frame: int | None = None
         self._outputs: list[bool] = []
@@ -214,7 +216,7 @@ class Live:
             return False
 
     def _find_sensors(self, view_layer: Any, clock: Clock) -> None:
-        """List the sensors anew, and remove all readings except those of light sensors."""
+        """List the sensors anew, and remove all readings except the readings of light sensors."""
         before = dict(self.readings)
         self._forget()
         self._list(view_layer, clock)
@@ -281,7 +283,10 @@ class Live:
     def _watch(
         self, watching: list[SensorRunner], due: list[SensorRunner], step: int, depsgraph: Any
     ) -> None:
-        """Let the swept optical switches `watching` sense, except those in `due`."""
+        """Let the swept optical switches `watching` sense between their updates.
+
+        Switches in `due` are left out, since they make an update at this step.
+        """
         for runner in watching:
             # The next update reports the error.
             with suppress(AngenError):
@@ -293,8 +298,9 @@ class Live:
     ) -> bool:
         """Make update `number` of a sensor; return whether its output `active` changed.
 
-        `follows` says whether the sensor also made the update before this one. The update of a
-        light sensor waits until light is measured. The update of a pad waits until the next frame.
+        `follows` says whether the sensor also made the update before this one. A light sensor's
+        update is finished when its light is measured. If `follows`, a pad's update is finished at
+        the next frame.
         """
         name, uid = runner.sensor.name, runner.uid
         self._light_updates.pop(name, None)
@@ -381,7 +387,7 @@ class Live:
             number = runner.schedule.last_update(step)
             update = runner.take(number, step, view_layer.depsgraph, self._probes)
         if update is None or update.request is None:
-            raise AngenError(f"'{sensor.name}' is hidden, so that it measures no light: show it")
+            raise AngenError(f"'{sensor.name}' is hidden, so it measures no light: show it")
         return update
 
     def _measure(
@@ -440,10 +446,10 @@ class Live:
 
 
 def as_exact(request: LightRequest, reference: int) -> LightRequest:
-    """Return a request with at least `reference` light paths, as precise as a light reference.
+    """Return a light request with at least `reference` light paths.
 
-    A run corrects noisy pictures by a light reference. A single picture has no reference, so it
-    needs as many light paths itself.
+    A run corrects noisy pictures by a light reference: a picture with that many light paths. A
+    single picture has no reference, so it needs as many light paths itself.
     """
     if request.engine == "EEVEE":
         return request

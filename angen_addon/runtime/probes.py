@@ -100,7 +100,7 @@ class Probes:
         """Update the probes to the evaluated scene.
 
         `frame` is the present whole frame, or None if no sensor needs the motion of objects. `due`
-        lists the pads whose forces will be queried at this frame.
+        lists the pads that publish at this frame, so that their forces at it will be needed.
         """
         self._update(depsgraph)
         if frame is not None:
@@ -113,7 +113,7 @@ class Probes:
     def look_at_motion(self, depsgraph: Any, frame: int, due: Sequence[Sensor] = ()) -> None:
         """Read how objects move at the whole frame `frame`, and update nothing else.
 
-        `due` lists the pads whose forces will be queried at this frame.
+        `due` lists the pads that publish at this frame, so that their forces at it will be needed.
         """
         if self._pads:
             metres = unit_scale(depsgraph.scene)
@@ -143,19 +143,20 @@ class Probes:
         return self._solids.must_list
 
     def store_frame(self, watched: Any) -> bool:
-        """Store a frame for later queries; return whether this was possible.
+        """Store a frame, so that rays can be cast at it later; return whether this was possible.
 
         If objects may have been added or removed, it is not possible. Then call
         `store_first_frame`, which lists the solids anew. `watched` is the depsgraph from which
-        poses are stored: that of the whole scene, or of a scene with only the moving objects.
+        poses are stored: either of the whole scene, or of a temporary scene with only the moving
+        objects.
         """
         return self._copies is not None and self._copies.add(watched)
 
     def store_first_frame(self, depsgraph: Any, watched: Any) -> None:
         """List the solids anew, and store the first frame of a batch.
 
-        `depsgraph` is that of the whole scene, which must be at this frame. `watched` is the
-        depsgraph from which poses are stored, as in `store_frame`.
+        `depsgraph` is the depsgraph of the whole scene, which must be at this frame. `watched` is
+        the depsgraph from which poses are stored, as in `store_frame`.
         """
         solids = self._solids
         # A frame with a new list is sensed alone: instances may be gone at the next frame.
@@ -175,7 +176,7 @@ class Probes:
             self._exact.update(depsgraph)
 
     def query_stored_frames(self, depsgraph: Any) -> None:
-        """Answer the next queries from the stored frames, not from the present frame."""
+        """Let the next rays be cast at the stored frames, not at the present frame."""
         if self._copies is not None and len(self._copies):
             self.caster.show(depsgraph, self._copies.finish())
 
@@ -213,8 +214,8 @@ class Probes:
         requests
             The requests of the light sensors.
         keep
-            Whether to keep the temporary scene for light until the next call. This is allowed if
-            only the frame changes until then. Call `close` at the end.
+            Whether to keep the temporary scene for light until the next call of `measure`. This is
+            allowed if only the frame changes between the two calls. Call `close` at the end.
 
         Yields
         ------
@@ -245,13 +246,14 @@ class Probes:
     def recall_light(self, references: dict[Any, Any]) -> None:
         """Use the light references of an earlier run of the same scene.
 
-        References that are computed later are added to the same dictionary.
+        These are pictures with many light paths, by which noisy readings are corrected. References
+        that are computed later are added to the same dictionary.
         """
         self._light.recall(references)
 
     @property
     def reference_done(self) -> float:
-        """The part of the light reference that is computed, from 0 to 1."""
+        """The part of the light references that is computed so far, from 0 to 1."""
         return self._light.reference_done
 
     def close(self) -> None:
@@ -259,8 +261,8 @@ class Probes:
         self._light.close()
 
     def forces(self, pad: Uid, frame: int) -> PadForces:
-        """Return the contact forces on a pad at a whole frame.
+        """Return the contact forces on a pad at the whole frame `frame`.
 
-        First call `look` with the frame after `frame`.
+        First call `look` at the frame after that, since the forces depend on the motion to it.
         """
         return self.known_forces.get(frame) or self._contacts.forces(pad, frame)

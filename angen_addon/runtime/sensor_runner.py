@@ -62,7 +62,12 @@ from .trace import CAST, Query, RaysMet, Read, Swept, Trace
 
 
 def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None = None) -> Answers:
-    """Return the range in m of each ray of bundle `bundle`."""
+    """Return the range in m of each ray of a bundle, at each update that a query is about.
+
+    A bundle is a set of rays that the model casts together; `bundle` is its number. `rays` are the
+    origins and directions (n, 3), and the lengths (n,) in m. `which` (k,) has the indices of the
+    updates; None means all.
+    """
     frames = query.frames if which is None else query.frames[which]
     cast, in_units = query.probes.caster.cast_at, query.read.rays_in_units(*rays)
     found = cast(query.sensor.uid, query.bundle(bundle), in_units, frames)
@@ -70,17 +75,33 @@ def answer_ranges(query: Query, bundle: int, *rays: Array, which: Index | None =
 
 
 def answer_surfaces(
-    need: str, query: Query, bundle: int, *rays: Array, which: Index | None = None
+    need: str,
+    query: Query,
+    bundle: int,
+    origins: Array,
+    directions: Array,
+    length: Array,
+    *details: Any,
+    which: Index | None = None,
 ) -> Answers:
-    """Return what the probe for the query `need` reads of the surfaces that rays hit."""
+    """Return a property of the surfaces that rays hit, such as their temperature.
+
+    `need` is the name of the query, and decides which property. The other parameters are as for
+    `answer_ranges`.
+
+    `details` are arguments of the query besides the rays.
+    """
     frames = query.frames if which is None else query.frames[which]
     known = query.sensor.uid, query.bundle(bundle)
-    in_units = query.read.rays_in_units(*rays)
-    return query.probes.surfaces[need].see(query.depsgraph, *known, in_units, frames)
+    in_units = query.read.rays_in_units(origins, directions, length)
+    return query.probes.surfaces[need].see(query.depsgraph, *known, in_units, frames, *details)
 
 
 def answer_poses(query: Query, name: str, which: Index | None = None) -> Answers:
-    """Return the pose of the object in the parameter `name`; None if the parameter is empty."""
+    """Return the pose of the object in the parameter `name`; None if the parameter is empty.
+
+    `which` is as for `answer_ranges`.
+    """
     assert query.read.at_step is not None
     count = len(query.steps) if which is None else len(which)
     return Answers([query.read.at_step[POSES][name]], np.zeros(count, np.intp))
@@ -91,7 +112,8 @@ def answer_crossings(
 ) -> Answers:
     """Return how objects crossed the rays since the step before.
 
-    An answer is None if the sensor did not sense at the step before.
+    An answer is None if the sensor did not sense at the step before. `which` is as for
+    `answer_ranges`.
     """
     chosen = np.arange(len(query.steps)) if which is None else which
     rays = origins, directions, length
@@ -120,7 +142,10 @@ def _sweep(
 
 
 def answer_contact(query: Query, which: Index | None = None) -> Answers:
-    """Return the forces on a pad; first evaluate the next frame, which they depend on."""
+    """Return the forces on a pad at all updates of a query.
+
+    First evaluate the next frame, because the forces depend on the motion to it.
+    """
     assert query.read.at_step is not None
     weight, chosen = query.read.at_step[FORCES]
     table: list[PadContact] = []
@@ -135,7 +160,7 @@ def answer_contact(query: Query, which: Index | None = None) -> Answers:
 
 
 def answer_light(query: Query, which: Index | None = None) -> Answers:
-    """Return the measured light, as one answer for all steps of the query."""
+    """Return the measured light, as one answer for all updates of a query."""
     assert query.light is not None
     return Answers([query.light], np.zeros(len(query.steps), np.intp))
 
@@ -483,7 +508,7 @@ class SensorRunner:
 def all_rays(
     sensor: Sensor, clock: Clock, depsgraph: Any, probes: Probes | None = None
 ) -> Trace | None:
-    """Return a trace with all rays that a sensor casts over its updates, at the depsgraph's frame.
+    """Return a `Trace` with all rays that a sensor casts over its updates, at the present frame.
 
     A new runner makes updates until the rays repeat, so the sensor's own readings do not change.
     For a light sensor, the rays are the axes and the corners of its views. Return None while the
@@ -515,7 +540,7 @@ def all_rays(
 
 
 def _cast_views(read: Read, trace: Trace, probes: Probes) -> None:
-    """Cast the axis and the corners of each view of a light sensor, and add them to the trace."""
+    """Cast the axis and the corners of each view of a light sensor, and add them to its `Trace`."""
     sensor, metres = trace.sensor, read.metres
     request = light_request(sensor, read.parameters, read.pose, metres, False)
     if request.method == "FOUR_WALL":

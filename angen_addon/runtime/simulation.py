@@ -40,7 +40,7 @@ class Progress:
     Attributes
     ----------
     seconds_done, seconds_total
-        The simulated time so far, and that of the whole run, in seconds.
+        The time simulated so far, and the time to simulate in the whole run, in seconds.
     frame
         The last frame that the sensors have sensed.
     doing
@@ -52,9 +52,10 @@ class Progress:
     moving
         A text on why the scene must be evaluated at every step; empty if steps can be skipped.
     reference
-        The part of the run's work that goes into the light reference, from 0 to 1.
+        The part of the run's work that goes into the light references, from 0 to 1. These are
+        pictures with many light paths, by which noisy readings are corrected.
     reference_done
-        The part of the light reference that is computed, from 0 to 1.
+        The part of the light references that is computed so far, from 0 to 1.
     """
 
     seconds_done: float
@@ -99,14 +100,14 @@ def simulate(
 ) -> Generator[Progress, None, None]:
     """Simulate a range of frames, add the readings to a recording, and yield the progress.
 
-    At the end, the scene returns to its former frame, also after an error or if the generator is
-    closed early. The recording keeps the readings until then. If drivers read the outputs of other
-    sensors, these sensors are simulated too, but not recorded.
+    At the end, the scene returns to its former frame. This also happens after an error, or if the
+    generator is closed early; the recording then has the readings up to that point. If drivers read
+    the outputs of other sensors, these sensors are simulated too, but not recorded.
 
     Parameters
     ----------
     scene
-        The scene to simulate, which must be that of the present context.
+        The scene to simulate; it must be the scene of the present context.
     sensors
         The sensors to record; those that are switched off are left out.
     frame_start, frame_end
@@ -114,14 +115,16 @@ def simulate(
     recording
         The recording to fill.
     exchanges
-        Replacements of keyframes after `frame_start`.
+        Replacements of keyframes during the run, at frames after `frame_start`: see `Exchange`.
     clock
-        The time base; by default that of the scene.
+        The time base; by default the scene's.
     follow
         A function that is called with a sensor's runner each time its readings were recorded. With
-        such a function, the runners' traces keep the last queries and answers.
+        such a function, each runner's `Trace` also keeps the last queries of the sensor's model to
+        the scene, and their answers.
     references
-        Light references of an earlier run of the same scene; the run adds its own.
+        Light references of an earlier run of the same scene, to which the run adds its own. They
+        are pictures with many light paths, by which noisy readings are corrected.
 
     Raises
     ------
@@ -327,7 +330,7 @@ class _Run:
         self._reference_done = max(self._reference_done, done)
 
     def _share_of_reference(self) -> float:
-        """Estimate the light reference's part of all light paths in the run, from 0 to 1."""
+        """Estimate which part of the run's light paths goes into the light references, 0 to 1."""
         traced = reference = 0
         for runner in self._runners:
             if runner.sensor.kind.requires_light and runner.sensor.parameters.engine == "CYCLES":

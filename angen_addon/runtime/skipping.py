@@ -61,7 +61,7 @@ class Stillness:
     stretch
         The number of frames of the F-curves in one frame of the scene (time stretching).
     timed
-        Whether anything other than keyframes can change the scene with the frame.
+        Whether anything other than keyframes can make the scene differ between frames.
     """
 
     busy: Array
@@ -104,7 +104,7 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
         for curve in _drivers(owner, shading=False)
         for target in _targets(curve.driver)
     )
-    reasons = ["other code has a frame handler"] if other_handlers else []
+    reasons = ["a script has added a frame change handler"] if other_handlers else []
     if state.are_driven():
         reasons.append("drivers read the outputs of sensors")
     reasons += [
@@ -115,7 +115,10 @@ def find_stillness(scene: Any, needs: Iterable[str], other_handlers: bool = Fals
     for owner in owners:
         spans = _busy_spans(owner, shading)
         if np.isinf(spans).any():
-            reasons.append(f"keys of '{owner.name}' act without end (modifiers, extrapolation)")
+            reasons.append(
+                f"'{owner.name}' has animation without an end (cycles or other "
+                "modifiers, extrapolation)"
+            )
         parts.append(spans)
     different = tuple(dict.fromkeys(reasons))
     return Stillness(_join_spans(parts), different, time_stretch(scene), timed)
@@ -176,7 +179,7 @@ def _driver_reasons(owners: Iterable[Any], shading: bool) -> Iterator[str]:
             if driver.type == "SCRIPTED" and not is_timeless_driver(driver):
                 yield f"a driver of '{owner.name}' may follow the frame: {driver.expression}"
             if any("frame" in target.data_path for target in _targets(driver)):
-                yield f"a driver of '{owner.name}' reads a frame"
+                yield f"a driver of '{owner.name}' reads the frame number"
 
 
 def _curve_spans(curve: Any) -> Array:
@@ -364,7 +367,7 @@ def _depends_on_scene(obj: Any) -> bool:
 
 
 def _find_moving(scene: Any, first: int) -> set[Any]:
-    """Return the objects of a scene that can change with the frame.
+    """Return the objects of a scene that can differ between frames.
 
     Blender reports all of them at any change of frame, so two changes near frame `first` suffice.
     """
@@ -448,7 +451,7 @@ class _Pad:
                 self.waiting.append((sensor_steps.part(slice(count, None)), rest))
 
     def state_at(self, step: int) -> State | None:
-        """Return the state that decides the forces at a step; None if no force is due there."""
+        """Return the state that decides the forces at a step; None if the pad has no update."""
         return self.due.get(step - step % self.size)
 
     def known(self, sensor_steps: SensorSteps) -> dict[int, PadForces]:

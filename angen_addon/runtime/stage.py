@@ -296,7 +296,7 @@ class Stage:
 
     @property
     def is_due(self) -> bool:
-        """Whether it is time to sense the stored frames and to yield the progress."""
+        """Whether the stored frames should be sensed now, and the progress yielded."""
         return not self._batches or time.monotonic() - self._batch.since > PROGRESS_INTERVAL
 
     @property
@@ -307,8 +307,8 @@ class Stage:
     def resume(self) -> bool:
         """Prepare for the next step after a yield, since the caller may have edited the scene.
 
-        Return whether the scene of moving objects may lack objects that move now. If so, call
-        `begin_anew` with a new one.
+        Return True if the temporary scene of moving objects may lack objects, because an edit has
+        made others move. Then make a new such scene, and call `begin_anew` with it.
         """
         # A pending edit must not count as a change by the frame.
         evaluated_depsgraph()

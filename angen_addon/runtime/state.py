@@ -68,7 +68,8 @@ def output_curves(obj: Any) -> list[Any]:
 def are_driven(*paths: str) -> bool:
     """Return whether any driver of the file reads an output of a sensor.
 
-    With `paths`, look instead for drivers that read a data path that starts with one of `paths`.
+    If `paths` are given, look instead for drivers that read a data path that starts with one of
+    `paths`.
     """
     starts = paths or (ACTIVE_PATH, VALUE_PATH)
     return any(target.data_path.startswith(starts) for target in _driver_targets())
@@ -137,7 +138,8 @@ class Cache:
     arrows
         The drawing of these places in the viewport.
     references
-        The light references, for the next run.
+        The light references of the last run, for reuse in the next one. They are pictures with many
+        light paths, by which noisy readings are corrected.
     """
 
     def __init__(self) -> None:
@@ -238,7 +240,10 @@ class Cache:
         return found
 
     def note_map(self, scene: Any, depsgraph: Any) -> None:
-        """Store the fingerprint of the present scene as that of its coverage map."""
+        """Remember that the coverage map was computed from the scene as it is now.
+
+        For this, store a fingerprint of the scene: later edits are compared with it.
+        """
         self._maps[scene.session_uid] = FollowedMap.note(scene, depsgraph)
 
     def followed(self, scene: Any) -> list[StoredRecording]:

@@ -49,8 +49,8 @@ class Read:
     parameters, pose
         The parameters of the sensor's kind, and the pose in m.
     at_step
-        Answers to queries that can only be read while the scene is at the step, by quantity; else
-        None.
+        Answers that can only be read while the scene is at this step, by the queried quantity. None
+        if the sensor's kind needs no such answers.
     change
         A number that grows whenever the parameters or the pose change.
     """
@@ -80,7 +80,7 @@ class Read:
 
 @dataclass
 class Query:
-    """The sensor, steps and scene to which a model's query refers.
+    """The sensor, steps and scene of a query: a sensor model's question to the scene.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Query:
     request
         The request of a light sensor to the light probe; None for other kinds.
     light
-        The light that was measured for the request; None until then.
+        The light that was measured for the request; None before the measurement.
     """
 
     sensor: Sensor
@@ -305,11 +305,14 @@ class Trace:
         *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
-        """Answer a query by the function `answer`, and record the answers and the hits."""
+        """Answer the query `need` by the function `answer`; record the answers and the hits.
+
+        `which` (k,) has the indices of the updates that the query is about; None means all.
+        """
         answers: Answers = answer(*arguments, which=which)
         met = None
         if need in CAST and len(answers.rows):
-            bundle, origins, directions, length = arguments
+            bundle, origins, directions, length, *_ = arguments
             read, known = query.read, (query.sensor.uid, query.bundle(bundle))
             last = query.steps[-1 if which is None else int(which[-1])]
             if need == RAYS:
@@ -328,7 +331,7 @@ class Trace:
         return answers
 
     def set_pose(self, parameters: Any, pose: Pose | None) -> None:
-        """Set the parameters and the pose with which the next bundles are cast.
+        """Set the parameters and the pose with which the next bundles of rays are cast.
 
         Remove the present bundles if the parameters or the pose have changed.
         """
@@ -344,7 +347,7 @@ class Trace:
         return bool(parameters == self.parameters) and pose.same(known)
 
     def _note(self, step: int, number: int, met: RaysMet) -> None:
-        """Record that the sensor has cast bundle `number` at a step."""
+        """Record that the sensor has cast the ray bundle `number` at a step."""
         if step != self.step:
             self.step, self.scan = step, {}
         if number not in self.scan:
@@ -360,7 +363,7 @@ class Trace:
             self.revision += 1
 
     def copy_bundles(self, other: Trace) -> None:
-        """Replace all bundles by the bundles of another trace of the same sensor."""
+        """Replace all bundles of rays by the bundles of another trace of the same sensor."""
         self.set_pose(other.parameters, other.pose)
         for number, met in other.bundles.items():
             self.show(number, met)
@@ -423,7 +426,10 @@ class Trace:
         *arguments: Any,
         which: Index | None = None,
     ) -> Answers:
-        """Return the recorded answer to a query about an update; raise NotRecorded without one."""
+        """Return the recorded answer to the query `need` at the index `update`.
+
+        Raise NotRecorded if there is none. `which` is not used: the answer is about one update.
+        """
         bundle = _bundle(arguments)
         for known in sensed.queries:
             if (known.need, known.bundle) == (need, bundle):

@@ -195,13 +195,13 @@ def idle_keys(owner: Any, first: int, last: int) -> Iterator[tuple[str, str]]:
         yield "Muted drivers do nothing", "Drivers Editor: tick the channel's box, or delete it"
     if strips and all(s.frame_end < first or s.frame_start > last for s in strips):
         yield (
-            f"All strips of the NLA lie outside of frames {first} to {last}",
+            f"All strips of the NLA are outside frames {first} to {last}",
             "Move them (NLA Editor, G), or set the frame range (Output tab)",
         )
     points = [curve.range() for curve in own if curve in curves and len(curve.keyframe_points)]
     if points and not strips and all(end < first or start > last for start, end in points):
         yield (
-            f"All keys lie outside of frames {first} to {last}",
+            f"All keyframes are outside frames {first} to {last}",
             "Move them (Dope Sheet, G), or set the frame range (Output tab)",
         )
 

@@ -25,13 +25,14 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.kinds import KINDS, owner_properties
 from ...sensor_logic.parameters import specs
 from .facts import (
     Facts,
     animation_facts,
     corners_and_faces,
     custom_facts,
+    default_owner_properties,
     facts_of,
     hashed,
     part_facts,
@@ -99,7 +100,8 @@ POWER = frozenset(
     ("color", "energy", "exposure", "temperature", "temperature_color", "use_temperature")
 )
 # Updates name node trees separately. No light depends on the warmth of a material.
-NO_LOOK = frozenset({"node_tree", "angen_warmth"})
+OF_MATERIAL = frozenset(made.attribute for made in owner_properties("Material"))
+NO_LOOK = OF_MATERIAL | {"node_tree", "angen_warmth"}
 # Modifiers that change nothing but vertices and faces, which are compared.
 SHAPING = DEFORMING_MODIFIERS | {"SUBSURF"}
 # Types of objects without influence on light.
@@ -129,7 +131,7 @@ class Fingerprint:
     light
         Whether datablocks that only light sensors notice are included.
     digests
-        Digests by datablock (its `key_of`), and those of the scene's settings and visibility.
+        Digests by datablock (its `key_of`), and digests of the scene's settings and visibility.
     portable
         The digests that the function `portable` returns.
     """
@@ -198,7 +200,7 @@ def own_settings(
 ) -> str:
     """Return a digest of the scene's settings, and of the text datablocks that sensors read.
 
-    It is fast enough for every frame. The parameters are those of `fingerprint_of`.
+    It is fast enough for every frame. The parameters are as for `fingerprint_of`.
     """
     own: list[Any] = [*scene_facts(scene), animation_facts(scene), custom_facts(scene)]
     own += [scene.world.name_full if scene.world and light else None]
@@ -300,7 +302,12 @@ def warmth_of(original: Any) -> dict[str, str]:
     """
     if not isinstance(original, bpy.types.Material):
         return {}
-    facts = [part_facts(original, original.angen_warmth), animation_facts(original)]
+    groups = sorted(OF_MATERIAL - default_owner_properties(original))
+    facts = [
+        part_facts(original, original.angen_warmth),
+        *(part_facts(original, getattr(original, name)) for name in groups),
+        animation_facts(original),
+    ]
     return {f"Warmth {original.name_full}": digest(facts)}
 
 
@@ -368,7 +375,7 @@ def _difference(key: str, before: str | None, now: str | None) -> str:
     if before == now:
         return ""
     if key in {SCENE, SHOWN}:
-        return "the scene's settings" if key == SCENE else "what is shown or hidden"
+        return "the scene's settings" if key == SCENE else "which objects are shown"
     name = key.partition(" ")[2]
     return f"'{name}' (new)" if before is None else f"'{name}'{' (gone)' if now is None else ''}"
 
@@ -414,6 +421,9 @@ def _object(obj: Any) -> Iterator[Facts]:
     yield [(modifier.name, modifier.type, modifier.show_viewport) for modifier in obj.modifiers]
     yield [(constraint.name, constraint.type, constraint.mute) for constraint in obj.constraints]
     yield [part_facts(obj, obj.angen_sensor), part_facts(obj, obj.angen_load)]
+    groups = {made.attribute for made in owner_properties("Object")}
+    for name in sorted(groups - default_owner_properties(obj)):
+        yield part_facts(obj, getattr(obj, name))
     if obj.rigid_body is not None:
         yield setting_facts(obj, obj.rigid_body, OF_BODY)
     if obj.type == "MESH" and obj.vertex_groups:
@@ -568,7 +578,7 @@ class LightChanges:
         return self._is_new(-evaluated.original.as_pointer(), shape_values(evaluated))
 
     def _is_new(self, key: int, found: Facts | None) -> bool:
-        """Store the digest of values; return whether it differs from the one stored under `key`.
+        """Store the digest of values under `key`; return whether the digest has changed.
 
         If `found` is None, the values are unknown, which counts as a difference.
         """

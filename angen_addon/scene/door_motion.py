@@ -24,11 +24,14 @@ TURNED, MOVED = math.radians(2), 0.02
 # How a leaf may move, as users choose it.
 MOTIONS = [
     (
-        "AUTO", "Automatic", "As it is keyed; without keys, about its origin where that is at an "
-        "edge, else with the hinge at the left", 0,
+        "AUTO", "Automatic", "As its keyframes move it. Without keyframes, it turns about its "
+        "origin if that is at an edge, otherwise about its left edge", 0,
     ),
     ("LEFT", "Hinge left", "It turns about its left edge, seen from the side that it opens to", 3),
-    ("RIGHT", "Hinge right", "It turns about its right edge, seen from where it opens to", 4),
+    (
+        "RIGHT", "Hinge right", "It turns about its right edge, seen from the side that it opens "
+        "to", 4,
+    ),
     ("SLIDING", "Sliding", "It slides along its width", 2),
 ]  # fmt: skip
 ROTATIONS = ("rotation_euler", "rotation_quaternion")
@@ -194,7 +197,10 @@ def _chain(obj: Any) -> list[Any]:
 
 
 def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: float) -> Vector | None:
-    """Return the origin of the leaf or of a parent that lies at an edge of the leaf; else None."""
+    """Return the origin of the leaf or of a parent, if it lies at an edge of the leaf.
+
+    Return None if no origin does.
+    """
     for owner in _chain(obj):
         origin = shutting @ owner.matrix_world.translation
         away = abs((middle - origin).dot(edge)) / width
@@ -204,9 +210,9 @@ def _hinge(obj: Any, shutting: Matrix, middle: Vector, edge: Vector, width: floa
 
 
 def _opening(obj: Any, shutting: Matrix, middle: Vector, width: float) -> Opening | None:
-    """Return the motion from the closed pose to the keyframe farthest from that pose; else None.
+    """Return the motion from the closed pose to the keyframe that is farthest from this pose.
 
-    The keyframes are those of the leaf or of a parent. The result is None if none moves the leaf.
+    Keyframes of the leaf and of its parents count. Return None if none of them moves the leaf.
     """
     best: Opening | None = None
     back = shutting.inverted()

@@ -19,7 +19,8 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...sensor_logic.kinds import KINDS
+from ...sensor_logic.kinds import KINDS, owner_properties
+from ...sensor_logic.parameters import specs
 from .animation import action_curves, set_by_animation
 from .lengths import SUFFIX
 from .marks import COVERAGE_MARK
@@ -31,7 +32,7 @@ OUTPUT_PATHS = {f"angen_sensor.{name}" for name in OUTPUTS}
 WITHOUT_INFLUENCE = {
     "AngenSensor": OUTPUTS | {"room", "preset"}, "Image": {"resolution"}, "Object": {"angen_place"},
 }  # fmt: skip
-# The property with the parameters of each kind. A sensor reads only that of its kind.
+# The property with the parameters of each kind. A sensor reads only the property of its kind.
 PARAMETERS = frozenset(kind.attribute for kind in KINDS.values())
 # Properties that Blender computes; and below, properties that only the interface uses.
 DERIVED = {
@@ -51,7 +52,7 @@ INTERFACE = {
 if bpy.app.version >= (5, 0):
     # Reading it gives a deprecation warning.
     INTERFACE.add("use_nodes")
-# Types whose location, size and colour are those of their picture on the screen.
+# Types whose location, size and colour only describe how they are drawn in an editor.
 ON_SCREEN = ("Node", "NodeTree", "NodeSocket", "FCurve", "NlaTrack", "NlaStrip")
 # Beginnings of properties of nodes and sockets that have no influence on a shader.
 NO_VALUES = (
@@ -74,7 +75,7 @@ POINTS = {
 }  # fmt: skip
 LOOKS = ("lock_", "select", "show_expanded")
 MAX_DEPTH = 12
-# Increase it when the facts of an unchanged datablock differ from those of earlier versions.
+# Increase it if the facts of an unchanged datablock differ from the facts of earlier versions.
 FACTS_VERSION = 2
 
 Facts = list[Any]
@@ -111,6 +112,20 @@ def _properties_of_other_kinds(struct: Any) -> frozenset[str]:
     return PARAMETERS - {kind.attribute} if kind else PARAMETERS
 
 
+def default_owner_properties(struct: Any) -> frozenset[str]:
+    """Return the names of the groups of `Kind.owner_properties` that have all default values.
+
+    They are left out, so that a new kind of sensor changes no facts of earlier files.
+    """
+    found = []
+    for made in owner_properties(type(struct).__name__):
+        group = getattr(struct, made.attribute)
+        known = group.bl_rna.properties
+        if all(getattr(group, name) == known[name].default for name in specs(made.parameters)):
+            found.append(made.attribute)
+    return frozenset(found)
+
+
 def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Facts:
     """Return the values of an evaluated datablock as keyframes and drivers set them at this frame.
 
@@ -122,8 +137,8 @@ def present_facts(evaluated: Any, without: frozenset[str] = frozenset()) -> Fact
 class _Walk:
     """Lists the settings of a datablock and of the datablocks embedded in it.
 
-    With `present`, it reads the present values of animated properties, and skips some properties
-    that do not change with the frame.
+    If `present` is True, it reads animated properties as they are at the present frame. It then
+    skips some properties that are the same at every frame.
     """
 
     def __init__(self, datablock: Any, present: bool = False) -> None:
@@ -146,7 +161,7 @@ class _Walk:
             return [struct.identifier if is_socket else getattr(struct, "name", "")]
         self._seen.add(key)
         found: Facts = []
-        left_out = without or _properties_of_other_kinds(struct)
+        left_out = without | _properties_of_other_kinds(struct) | default_owner_properties(struct)
         for name, kind in _reading_plan_of(struct, self._present):
             if name in left_out:
                 continue
@@ -258,7 +273,7 @@ def forget_types() -> None:
 
 
 def _reading_plan_of(struct: Any, present: bool = False) -> tuple[tuple[str, str], ...]:
-    """Return `_reading_plan` for the type of an RNA struct.
+    """Return `_reading_plan` for the type of an RNA struct, with the same `present`.
 
     The plan is not cached for the inputs of a nodes modifier (Blender 5.2), since their properties
     change with its node group.
@@ -279,10 +294,11 @@ def _has_custom(cls: Any) -> bool:
 # One plan a type, until the add-on is switched off; without it 0.1 ms more a datablock.
 @cache
 def _reading_plan(cls: Any, present: bool) -> tuple[tuple[str, str], ...]:
-    """Return the properties to read of a type: pairs of a name and how to read it.
+    """Return the properties to read of an RNA type: pairs of a name and how to read it.
 
-    The second item is VALUE, FILE, POINTER or ITEMS. With `present`, properties that describe the
-    type of a node are left out.
+    The second item is VALUE, FILE, POINTER or ITEMS. If `present` is True, the values at the
+    present frame are read. Some properties of nodes are then left out, because they are the same at
+    every frame.
     """
     plan = []
     on_screen = any(base.__name__ in ON_SCREEN for base in cls.__mro__)
@@ -338,7 +354,8 @@ def setting_facts(datablock: Any, part: Any, names: Iterable[str]) -> Facts:
 def custom_facts(datablock: Any, present: bool = False) -> Facts:
     """Return the custom properties of a datablock.
 
-    With `present`, animated properties have their present values; otherwise they have None.
+    If `present` is True, animated properties have their values at the present frame. Otherwise they
+    have None.
     """
     return _Walk(datablock, present)._custom(datablock, datablock.as_pointer())
 

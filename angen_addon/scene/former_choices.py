@@ -50,7 +50,10 @@ def replace_former_choices() -> str:
 
 
 def _replace_keys(obj: Any, path: str, before: int, now: int) -> bool:
-    """Replace a value in the keyframes of a data path; return whether any keyframe had it."""
+    """Replace the value `before` by `now` in the keyframes of a data path.
+
+    Return whether any keyframe had the value `before`.
+    """
     curves = [curve for curve in played_curves(obj) if curve.data_path == path]
     keys = [key for curve in curves for key in curve.keyframe_points if key.co.y == before]
     for key in keys:

@@ -77,7 +77,7 @@ class EvaluatedHome:
         sensor
             Session uid of the sensor; rays pass through the solids that belong to it.
         bundle
-            Number of the bundle of rays.
+            Number of the bundle: rays that are cast together. Hits are stored for each bundle.
         origins
             Origins (n, 3), in m.
         directions

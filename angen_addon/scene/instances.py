@@ -3,7 +3,7 @@
 
 A *holder* is an object that instances a collection. Holders are listed from the outermost inwards.
 The *path* of an object in an instance is a tuple of session uids. The uid of the object comes
-first, then those of its holders from the innermost outwards.
+first, then the uids of its holders from the innermost outwards.
 """
 
 from __future__ import annotations

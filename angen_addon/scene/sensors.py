@@ -26,7 +26,7 @@ from .instances import Holders, SensorFinder, Uid, is_holder, is_sensor, matrix_
 # The place of an object, such as a magnet, a switch or the mark of a place.
 #
 # Blender does not evaluate objects that viewports do not show, unless something depends on them.
-# Their evaluated matrix is then that of an earlier frame, or the identity.
+# Their evaluated matrix is then from an earlier frame, or the identity.
 
 
 class NotPlaced(AngenError):
@@ -77,7 +77,7 @@ def placed_matrix(obj: Any, depsgraph: Any, instanced: bool = False) -> Matrix:
     gone = not (instanced or is_placed(obj, depsgraph))
     if gone and obj not in depsgraph.view_layer.objects.values():
         raise NotPlaced(
-            f"'{obj.name}' is in no collection of this view layer, so it has no place",
+            f"'{obj.name}' is in no collection of this view layer, so it has no position",
             "tick its collection in the Outliner, or choose another object",
         )
     return _matrix(obj, depsgraph)
@@ -112,9 +112,9 @@ def noted_room(obj: Any) -> str:
 
 
 def assigned_room(obj: Any, known: Iterable[str]) -> str:
-    """Return the room set on a sensor or place, or else that of a collection around it.
+    """Return the room set on a sensor or place, or else the room of a collection that holds it.
 
-    The result is empty if there is none. `known` are the room names that a collection may have.
+    The result is empty without any room. `known` are the room names that a collection may have.
     """
     return noted_room(obj) or room_of_collections(obj, known)
 
@@ -274,8 +274,8 @@ def check_names(sensors: list[Sensor]) -> None:
         if count > 1:
             origins = [s.library or "this file" for s in sensors if s.name == name]
             raise AngenError(
-                f"{count} sensors are called '{name}' (from {', '.join(origins)}): "
-                "rename one, so that the log can tell them apart"
+                f"{count} sensors are called '{name}' (from {', '.join(origins)}): rename one, so "
+                "that each name in the log means one sensor"
             )
 
 

@@ -152,9 +152,9 @@ def has_stiff_films() -> bool:
 
 
 def reasons(scene: Any, shading: bool) -> Iterator[str]:
-    """Yield a text about each thing that may change with the frame without being animated.
+    """Yield a text about each thing that may differ between frames although it has no animation.
 
-    With `shading`, lamps, materials and worlds count too.
+    If `shading` is True, lamps, materials and worlds count too.
     """
     yield from _timed_objects()
     yield from _simulated_bodies(scene)
@@ -186,7 +186,7 @@ def _timed_objects() -> Iterator[str]:
         for constraint in timed_constraints(obj):
             yield f"'{obj.name}' has a constraint that may follow the frame ({constraint.name})"
         if obj.pose and obj.pose.ik_solver != "LEGACY":
-            yield f"the bones of '{obj.name}' are solved over time (iTaSC)"
+            yield f"the bones of '{obj.name}' are solved from frame to frame (iTaSC)"
         layers = getattr(obj.data, "layers", ()) if obj.type in {"GPENCIL", "GREASEPENCIL"} else ()
         if any(len(layer.frames) > 1 for layer in layers) or len(
             getattr(obj, "grease_pencil_modifiers", ())

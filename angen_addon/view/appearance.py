@@ -18,7 +18,7 @@ from .overlay.figures import Figure, beams, plain_figure
 def model_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays that the model casts: the default of `Appearance.plan_rays`.
 
-    `sight` is the trace of the sensor's rays, and `metres` the length of a Blender unit in m.
+    `sight` is the `Trace` of the sensor's rays, and `metres` the length of a Blender unit in m.
     """
     return sight.rays(metres)
 
@@ -49,8 +49,9 @@ class Appearance:
     """The appearance of a kind of sensor. Each attribute has a default, which a kind may replace.
 
     The functions that draw get the sensor (a `DrawnSensor`) and return a `Figure` in world space.
-    Some draw a bundle of rays: they also get the number of the bundle and the hits (`RaysMet`). The
-    last parameter of each is the length of a Blender unit in m.
+    Some draw a bundle: rays that the sensor casts together. They also get the number of the bundle
+    and its rays with their ranges (`RaysMet`). The last parameter of each is the length of a
+    Blender unit in m.
 
     Attributes
     ----------

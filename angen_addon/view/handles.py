@@ -145,7 +145,7 @@ class SizeHandle:
         return point
 
     def set(self, sensor: Sensor, value: float, snap: bool = False) -> None:
-        """Set the distance to a rounded value; with `snap`, round more coarsely."""
+        """Set the distance to a rounded value; round more coarsely if `snap` is True."""
         self.put(sensor, max(_rounded_length(value, snap), LEAST))
 
     def put(self, sensor: Sensor, value: float) -> None:
@@ -156,7 +156,7 @@ class SizeHandle:
 
 
 def _rounded_length(metres: float, snap: bool) -> float:
-    """Round a length to 4 digits; with `snap`, to a step such as 0.1 m between 1 m and 10 m."""
+    """Round a length to 4 digits, or if `snap` is True, to a step (0.1 m between 1 m and 10 m)."""
     if not snap or metres <= 0.0:
         return float(f"{metres:.4g}")
     step = 10.0 ** math.floor(math.log10(metres)) / 10.0
@@ -164,7 +164,7 @@ def _rounded_length(metres: float, snap: bool) -> float:
 
 
 def _rounded_angle(radians: float, snap: bool) -> float:
-    """Round an angle to a tenth of a degree; with `snap`, to 5°."""
+    """Round an angle to a tenth of a degree, or to 5° if `snap` is True."""
     step = SNAP_ANGLE if snap else math.radians(0.1)
     return round(radians / step) * step
 

@@ -166,7 +166,7 @@ SIDES_M, SPACING_M = (0.33, 0.30), 0.06
 # The frame is left at most SEARCH_M before the destination, and fetched for destinations more
 # than FETCH_M away from it, m.
 SEARCH_M, FETCH_M = 2.0, 1.6
-# Turns that are tried with the frame, rad.
+# Turns of person and walking frame that are tried, rad.
 _TURNS = [sign * math.radians(k * 30.0) for k in range(1, 7) for sign in (1.0, -1.0)]
 Standpoint = tuple[Array, float]  # position (2,) and yaw (rad) of a standing person
 

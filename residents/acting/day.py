@@ -117,12 +117,12 @@ def _check_segments(
         name, prefix = segment.activity, f"{segment.where}: " if segment.where else ""
         if name not in activities and name != OTHER:
             raise InputError(
-                f"{prefix}{segment.person!r} does {name!r}, which is no activity of the routine; "
-                f"add a table [activity.{name}], or {suggestion(name, activities)}"
+                f"{prefix}{segment.person!r} does {name!r}, which is not an activity of the "
+                f"routine; add a table [activity.{name}], or {suggestion(name, activities)}"
             )
         if segment.person not in residents:
             raise InputError(
-                f"{prefix}{segment.person!r} is no person of the routine; "
+                f"{prefix}{segment.person!r} is not a person of the routine; "
                 f"{suggestion(segment.person, residents)}"
             )
         activity_steps = activities.get(name)
@@ -131,7 +131,7 @@ def _check_segments(
         for step in activity_steps.all_steps:
             check_can_do(step, places, residents[segment.person].is_cat)
             if step.word == "leave" and not places.entrances:
-                raise step.error("the home has no way out; mark its door as an entrance")
+                raise step.error("the home has no entrance: mark its front door as Entrance")
 
 
 def _segments_of_day(
@@ -204,7 +204,10 @@ def _put_at_start(performer: Performer, segments: Sequence[Segment], day: int) -
         if performer.home.is_free(performer.key(place), performer):
             performer.start_at(place, STANDING)
             return
-    raise InputError(f"there is no place for {performer.name!r} to be at midnight; mark another")
+    raise InputError(
+        f"no marked place is free for {performer.name!r} at midnight; mark one more "
+        "place, such as a bed"
+    )
 
 
 # All persons together.

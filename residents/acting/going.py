@@ -86,7 +86,7 @@ class Navigator(Actor):
         self.set_posture(STANDING, place.name)
 
     def abandon(self) -> None:
-        """Abandon the activity, and end all reservations except that of the present place."""
+        """Abandon the activity, and end all reservations of places except the present one."""
         self.wanted_path, self.is_cornered = None, False
         place = self.home.places.places.get(self.place)
         self._key = "" if place is None else self.key(place)
@@ -154,13 +154,13 @@ class Navigator(Actor):
         """
         opened = self.home.open_doors(self.storey)
         if storey != self.storey:
-            raise step.error("it is on another floor, and no stairs are marked")
+            raise step.error("it is on another floor, and residents do not climb stairs")
         ground = self.home.ground
         found = ground.doors_between(storey, self.position, goal, self.radius, opened)
         if found is None:
             x, y = ground.nearest_reachable(storey, self.position, goal, self.radius)
             raise step.error(
-                f"{self.name!r} finds no way to it from {self.last_place!r}; "
+                f"{self.name!r} cannot reach it from {self.last_place!r}; "
                 f"the nearest point that can be reached is ({x:.2f}, {y:.2f}) m"
             )
         return found
@@ -294,7 +294,7 @@ class Navigator(Actor):
         if other.is_cornered and self.step is not None and self._spot_aside(other, path) is None:
             raise self.step.error(
                 f"{self.name!r} and {other.name!r} meet where they cannot pass each other, and "
-                "neither can go back to where there is room; give one of them another time or place"
+                "neither can step aside; give one of them another time or place"
             )
 
     def _step_aside(self, other: Occupant) -> Generator[None, None, bool]:
@@ -385,7 +385,7 @@ class Navigator(Actor):
         except NoPath as error:
             x, y = error.nearest
             raise step.error(
-                f"{self.name!r} finds no way to it; "
+                f"{self.name!r} cannot reach it; "
                 f"the nearest point that can be reached is ({x:.2f}, {y:.2f}) m"
             ) from None
 

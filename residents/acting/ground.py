@@ -208,7 +208,7 @@ class Ground:
     ) -> set[int]:
         """Return the numbers of the regions that can be reached from a point through doors.
 
-        With `outside`, also through entrances.
+        If `outside` is True, paths may also lead through entrances.
         """
         reached: set[int] = set()
         new = [self.region_at(storey, start, radius)]
@@ -340,7 +340,7 @@ class Ground:
     def doors_from(self, storey: int, region: int, radius: float) -> list[tuple[Door, float, int]]:
         """Return the doors that lead out of a region: door, side, and number of the next region.
 
-        The side is that of the door towards this region.
+        The side, 1 or −1, is the side of the door that faces this region.
         """
         floor, regions = self.floor(storey, {}), self.regions(storey, radius)
         found = []

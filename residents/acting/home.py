@@ -194,7 +194,7 @@ class HomeInUse:
             self._free_from[key] = occupant.now
 
     def release_all_but(self, key: str, occupant: Occupant) -> None:
-        """End all reservations of a person except that of `key`."""
+        """End all reservations of a person except the reservation of `key`."""
         for other in [k for k, holder in self._reserved.items() if holder is occupant and k != key]:
             self.release(other, occupant)
 

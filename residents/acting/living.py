@@ -171,7 +171,7 @@ class Performer(Navigator):
     # Steps.
 
     def _perform_step(self, step: ActivityStep, last: bool, stream: Stream) -> Process:
-        """Perform one step of an activity; `last` says whether it is the activity's last one."""
+        """Perform one step of an activity; `last` says whether no further step follows."""
         self.step = step
         if step.word in ("go", "stand at", "use", "sit", "lie"):
             place = self.home.places.places[step.name]
@@ -217,7 +217,8 @@ class Performer(Navigator):
         off = self._distance_to(point)
         if off > 2 * ARM_WAY:
             raise step.error(
-                f"it is {off:.1f} m away from {self.name!r} at {self.last_place!r}; go there before"
+                f"it is {off:.1f} m away from {self.name!r} at {self.last_place!r}; add a step "
+                '"go" before it'
             )
         self.touch(point)
 
@@ -240,9 +241,11 @@ class Performer(Navigator):
         if step.word == "take" and step.name in self.hands:
             return
         if step.word == "put" and step.name not in self.hands:
-            raise step.error("it is not in the hand; take it before")
+            raise step.error('it is not in the hand; add a step "take" before it')
         if step.word == "take" and len(self.hands) == 2:
-            raise step.error(f"both hands are full: {', '.join(self.hands)}")
+            raise step.error(
+                f"both hands are full: {', '.join(self.hands)}; add the step `put` before it"
+            )
         place = self.home.places.places[where]
         if self._distance_to(place.target) > (LEANING if self.posture == SITTING else ARM_WAY):
             yield from self.go_to_place(step, place)
@@ -346,6 +349,6 @@ class Performer(Navigator):
                     (len(between), float(np.hypot(*(spot.at - self.position))), door, side)
                 )
         if not found:
-            raise step.error(f"{self.name!r} finds no way to an entrance from {self.last_place!r}")
+            raise step.error(f"{self.name!r} cannot reach an entrance from {self.last_place!r}")
         _, _, door, side = min(found, key=lambda one: one[:2])
         return door, side

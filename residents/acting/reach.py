@@ -123,7 +123,7 @@ def _is_reached(floor: Floor, start: Array, place: Place) -> bool:
 def _partial_paths(floor: Floor, start: Array, unreachable: list[Place]) -> list[Array]:
     """Return, for each place in `unreachable`, the path (n, 2) towards it up to the first obstacle.
 
-    This is the part that can be reached of the cheapest path through obstacles.
+    It is the reachable first part of the cheapest path, which may lead through obstacles.
     """
     try:
         first = entry(floor, BODY_M, start)
@@ -143,7 +143,11 @@ def _partial_paths(floor: Floor, start: Array, unreachable: list[Place]) -> list
 def _predecessors(
     floor: Floor, wide: NDArray[np.bool_], first: tuple[int, int]
 ) -> dict[tuple[int, int], tuple[int, int]]:
-    """Return, for each cell, the cell before it on the cheapest path from `first` (Dijkstra)."""
+    """Return, for each cell, the cell before it on the cheapest path from `first` (Dijkstra).
+
+    `wide` is the mask (nx, ny) of the cells where a body fits. All other cells cost more: NARROW
+    times for a narrow free cell, THROUGH times for an obstacle.
+    """
     price = np.where(wide, 1.0, np.where(floor.free, NARROW, THROUGH)).tolist()
     nx, ny = floor.free.shape
     cost, came = {first: 0.0}, {first: first}

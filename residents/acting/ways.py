@@ -165,7 +165,7 @@ def _entry(floor: Floor, wide: NDArray[np.bool_], point: Array) -> tuple[int, in
     """
     cells = np.argwhere(wide)
     if not len(cells):
-        raise NoPath("there is no room for anybody", point)
+        raise NoPath("no floor is wide enough for a resident", point)
     places = floor.low + (cells + 0.5) * floor.size
     x, y = cells[int(np.argmin(((places - point) ** 2).sum(axis=1)))].tolist()
     return x, y

@@ -85,24 +85,26 @@ def parse_step(text: str, where: str, places: Places) -> ActivityStep:
     word = next((w for w in _WORDS if text == w or text.startswith(w + " ")), None)
     if word is None:
         first = text.split(" ", maxsplit=1)[0]
-        raise InputError(f"{where}: {text!r} begins with no word; {suggestion(first, _WORDS)}")
+        raise InputError(
+            f"{where}: {text!r} does not begin with the word of a step; {suggestion(first, _WORDS)}"
+        )
     kind, may_last = _WORDS[word]
     rest, lasts = text[len(word) :].strip(), None
     if may_last and (found := _DURATION.search(" " + rest)):
         rest, lasts = rest[: max(found.start() - 1, 0)].strip(), seconds(found.group(1))
     if word == "wait" and lasts is None:
-        raise InputError(f'{where}: wait: say how long, as in "wait 20 s"')
+        raise InputError(f'{where}: wait: give a duration, as in "wait 20 s"')
     at, on = "", False
     if word == "put":
         rest, _, at = rest.partition(" at ")
     if word == "switch":
         rest, _, state = rest.rpartition(" ")
         if state not in ("on", "off"):
-            raise InputError(f'{where}: {text!r} does not say "on" or "off" at its end')
+            raise InputError(f'{where}: {text!r} must end with "on" or "off"')
         on = state == "on"
     step = ActivityStep(word, rest, lasts, at, on, where)
     if kind == _NONE and rest:
-        raise step.error(f"{rest!r} means nothing here")
+        raise step.error(f"{rest!r} must be left out")
     expected = [(rest, kind)] if kind else []
     for name, one in [*expected, (at, _PLACE)] if word == "put" else expected:
         known = _marked_names(one, places)
@@ -117,11 +119,11 @@ def _check_thing(step: ActivityStep, thing: Place) -> None:
     """Raise `InputError` if an object cannot be carried: it must be marked as Use, and small."""
     if thing.use != USE:
         raise step.error(
-            f"its Use is {thing.use.title()}, and only what is marked as Use can be carried"
+            f"only objects whose Use is Use can be carried, and its Use is {thing.use.title()}"
         )
     if thing.size > LARGEST_THING_M:
         raise step.error(
-            f"it is {thing.size:.1f} m large; what is larger than {LARGEST_THING_M:g} m cannot be "
+            f"it is {thing.size:.1f} m large; only objects up to {LARGEST_THING_M:g} m can be "
             "carried"
         )
 
@@ -135,12 +137,12 @@ def _marked_names(kind: str, places: Places) -> Collection[str]:
 def check_can_do(step: ActivityStep, places: Places, is_cat: bool) -> None:
     """Raise `InputError` for a step that a person, or a cat, cannot perform."""
     if is_cat and step.word not in _CAT:
-        raise step.error(f"a cat does not; it can {', '.join(sorted(_CAT))}")
+        raise step.error(f"a cat cannot do this; its steps are {', '.join(sorted(_CAT))}")
     allowed = {"sit": (SIT, LIE), "lie": (LIE,)}.get(step.word)
     if not is_cat and allowed and places.places[step.name].use not in allowed:
         fits = sorted(name for name, place in places.places.items() if place.use in allowed)
-        there = ", ".join(map(repr, fits)) or "nowhere"
-        raise step.error(f"one cannot {step.word} there; where one can: {there}")
+        there = ", ".join(map(repr, fits)) or "none"
+        raise step.error(f"this place is not marked for it; places to {step.word}: {there}")
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,10 @@ def _parse_activity(activity: RoutineActivity, places: Places) -> ActivitySteps:
         for step in among:
             _check_posture(step, posture)
             if step.word == "leave":
-                raise step.error("nobody leaves in between; make it an activity of its own")
+                raise step.error(
+                    'the step "leave" cannot be repeated during an activity; make it '
+                    "a separate activity"
+                )
         usual = 1.0 if any(step.word in POSTURES for step in among) else BURST
         meanwhile.append(RepeatedSteps(among, one.every, one.varies, one.burst or usual))
     return ActivitySteps(steps, tuple(meanwhile), place, posture)

@@ -49,7 +49,7 @@ def _seconds(between: tuple[str, str]) -> tuple[float, float]:
     except (TypeError, ValueError):
         begin = end = 0.0
     if not begin < end:
-        raise AngenError(f"between={between!r} is no stretch of a day such as ('19:00', '19:05')")
+        raise AngenError(f"between={between!r} is not two times of day such as ('19:00', '19:05')")
     return begin, end
 
 
@@ -87,7 +87,7 @@ class Home(home.Home):
         sensors
             Names or patterns such as "PIR*"; by default all sensors.
         diary
-            A CSV file of activities with times, which replace those of the routine.
+            A CSV file of activities with times, which replace the activities of the routine.
         progress
             Called with the progress, 0 to 1. An exception that it raises ends the run.
 
@@ -136,7 +136,7 @@ class Home(home.Home):
         """
         self.all_sensors()
         if sort not in SORTS:
-            raise AngenError(f"sort '{sort}' is unknown; there are {', '.join(SORTS)}")
+            raise AngenError(f"sort '{sort}' is unknown: choose one of {', '.join(SORTS)}")
         point = np.asarray(at, float)
         if point.shape != (3,) or not np.isfinite(point).all():
             raise AngenError(f"at={at!r} is not a point: give x, y and z in metres")
@@ -150,20 +150,22 @@ class Home(home.Home):
     def mark(self, object: str, use: str, **settings: Any) -> None:
         """Mark the object of this name with what residents do there, such as SIT, LIE or DOOR.
 
-        `settings` are those of the panel Resident's Place, such as `room="kitchen"`. A setting that
-        is left out is guessed. Raise `AngenError` if an argument is invalid.
+        `settings` are the settings in the panel Resident's Place, such as `room="kitchen"`. A
+        setting that is left out is guessed. Raise `AngenError` if an argument is invalid.
         """
         self.all_sensors()
         obj = bpy.data.objects.get(object)
         if obj is None or obj.name not in bpy.context.view_layer.objects:
             raise AngenError(f"the home has no object '{object}'")
         if use not in LABELS:
-            raise AngenError(f"use '{use}' is unknown; there are {', '.join(LABELS)}")
+            raise AngenError(f"use '{use}' is unknown: choose one of {', '.join(LABELS)}")
         group = obj.angen_place
         known = [p.identifier for p in group.bl_rna.properties if p.identifier not in NO_SETTINGS]
         for key in settings:
             if key not in known:
-                raise AngenError(f"a mark has no '{key}'; there are {', '.join(known)}")
+                raise AngenError(
+                    f"the property '{key}' of a mark is unknown: choose one of {', '.join(known)}"
+                )
         bpy.context.view_layer.update()
         # Setting `use` guesses the other settings.
         group.use = use
@@ -174,7 +176,7 @@ class Home(home.Home):
                 setattr(group, key, value)
 
     def places(self) -> dict[str, Place]:
-        """Return the marked places by name, each with `use`, `room`, `at`, `yaw` and `target`.
+        """Return the places of residents by name, with `use`, `room`, `at`, `yaw` and `target`.
 
         `room_guessed` is True if the room was guessed from sensors nearby. Doors are left out, and
         so are lamps without a place to stand. Raise `AngenError` if no place can be read.

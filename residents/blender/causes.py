@@ -74,9 +74,9 @@ class Causes:
         self.events: list[Event[float]] = []
 
     def note(self, runner: SensorRunner) -> None:
-        """Find the causes of a sensor's new events in the trace of its last reading.
+        """Find the causes of a sensor's new events in the stored rays and hits of its last reading.
 
-        If the trace lacks a cause, `explain_left` finds the cause later.
+        If these lack a cause, `explain_left` finds the cause later.
         """
         because: dict[float, str] = {}
         for event in self.new.take_of(runner.sensor.name):

@@ -91,7 +91,7 @@ class DayLine:
     def summary(self) -> str:
         """Return a text with the number of simulated days and the time taken; "" for no days."""
         made, took = self._whole() - self._earlier, time.perf_counter() - self._begin
-        return f"; {made} made in {_rounded(took)}" if made else ""
+        return f"; {made} simulated in {_rounded(took)}" if made else ""
 
 
 def _rounded(seconds: float) -> str:
@@ -107,17 +107,20 @@ _COUNT = whole_number(1, 10_000)
 
 def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
-        "day", parents=[every], help="simulate days that residents live by a routine"
+        "day", parents=[every], help="simulate whole days of residents who follow a routine"
     )
     verb.add_argument(
         "--routine",
         type=path,
         required=True,
         metavar="FILE.toml",
-        help="what residents do, and when",
+        help="routine: what residents do, and when",
     )
     verb.add_argument(
-        "--diary", type=path, metavar="FILE.csv", help="activities in place of the routine's plans"
+        "--diary",
+        type=path,
+        metavar="FILE.csv",
+        help="table of activities that replaces the plans of the routine",
     )
     verb.add_argument(
         "--start",
@@ -139,7 +142,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         type=path,
         required=True,
         metavar="DIR",
-        help="a new folder, or the one of the same run, to go on with it",
+        help="new folder for the days; or the folder of the same command, to continue it",
     )
     verb.add_argument(
         "--format",
@@ -163,7 +166,7 @@ def _add_day(verbs: Any, every: argparse.ArgumentParser) -> None:
         metavar="FILE.json",
         help="first add and change sensors to match this layout, as `apply` does",
     )
-    verb.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    verb.add_argument("--quiet", action="store_true", help="print no progress")
     # Set in the processes that --jobs starts.
     verb.add_argument(WORKER, action="store_true", help=argparse.SUPPRESS)
 
@@ -226,7 +229,10 @@ def _all(household: Household, folder: Folder, options: argparse.Namespace) -> b
             note(text)
         kept = f"{part_is(whole, options.days, 'day')} in {options.out}"
         if whole < options.days and (whole or options.interrupt.came):
-            note(f"{kept}; the same command goes on with the {'next' if whole else 'first'}")
+            note(
+                f"{kept}; give the same command again to continue with the "
+                f"{'next' if whole else 'first'}"
+            )
     if whole == options.days and not options.quiet:
         note(f"{kept}{line.summary()}")
     return whole == options.days

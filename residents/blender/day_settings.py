@@ -71,7 +71,7 @@ class AngenDay(PropertyGroup):
     )
     text: PointerProperty(
         name="Text",
-        description="Routine in a text of this blend file, in place of a file",
+        description="Routine in a text of this blend file, instead of a file",
         type=Text,
     )
     date: StringProperty(
@@ -86,15 +86,16 @@ class AngenDay(PropertyGroup):
         name="Seed", description="Seed of all random draws of the routine", min=0, options=set()
     )
     out: StringProperty(
-        name="Folder", description="New folder for the days, or the one of the same run, to go on "
-        "with it", subtype="DIR_PATH", options=set(),
+        name="Folder", description="New folder for the days; or the folder of an earlier run with "
+        "the same settings, to continue it", subtype="DIR_PATH", options=set(),
     )  # fmt: skip
     days: IntProperty(
         name="Days", description="Number of days to run, from the first day on", default=1, min=1,
         soft_max=31, options=set(),
     )  # fmt: skip
     formats: EnumProperty(
-        name="Also for Other Tools", description="Formats to write beside the tables",
+        name="Also for Other Tools", description="Formats of other tools to write in addition to "
+        "the tables",
         items=FORMAT_ITEMS, options={"ENUM_FLAG"},
     )  # fmt: skip
     done: CollectionProperty(type=AngenDone)
@@ -106,7 +107,7 @@ class AngenDay(PropertyGroup):
         options=set(),
     )  # fmt: skip
     skip: BoolProperty(
-        name="Skip Rest", description="Jump over the time in which nothing moves, during playback",
+        name="Skip Rest", description="During playback, skip times in which nothing moves",
         default=True, options=set(),
     )  # fmt: skip
     # The frames of the shown stretch in which nothing moves (still.py).

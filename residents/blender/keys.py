@@ -159,12 +159,16 @@ class KeyedStretch:
         self._replaced.clear()
 
     def show(self, acted: Acted, start: float, end: float) -> None:
-        """Insert keyframes from `start` to `end` (s of the day), and remove earlier ones."""
+        """Insert keyframes for what the residents do from `start` to `end` (s of the day).
+
+        Remove the keyframes of an earlier call. `acted` holds all motions of the day.
+        """
         first, last = self._frame_at(start), self._frame_at(end)
         frames = np.arange(ceil(first - 1e-6), floor(last + 1e-6) + 1)
         scene = bpy.context.scene
         if BEGINS in scene:
-            # Light references are measured at the start of the day and of each part.
+            # Light references, which correct later readings, are measured at the start of the day
+            # and of each part.
             frames = np.union1d(frames, begins_of(scene, int(frames[0])))
         shown: dict[str, tuple[Array, BodyPose, Bones]] = {}
         for person, line in acted.bodies.items():

@@ -259,8 +259,8 @@ def describe_leaf(obj: Any) -> tuple[str, bool]:
         return str(error), False
     if leaf.slides:
         return "Slides along its width", True
-    hinge = "at its origin" if leaf.pivot is not None else "at the edge of its box"
-    guessed = ", a guess: choose the Motion" if leaf.guessed else ""
+    hinge = "at its origin" if leaf.pivot is not None else "at the edge of its bounding box"
+    guessed = " (a guess: if it is wrong, choose another Motion)" if leaf.guessed else ""
     return f"Hinge {hinge}{guessed}", False
 
 
@@ -397,7 +397,7 @@ MARK = property_group(
         ),
         "room": StringProperty(
             name="Room",
-            description="Room of the place; if empty, guessed from the sensors nearby",
+            description="Room of the place. Empty: guessed from the sensors nearby",
             search=known_rooms,
             search_options={"SUGGESTION"},
         ),
@@ -439,8 +439,8 @@ MARK = property_group(
         ),
         "switch": PointerProperty(
             name="Switch",
-            description="Object where the lamp is switched, such as an empty on a wall; if none, "
-            "at the lamp itself, or from anywhere if the lamp is higher than 2.2 m",
+            description="Object where the lamp is switched, such as an empty on a wall. Empty: at "
+            "the lamp itself, or from anywhere if the lamp is higher than 2.2 m",
             type=Object,
             options={"ANIMATABLE"},
         ),

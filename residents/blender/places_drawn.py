@@ -19,7 +19,7 @@ from ...sensor_logic.model import Array
 from ..acting.places import CURTAIN, DOOR, LAMP, LIE, SIT, STAND
 from .marks import FACING, NONE, SLIDES, facing_of, leaf_of, marked, opening_angle
 
-# Colours by use, different from those of sensors' states.
+# Colours by use, different from the colours of sensors' states.
 REST, USED, LEAF, LIT = (0.6, 0.5, 1.0), (0.15, 0.8, 0.7), (0.3, 0.85, 0.3), (0.75, 1.0, 0.55)
 COLOURS = {SIT: REST, LIE: REST, STAND: REST, DOOR: LEAF, CURTAIN: LEAF, LAMP: LIT}
 # m: length of an arrow, of the arrow along a bed, and of its head; height above the object.
@@ -162,8 +162,9 @@ _handles: list[Any] = []
 def register() -> None:
     bpy.types.Scene.angen_show_places = BoolProperty(
         name="Show Places",
-        description="Draw arrows for all marked places of residents, and how doors swing; if off, "
-        "only for selected objects. Switching off Show in View hides them too",
+        description="Draw arrows for all marked places of residents, and how doors swing. If off, "
+        "draw them only for selected objects. Switching off Show in View hides them "
+        "too",
         options=set(),
         update=_changed,
     )

@@ -91,14 +91,18 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
     if names:
         yield (
             f"Rooms guessed from the sensors nearby, since no wall separates them: {named(names)}",
-            "Set Room in the panel Resident's Place; or draw a box that marks the room (Ignored by "
-            "sensors, its name noted), or put the objects into a collection named after the room",
+            "Set Room in the panel Resident's Place; or draw a box that marks the room (Ignored "
+            "by sensors, Room set), or put the objects into a collection named after the room",
             names,
         )
 
 
 def _moved_by_routine(scene: Any, view_layer: Any) -> list[Any]:
-    """Return the objects that a routine moves: the marked objects of a home with residents."""
+    """Return the objects that a routine can move: all marked objects if the home has residents.
+
+    Marked objects are the places, doors and lamps that residents use. Without residents, the list
+    is empty.
+    """
     return marked(view_layer) if residents_in(scene) else []
 
 
@@ -108,12 +112,12 @@ MOVED_WITHOUT_KEYS.append(_moved_by_routine)
 
 
 def check_places(depsgraph: Any) -> Checked:
-    """Check the marked places; raise `AngenError` if none can be read."""
+    """Check which marked places residents can reach; raise `AngenError` if none can be read."""
     return finished(check_places_in_steps(depsgraph))
 
 
 def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
-    """Check the marked places as `check_places` does; yield the progress."""
+    """Check the places as `check_places` does; yield the progress, and return the result."""
     reading = yield from doing(
         "floors and places", scaled(read_marks_in_steps(depsgraph), 0.0, 0.8)
     )

@@ -449,7 +449,7 @@ def resident_of(person: Person) -> Any:
     if obj is None:
         known = [one.name for one in residents_in(bpy.context.scene)]
         raise InputError(
-            f"{person.where}: the home has no resident '{person.resident}'; there are "
+            f"{person.where}: the home has no resident '{person.resident}'; its residents are "
             f"{', '.join(known) or 'none: add one with Shift+A, Sensor, Resident'}"
         )
     return obj

@@ -61,8 +61,8 @@ def _set_mass(group: Any, mass: float) -> None:
 
 class ANGEN_PG_resident(PropertyGroup):
     sort: EnumProperty(
-        name="Sort",
-        description="Kind of resident, which decides its build and how it moves",
+        name="Type",
+        description="Type of resident, which decides the body and how it moves",
         items=[
             (NO_RESIDENT, "No Resident", "Moved only by its own animation", 0),
             *SORT_ITEMS,
@@ -102,7 +102,7 @@ def residents_in(scene: Any) -> list[Any]:
 def build_of(obj: Any) -> Build:
     """Return the build of a resident's armature; raise `ValueError` if it is no resident."""
     if not is_resident(obj):
-        raise ValueError(f"'{obj.name}' is no resident: add one with Shift+A, Sensor, Resident")
+        raise ValueError(f"'{obj.name}' is not a resident: add one with Shift+A, Sensor, Resident")
     settings = obj.angen_resident
     return Build(
         Sort(settings.sort), settings.stature, settings.mass, settings.speed,

@@ -36,7 +36,7 @@ _START = (
 
 
 def worker_command() -> list[str]:
-    """Return the command line that starts a worker: that of this process with `--worker`."""
+    """Return the command line that starts a worker: this process's own with `--worker` added."""
     if bpy.app.binary_path:
         # With several processes, threads within each cost more than they gain.
         return [bpy.app.binary_path, "--threads", "1", *sys.argv[1:], "--quiet", WORKER]
@@ -163,10 +163,10 @@ class SharedDays:
             # The worker has printed its error. No new days begin; those under way are finished.
             self._left.clear()
             return
-        text = f"a process of --jobs was ended by {_name_of(-status)}"
+        text = f"a process of --jobs was ended by the signal {_name_of(-status)}"
         if worker.day is not None:
             self._left.appendleft(worker.day)
-            text += f"; another one makes {self._folder.date_of(worker.day)}"
+            text += f"; another process simulates {self._folder.date_of(worker.day)} again"
         note(text)
 
 

@@ -42,6 +42,8 @@ def show(
 ) -> None:
     """Animate the home from `start` to `end` (s of the day `on`), in the light of that day.
 
+    `acted` holds what the residents do on that day.
+
     The scene's property Start becomes the date and time of the first frame.
     """
     leave(scene)
@@ -118,7 +120,7 @@ def leave(scene: Any) -> list[str]:
 def _animated_objects(
     acted: Acted, places: Places, residents: Mapping[str, Any], daylight: Daylight
 ) -> list[Any]:
-    """Return the objects that the day, or the home's own animation, can move."""
+    """Return the objects that the residents' day (`acted`) or the home's own animation can move."""
     objects = bpy.data.objects
     named = [*acted.swings, *acted.holds, *places.doors, *(o.name for o in residents.values())]
     found = {name: objects[name] for name in named if name in objects}
@@ -137,7 +139,7 @@ def _lamps(places: Places) -> set[Any]:
 
 
 def _lights(lamps: set[Any], daylight: Daylight) -> set[Any]:
-    """Return the lights of lamps, those of the sun, and those that the home's file animates."""
+    """Return all lights that can change: of lamps, of the sun, or animated in the home's file."""
     sun = {daylight.sun.data} if daylight.sun is not None else set()
     return lamps | sun | {light for light in bpy.data.lights if light.animation_data is not None}
 

@@ -332,7 +332,7 @@ def place_of(
 ) -> Place:
     """Return the place of a marked object.
 
-    With a `target`, such as a lamp's switch, the hand goes to this object instead.
+    If there is a `target`, such as a lamp's switch, the hand reaches for this object instead.
     """
     mark = marked.obj.angen_place
     look = facing_of(marked.obj, marked.matrix)

@@ -21,7 +21,11 @@ _last = 0
 
 
 def rests(acted: Acted, first: float, last: float) -> str:
-    """Return the ranges of frames without movement between two times (s of the day), as JSON."""
+    """Return the frame ranges in a part of a day during which nothing moves, as JSON.
+
+    `acted` has all movements of the day. The part lasts from `first` to `last`, in s since
+    midnight. The result is a list of pairs of a first and a last frame.
+    """
     found, since = [], first
     for start, end in [*acted.spans(first, last).tolist(), (last, last)]:
         if start - since >= LEAST_S:

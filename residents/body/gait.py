@@ -55,9 +55,9 @@ def walking_frame_poses(x: Array, y: Array, yaw: Array, floor: float, build: Bui
 
 
 def pushing(pose: BodyPose) -> BodyPose:
-    """Return the poses with both hands on the handles of the walking frame.
+    """Return the poses of pushing a walking frame: both hands on its handles, leaning forward.
 
-    If the build has no walking frame, the poses stay the same.
+    If the body model (`pose.build`) has no walking frame, return the poses unchanged.
     """
     if not pose.build.frame:
         return pose
@@ -149,7 +149,7 @@ def footsteps(
     """Return the footsteps of a walk along the points (n, 2) of a path.
 
     The person turns on the spot before the path and, if `end_yaw` is given, after it. The first two
-    footsteps are those of `start`, and the last two those of the stance at the end.
+    footsteps are the stance of `start`, the last two the stance at the end.
     """
     scale, yaw = build.scale, start.yaw
     landings: list[_Landing] = []
@@ -273,7 +273,7 @@ class Walk:
         return self.clock[1 : len(self.steps)], self.middles[:, :2]
 
     def _swing_at(self, phase: Array) -> Array:
-        """Return the swing of the feet at phases (n,), divided by that of a full stride.
+        """Return the swing of the feet at phases (n,), divided by the swing of a full stride.
 
         Footstep k is in the air around phase k − 1.
         """

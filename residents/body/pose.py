@@ -108,7 +108,10 @@ class Arms(PoseArrays):
     grip: Array = field(default_factory=_arms(0.0))
 
     def interpolated(self, other: Self, t: float | Array) -> Self:
-        """Interpolate the angles and the targets; targets are weighted by their `grip`."""
+        """Interpolate angles and wrist targets from these arms (t = 0) to the other arms (t = 1).
+
+        Each of the two targets is weighted by its `grip`: how far the wrist follows it, 0 to 1.
+        """
         # A target with a grip of 0 has no meaning: it must not move the other target.
         a, b = (
             self.grip * add_axes(1 - np.asarray(t), self.grip),
@@ -138,8 +141,8 @@ class Arms(PoseArrays):
 class BodyPose(PoseArrays):
     """The whole body at n times.
 
-    `spine` has the angles of the trunk, `look` those of neck and head, and `tail` those of a cat's
-    tail. Their columns are roll to the right, pitch forward and yaw to the left.
+    `spine` has the angles of the trunk, `look` the angles of neck and head, and `tail` the angles
+    of a cat's tail. Their columns are roll to the right, pitch forward and yaw to the left.
     """
 
     build: Build

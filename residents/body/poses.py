@@ -30,8 +30,8 @@ from .turns import (
 
 # Sitting, lying and the movements between.
 #
-# A seat is the point (3,) under the hips of a sitting person, a bed that of a lying person,
-# in the world, m.
+# A seat is the point (3,) under the hips of a sitting person, and a bed the point (3,) under the
+# hips of a lying person, in the world, m.
 
 PELVIS_OVER_SEAT = 0.130  # height of the pelvis bone; the cushion is a little compressed
 LEAN_BACK = 0.20

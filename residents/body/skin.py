@@ -368,7 +368,7 @@ def _smooth_step(t: ArrayLike) -> Array:
 def weights(points: Array, region: str) -> dict[str, Array]:
     """Return the skinning weights (n,) of each bone at points (n, 3) of a region, by bone name.
 
-    The weights change smoothly across the joints. The points are those of the rest pose, m.
+    The weights change smoothly across the joints. The points are on the body in its rest pose, m.
     """
     if region == "head":
         found = _head(points)

@@ -76,7 +76,7 @@ _RESTS = {(PERSON, pair[0]): _rest_rotations(PERSON, *pair, _ARM_HINGE) for pair
 
 
 def skeleton_of(build: Build) -> Skeleton:
-    """Return the skeleton of a build: that of a person or of a cat."""
+    """Return the skeleton of a body model (`build`): of a person or of a cat."""
     return CAT if build.is_cat else PERSON
 
 
@@ -131,7 +131,7 @@ def _add_bone(found: Bones, pose: BodyPose, bone: str, bend: Array, share: float
 
 
 def trunk(pose: BodyPose, head: bool = True) -> Bones:
-    """Return the bones of the trunk and, if `head` is True, those of neck and head."""
+    """Return the bones of the trunk and, if `head` is True, also of neck and head."""
     pose = pose.take(slice(None))
     found = Bones({"pelvis": pose.turn}, {"pelvis": pose.pelvis})
     follows = [("spine", pose.spine, 0.5), ("chest", pose.spine, 0.5)]

@@ -218,7 +218,7 @@ class ANGEN_OT_day_show(_ShowActivity, Operator):
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
         if not 0 <= self.index < len(settings.done):
-            raise InputError("there is no such activity: read the day first")
+            raise InputError("the list has no such activity: press Read Day first")
         return self.index, settings.done[self.index].start
 
 
@@ -230,12 +230,12 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
 
     time: StringProperty(
         name="Time",
-        description="Time of the day, such as 07:00; if empty, the panel's",
+        description="Time of the day, such as 07:00. Empty: the time in the panel",
         options={"HIDDEN"},
     )
     person: StringProperty(
         name="Person",
-        description="Person whose activity is shown; if empty, the person shown now",
+        description="Person whose activity is shown. Empty: the person shown now",
         options={"HIDDEN"},
     )
 
@@ -257,7 +257,7 @@ class ANGEN_OT_day_go(_ShowActivity, Operator):
 
     def _target(self, settings: Any) -> tuple[int, float | None]:
         text = self.time or settings.time
-        with replaced(f"Time: '{text}' is no time of day such as 07:00", ValueError):
+        with replaced(f"Time: '{text}' is not a time of day such as 07:00", ValueError):
             time = time_of_day(text)
         done = settings.done
         person = self.person or (done[settings.shown].person if settings.before else "")
@@ -289,7 +289,10 @@ class ANGEN_OT_day_leave(Operator):
     def execute(self, context: Context) -> set[str]:
         changed = shown.leave(context.scene)
         if changed:
-            text = f"Changed while the day was shown, and not restored whole: {named(changed)}"
+            text = (
+                "You edited these while the day was shown, so that they may differ from before: "
+                f"{named(changed)}. Check them, or undo"
+            )
             self.report({"WARNING"}, text)
         state.CACHE.settings_changed(context.scene)
         _scroll_timelines(context)

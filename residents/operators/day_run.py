@@ -45,10 +45,11 @@ class ANGEN_OT_day_run(LongWork, Operator):
     bl_label = "Run Days"
     bl_description = (
         "Simulate whole days of the routine, and write events, activities, whereabouts and the "
-        "home into the folder, as `angen day` does. The home stays as it is. Esc keeps whole days"
+        "home into the folder, as `angen day` does. The home stays as it is. Esc keeps the days "
+        "that are complete"
     )
     bl_options = {"REGISTER"}
-    esc = "keeps whole days"
+    esc = "keeps the days that are complete"
     _playhead = (0, 0.0)
 
     @classmethod
@@ -109,9 +110,9 @@ class ANGEN_OT_day_run(LongWork, Operator):
             )
         kept = f"{part_is(result.whole, settings.days, 'day')} in {settings.out}"
         if not result.whole:
-            kept = "No day is whole: nothing is kept"
+            kept = "No day is complete, so nothing is kept"
         elif result.whole < settings.days:
-            kept += "; Run Days goes on with the next one"
+            kept += "; press Run Days again to continue with the next day"
         if result.problem is not None:
             raise AngenError(f"{result.problem}. {kept}")
         self.report({"INFO"}, kept)

@@ -34,8 +34,9 @@ class ANGEN_OT_place_point(Operator):
     bl_idname = "angen.place_point"
     bl_label = "Add Place"
     bl_description = (
-        "Add an empty at the 3D cursor as a place for residents: where they stand, or on the seat, "
-        "bed or thing itself. Its arrow shows where they look, or where the head lies"
+        "Add an empty at the 3D cursor as a place for residents. Put it where they stand, or on "
+        "the seat, bed or other object that they use. Its arrow shows where they look, or where "
+        "the head lies"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -57,7 +58,10 @@ class ANGEN_OT_place_point(Operator):
 class ANGEN_OT_place_guess(Operator):
     bl_idname = "angen.place_guess"
     bl_label = "Guess Again"
-    bl_description = "Guess from shape and keys where the object faces, or how far the door opens"
+    bl_description = (
+        "Guess where the object faces, or how far the door opens, from the object's "
+        "shape and keyframes"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

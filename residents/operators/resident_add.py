@@ -19,11 +19,11 @@ class ANGEN_OT_resident_add(Operator):
     bl_label = "Add Resident"
     bl_description = (
         "Add a person or a cat that stands at the 3D cursor: a skinned body that all sensors "
-        "notice. A routine decides what it does all day"
+        "notice. A routine says what it does all day"
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    sort: EnumProperty(name="Sort", items=SORT_ITEMS)
+    sort: EnumProperty(name="Type", items=SORT_ITEMS)
     walking_frame: BoolProperty(
         name="Walking Frame", description="Give a person a walking frame to push", default=False
     )

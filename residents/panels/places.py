@@ -103,7 +103,7 @@ class ANGEN_PT_places(ClosedSidebar, Panel):
             draw_lines(layout, text, "ERROR")
         if len(found) > MOST:
             layout.label(text=f"and {len(found) - MOST} more", icon="BLANK1")
-        draw_lines(layout, "After changes, Check Places again", "INFO")
+        draw_lines(layout, "After changes, press Check Places again", "INFO")
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_PT_physics_place, ANGEN_PT_places))

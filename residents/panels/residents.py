@@ -40,7 +40,7 @@ class _Resident:
         settings, scene = rig.angen_resident, context.scene
         column = layout.column()
         column.use_property_split = has_name_column()
-        draw_row(column, "Sort", LABELS[Sort(settings.sort)])
+        draw_row(column, "Type", LABELS[Sort(settings.sort)])
         column.prop(settings, "speed")
         column.prop(settings, "stature")
         if body_of(rig) is None:

@@ -49,8 +49,8 @@ def check_bodies(persons: Mapping[str, Person]) -> None:
         other = bodies.setdefault(person.resident, person.name)
         if other != person.name:
             raise InputError(
-                f"{person.where}: {person.resident!r} is the body of {other!r} already; "
-                f"give {person.name!r} another resident"
+                f"{person.where}: {person.resident!r} is already the resident of {other!r}; give "
+                f"{person.name!r} another resident"
             )
 
 
@@ -125,14 +125,16 @@ def read(content: str, name: str) -> Routine:
     """
     top = read_table(content, name)
     if top.take("schema", number(0, 1e6)) != SCHEMA:
-        raise top.error(f"this version reads schema = {SCHEMA}", "schema")
+        raise top.error(f"this version of Ängen Sensors reads only schema = {SCHEMA}", "schema")
     activities = {key: _activity(key, table) for key, table in top.named("activity")}
     if AWAY in activities:
-        raise top.error(f"{AWAY!r} is what people do who are out; name the activity otherwise")
+        raise top.error(
+            f"{AWAY!r} is the activity of people who are out; give this activity another name"
+        )
     known = {*activities, AWAY}
     persons = {key: _person(key, table, known) for key, table in top.named("person")}
     if not persons:
-        raise top.error("there is nobody: add a table [person.NAME]")
+        raise top.error("the routine has no person: add a table [person.NAME]")
     check_bodies(persons)
     found = Routine(
         persons,
@@ -163,7 +165,7 @@ def _activity(name: str, table: TomlTable) -> RoutineActivity:
     where = tuple(table.where("do", number) for number in range(len(do)))
     found = RoutineActivity(name, do, tuple(meanwhile), labels, where)
     if not found.do:
-        raise table.error("an activity has at least one step", "do")
+        raise table.error("an activity must have at least one step", "do")
     table.finish()
     return found
 
@@ -172,7 +174,9 @@ def _person(name: str, table: TomlTable, activities: set[str]) -> Person:
     visitor = table.take("visitor", flag, False)
     resident = table.take("resident", text, name)
     if not visitor and "begins" not in table.values:
-        raise table.error("'begins' is missing: what the person does at the first midnight")
+        raise table.error(
+            "'begins' is missing: give the activity of the person at the first midnight"
+        )
     begins = table.one_of("begins", activities, AWAY)
     table.finish()
     return Person(name, resident, visitor, begins, table.where("resident"))
@@ -199,7 +203,7 @@ def _plan(table: TomlTable, persons: Any, activities: set[str]) -> FixedPoints:
         until = row.take("until", time_of_day, None)
         lasts = row.take("lasts", _positive, None)
         if (until is None) == (lasts is None):
-            raise row.error("an entry has either 'lasts' or 'until'")
+            raise row.error("an entry must have either 'lasts' or 'until', and not both")
         if until is not None and until <= at:
             until += DAY
         entries.append(
@@ -225,13 +229,13 @@ def _filler(table: TomlTable, persons: Any, activities: set[str]) -> Filler:
     choices = []
     for name, row in table.named("choose"):
         if name not in activities:
-            raise row.error(f"{name!r} is not known; {suggestion(name, activities)}")
+            raise row.error(f"the activity {name!r} is unknown; {suggestion(name, activities)}")
         weight = row.take("weight", number(0, 1e6))
         varies = row.take("varies", number(0, 3), VARIES)
         choices.append(Pastime(name, weight, row.take("lasts", _positive), varies))
         row.finish()
     if sum(choice.weight for choice in choices) <= 0:
-        raise table.error("there is nothing to choose: give some activity a weight above 0")
+        raise table.error("no activity can be chosen: give at least one a weight above 0")
     table.finish()
     return Filler(person, days, begins, ends, tuple(choices))
 
@@ -253,7 +257,7 @@ def _absence(table: TomlTable, persons: Any) -> Absence:
     person = table.one_of("person", persons)
     begins, ends = table.take("from", _moment), table.take("to", _moment)
     if ends <= begins:
-        raise table.error("'to' is not after 'from'", "to")
+        raise table.error("'to' must be after 'from'", "to")
     table.finish()
     return Absence(person, begins, ends)
 
@@ -261,14 +265,14 @@ def _absence(table: TomlTable, persons: Any) -> Absence:
 def _one_or_more(value: Any) -> tuple[str, ...]:
     found = (value,) if isinstance(value, str) else texts(value)
     if not found:
-        raise ValueError("there is nothing to do in it")
+        raise ValueError("it must have at least one activity")
     return found
 
 
 def _positive(value: Any) -> float:
     found = seconds(value)
     if not 0 < found <= 30 * DAY:
-        raise ValueError(f"{value!r} is not above 0 and at most 30 days")
+        raise ValueError(f"{value!r} must be above 0 and at most 30 days")
     return found
 
 
@@ -282,7 +286,7 @@ def _names_reader(known: Mapping[str, Sequence[int]], what: str) -> Callable[[An
         names = [value] if isinstance(value, str) else texts(value)
         for name in names:
             if name not in known:
-                raise ValueError(f"{name!r} is no {what}; {suggestion(name, known)}")
+                raise ValueError(f"{name!r} is not a {what}; {suggestion(name, known)}")
         return frozenset(number for name in names for number in known[name])
 
     return read_names
@@ -298,5 +302,5 @@ def _between(value: Any) -> tuple[float, float]:
 
 def _moment(value: Any) -> datetime:
     if not isinstance(value, datetime) or value.tzinfo is not None:
-        raise ValueError(f"{value!r} is no local date and time, such as 2026-03-02T08:00:00")
+        raise ValueError(f"{value!r} is not a local date and time, such as 2026-03-02T08:00:00")
     return value

@@ -261,7 +261,7 @@ def seconds(text: object) -> float:
         total += float(part.group(1)) * last
         at = part.end()
     if not isinstance(text, str) or not text.strip() or at < len(text):
-        raise ValueError(f'{shown!r} is no duration, such as "20 s", "25 min" or "1 h 30 min"')
+        raise ValueError(f'{shown!r} is not a duration, such as "20 s", "25 min" or "1 h 30 min"')
     return total
 
 
@@ -276,4 +276,4 @@ def time_of_day(text: object) -> float:
         total = hours * 3600.0 + minutes * 60 + rest
         if minutes < 60 and rest < 60 and total <= 86_400:
             return total
-    raise ValueError(f'{text!r} is no time of day, such as "07:30"')
+    raise ValueError(f'{text!r} is not a time of day, such as "07:30"')

@@ -325,7 +325,7 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
         raise InputError(f"{name}, line 1: the column {missing[0]!r} is missing")
     read_rows = [(rows.line_num, *_row(row, f"{name}, line {rows.line_num}")) for row in rows]
     if not read_rows:
-        raise InputError(f"{name}: there is no row")
+        raise InputError(f"{name} has no rows: add at least one activity")
     first = min(start for _, start, *_ in read_rows).date()
     midnight = datetime.combine(first, time())
     found: dict[str, list[Segment]] = {}
@@ -336,7 +336,7 @@ def read(content: str, name: str) -> tuple[date, list[Segment]]:
         if begins < before:
             raise InputError(
                 f"{name}, line {line}: {person!r} cannot do two things at once: "
-                f"{segments[-1].activity!r} ends after this begins"
+                f"{segments[-1].activity!r} ends after {activity!r} begins"
             )
         if begins > before:
             segments.append(Segment(before, begins, person, OTHER))
@@ -354,9 +354,9 @@ def _row(row: dict[str, str], where: str) -> tuple[datetime, datetime, str, str]
         start, end = (datetime.fromisoformat((row[key] or "").strip()) for key in ("start", "end"))
     person, activity = ((row[key] or "").strip() for key in ("person", "activity"))
     if start.tzinfo is not None or end.tzinfo is not None:
-        raise InputError(f"{where}: times are local, without a time zone")
+        raise InputError(f"{where}: a time has a time zone; give local times without one")
     if end <= start:
-        raise InputError(f"{where}: the end is not after the start")
+        raise InputError(f"{where}: the end must be after the start")
     if not person or not activity:
-        raise InputError(f"{where}: person and activity must be named")
+        raise InputError(f"{where}: give a person and an activity")
     return start, end, person, activity

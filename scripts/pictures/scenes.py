@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from mathutils import Vector
 
 sys.path.append(str(Path(__file__).parent))
 import window
@@ -33,6 +34,10 @@ def place() -> Iterator[None]:
     window.through_camera(space, CAMERA)
     window.plain(space)
     space.show_region_ui = False
+    scene = bpy.context.scene
+    scene.angen_overlay.fields = scene.angen_show_places = False
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.objects.active = None
     window.play_up_to(1850)
     yield
     x, y = (int(region.x + MOUSE[0] * region.width), int(region.y + MOUSE[1] * region.height))
@@ -148,16 +153,24 @@ def pyroelectric() -> Iterator[None]:
     sensor.angen_sensor.pir.lens = "HC_SR501"
     sensor.angen_sensor.pir.range_max = 7.0
     window.through_camera(space, CAMERA)
-    space.shading.color_type = "MATERIAL"
-    space.overlay.show_floor = False
+    window.plain(space)
+    space.show_region_ui = False
+    bpy.context.scene.angen_show_places = False
     areas["PROPERTIES"].spaces[0].context = "PHYSICS"
     # The outliner's height goes to the properties.
+    window.close("OUTLINER")
     yield
     window.play_up_to(1640)
     yield
     window.redraw()
     yield
     yield
+
+
+def only_places() -> None:
+    """Hide what the sensors see and read, so that the marks of the places remain."""
+    overlay = bpy.context.scene.angen_overlay
+    overlay.fields = overlay.names = overlay.values = False
 
 
 def places() -> Iterator[None]:
@@ -170,8 +183,7 @@ def places() -> Iterator[None]:
     window.only_panels("places")
     window.plain(space)
     space.shading.light = "FLAT"
-    overlay = bpy.context.scene.angen_overlay
-    overlay.fields = overlay.names = overlay.values = False
+    only_places()
     inside = window.region_of(view)
     with bpy.context.temp_override(window=main, area=view, region=inside):
         window.select("Door kitchen")
@@ -198,6 +210,7 @@ def residents() -> Iterator[None]:
     space = window.areas()["VIEW_3D"].spaces[0]
     window.plain(space)
     window.view_from(space, (1.8, 0.0, 0.8), 4.4, 69.0)
+    window.only_panels("sidebar_resident")
     yield
     window.open_sidebar(window.areas()["VIEW_3D"])
     yield
@@ -216,8 +229,7 @@ def timeline() -> Iterator[None]:
     scene = bpy.context.scene
     areas = window.areas()
     # A higher timeline replaces the low one at the bottom.
-    with bpy.context.temp_override(window=main, area=areas["DOPESHEET_EDITOR"]):
-        bpy.ops.screen.area_close()
+    window.close("DOPESHEET_EDITOR")
     yield
     with bpy.context.temp_override(window=main, area=areas["VIEW_3D"]):
         bpy.ops.screen.area_split(direction="HORIZONTAL", factor=TIMELINE)
@@ -288,9 +300,83 @@ def atelier() -> Iterator[None]:
     window.plain(space)
     space.show_region_ui = False
     space.shading.light = "FLAT"
-    bpy.context.scene.angen_overlay.show = False
+    space.overlay.show_extras = False
+    only_places()
+    bpy.context.scene.angen_show_places = True
+    window.select("Bath door")
+    window.view_from(space, (14.5, 0.3, 0.4), 13.5, 30.0, 27.0)
+    yield
+    yield
+
+
+BEDROOM = (0.0, 0.0, 0.2)
+
+
+def imported() -> Iterator[None]:
+    """Show the bedroom of `docs/your_own_home.md` as its glTF file has it, without its ceiling."""
+    view = empty_scene()
+    bpy.ops.import_scene.gltf(filepath=os.environ["HOME_MODEL"])
+    bpy.data.objects["wall(Clone).036"].hide_set(True)
     bpy.ops.object.select_all(action="DESELECT")
-    window.view_from(space, (14.5, 0.0, 0.8), 13.0, 42.0, 27.0)
+    bpy.context.view_layer.objects.active = None
+    view.spaces[0].show_region_ui = False
+    view.spaces[0].overlay.show_floor = True
+    window.close("OUTLINER", "PROPERTIES")
+    yield
+    window.view_from(view.spaces[0], BEDROOM, 6.2, 42.0, -30.0)
+    yield
+    yield
+
+
+def prepared() -> Iterator[None]:
+    """Show the bedroom as the commands of `docs/your_own_home.md` leave it."""
+    view = window.areas()["VIEW_3D"]
+    window.plain(view.spaces[0])
+    view.spaces[0].overlay.show_extras = False
+    window.close("OUTLINER", "PROPERTIES")
+    window.only_panels("table", "simulation", "events")
+    detector = next(o for o in bpy.data.objects if o.angen_sensor.kind == "PIR")
+    window.select(detector.name)
+    main = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=main, area=view, region=window.region_of(view)):
+        bpy.ops.angen.simulate("EXEC_DEFAULT")
+    yield
+    window.view_from(view.spaces[0], (0.7, -0.3, 0.4), 6.2 * 1.94, 42.0, -30.0)
+    window.play_up_to(142)
+    window.open_sidebar(view)
+    yield
+    yield
+
+
+# Beside the bed and the sofa of the page.
+MORE_PLACES = (("Kitchen", "STAND", (10.0, 2.0, 0.9)), ("Upstairs", "SIT", (6.0, 5.0, 3.2)))
+
+
+def places_ifc() -> Iterator[None]:
+    """Show the places of the FZK-Haus, without its upper floor."""
+    view = window.areas()["VIEW_3D"]
+    space = view.spaces[0]
+    window.plain(space)
+    window.close("OUTLINER", "PROPERTIES")
+    yield
+    window.only_panels("places")
+    only_places()
+    main = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=main, area=view, region=window.region_of(view)):
+        for name, use, at in MORE_PLACES:
+            bpy.context.scene.cursor.location = at
+            bpy.ops.angen.place_point(use=use)
+            bpy.context.object.name = name
+        window.select(next(o.name for o in bpy.data.objects if o.name.startswith("Door Innent")))
+        bpy.ops.angen.places_check()
+    for obj in bpy.data.objects:
+        heights = [(obj.matrix_world @ Vector(corner)).z for corner in obj.bound_box]
+        slab = obj.name.startswith("Slab") and max(heights) > 1.0
+        if min(heights) > 2.0 or slab or obj.name.startswith("Site"):
+            obj.hide_set(True)
+    window.view_from(space, (7.3, 5.0, 0.0), 18.5, 30.0)
+    yield
+    window.open_sidebar(view)
     yield
     yield
 
@@ -323,14 +409,15 @@ def sensor(
 
 
 def distance() -> Iterator[None]:
-    """The zones of a distance sensor on walls and a pillar."""
+    """The zones of a distance sensor on a wall and a column."""
     view = empty_scene()
     box("Floor", (4.0, 4.0, 0.1), (2.0, 2.0, -0.05))
     box("Wall", (0.1, 4.0, 2.0), (4.0, 2.0, 1.0))
-    box("Pillar", (0.3, 0.3, 1.6), (2.0, 2.4, 0.8))
+    box("Column", (0.3, 0.3, 1.6), (2.0, 2.4, 0.8))
     sensor("DISTANCE", "VL53L5CX", (0.6, 2.0, 1.2), (90.0, 0.0, -90.0))
     window.view_from(view.spaces[0], (2.6, 2.0, 0.7), 6.8, 58.0, -40.0)
     yield
+    window.only_panels("table", "active_sensor")
     window.play_up_to(31)
     window.open_sidebar(view)
     yield
@@ -367,18 +454,18 @@ def contact() -> Iterator[None]:
     """The two distances of a door contact, and its magnet between them."""
     view = empty_scene()
     window.lens(view.spaces[0])
-    leaf = box("Leaf", (0.9, 0.04, 0.3), (0.47, 0.0, 0.9))
+    box("Leaf", (0.9, 0.04, 0.3), (0.47, 0.0, 0.9))
     box("Frame", (0.06, 0.08, 0.5), (-0.06, 0.0, 0.9))
-    magnet = bpy.data.objects.new("Magnet", None)
-    bpy.context.collection.objects.link(magnet)
-    magnet.empty_display_type, magnet.empty_display_size = "CUBE", 0.008
-    magnet.location, magnet.parent = (-0.44, -0.03, 0.0), leaf
-    magnet.matrix_parent_inverse.identity()
-    magnet.location = (-0.434 / 0.9, -0.03 / 0.04, 0.0)
+    # 34 mm from the contact, which closes at 32 mm and opens at 36 mm.
+    magnet = box("Magnet", (0.01, 0.02, 0.03), (0.0325, -0.03, 0.9))
     found = sensor("CONTACT", "MS_214_1_NDC_L", (0.002, -0.045, 0.9), (90.0, 0.0, 0.0))
     found.angen_sensor.contact.magnet = magnet
+    # The label would hide the magnet.
+    overlay = bpy.context.scene.angen_overlay
+    overlay.names = overlay.values = False
     window.view_from(view.spaces[0], (0.01, -0.04, 0.9), 0.28, 70.0, 20.0)
     yield
+    window.only_panels("table", "active_sensor")
     window.play_up_to(31)
     window.open_sidebar(view)
     yield
@@ -407,6 +494,7 @@ def switch() -> Iterator[None]:
     scene.frame_set(1)
     bpy.ops.angen.event_jump(direction="NEXT")
     bpy.ops.angen.explain()
+    window.only_panels("table", "events")
     yield
     window.open_sidebar(view)
     yield
@@ -418,6 +506,7 @@ PICTURES = {
     for scene in (
         *(place, coverage, day, overlay, pyroelectric, places, residents, timeline),
         *(scrub, atelier, distance, thermal_array, contact, switch),
+        *(imported, prepared, places_ifc),
     )
 }
 # Seconds between two steps, where not half a second.

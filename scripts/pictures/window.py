@@ -20,7 +20,7 @@ def region_of(area: Any, kind: str = "WINDOW") -> Any:
 
 def select(name: str) -> Any:
     """Select a single object, and make it the active one."""
-    for obj in bpy.context.selected_objects:
+    for obj in list(bpy.context.view_layer.objects.selected):
         obj.select_set(False)
     obj = bpy.data.objects[name]
     obj.select_set(True)
@@ -95,6 +95,14 @@ def play_up_to(frame: int) -> None:
 def open_sidebar(view: Any) -> None:
     region_of(view, "UI").active_panel_category = "Sensors"
     redraw()
+
+
+def close(*types: str) -> None:
+    """Close areas; their neighbours get the space."""
+    main = bpy.context.window_manager.windows[0]
+    for kind in types:
+        with bpy.context.temp_override(window=main, area=areas()[kind]):
+            bpy.ops.screen.area_close()
 
 
 def redraw() -> None:

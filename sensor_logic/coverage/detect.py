@@ -21,7 +21,7 @@ AT_ONCE = 1_500_000
 
 
 class DetectorView(Protocol):
-    """One detector in a room, and how it responds to motions.
+    """A detector in a room, which gives its response to motions.
 
     All methods return an array (m,), with a value for each of m motions.
     """
@@ -29,15 +29,14 @@ class DetectorView(Protocol):
     def strengths(self, motion: Motion, start: Start) -> Array:
         """Return the largest signal (m,) during each motion, divided by the threshold.
 
-        The motion is detected if the result is above 1.
+        The motion is detected if this value is above 1.
         """
         ...
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return whether the detector could possibly detect the motion, for m motions (m,).
+        """Return whether the detector could possibly detect each motion, (m,).
 
-        This is much faster than `strengths`. A motion for which the result is false is not
-        detected.
+        This test is much faster than `strengths`, and false only for motions that are not detected.
         """
         ...
 
@@ -52,7 +51,8 @@ def parts_of(rows: NDArray[np.intp], rays: int) -> Iterator[NDArray[np.intp]]:
 def hit_distances(body_hits: BodyHits, range_min: float) -> Array:
     """Return the distance (n,) in m from the origin at which each ray hits the body.
 
-    A ray begins at `range_min`. If it begins inside a body, it hits the far side of that body.
+    A ray begins at `range_min`. If that is inside a body, the ray hits the far side of the body.
+    The distance is inf if the ray begins behind the body.
     """
     at = np.where(body_hits.enter >= range_min, body_hits.enter, body_hits.leave)
     return np.where(at >= range_min, at, np.inf)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cells of a coverage map, the coverage of rooms, and the choice of the best places."""
+"""The cells of a coverage map, the coverage of rooms, and the choice of the best positions."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class Cells:
     Attributes
     ----------
     at
-        The centres (n, 3) of the cells.
+        The centres (n, 3) of the cells in m.
     room
         The name of the room of each cell, n names.
     storey
-        The number (n,) of the storey of each cell.
+        The index (n,) of the storey of each cell.
     lengths
-        How far a body can move from the centre of each cell in each of 8 directions (n, 8).
-        `Motion.lengths` returns it.
+        How far a body can move from the centre of each cell in each of 8 directions, (n, 8). The
+        unit is as in `Motion.lengths`.
     """
 
     size: float
@@ -52,14 +52,14 @@ class Cells:
         return sorted(set(self.room), key=lambda name: (name == NO_ROOM, name))
 
     def of(self, rooms: Iterable[str]) -> Cells:
-        """Return the cells in these rooms."""
+        """Return the cells in the rooms with these names."""
         wanted = set(rooms)
         rows = np.array([name in wanted for name in self.room], bool)
         names = tuple(name for name in self.room if name in wanted)
         return Cells(self.size, self.at[rows], names, self.storey[rows], self.lengths[rows])
 
     def starts(self) -> tuple[Start, NDArray[np.intp], NDArray[np.intp]]:
-        """Return all possible motions, and the cell and the direction of each of them."""
+        """Return all possible motions, and the indices of the cell and the direction of each."""
         cell, direction = np.nonzero(self.lengths > 0.0)
         start = Start(self.at[cell], HEADINGS[direction], self.lengths[cell, direction])
         return start, cell, direction
@@ -94,7 +94,7 @@ class RoomCoverage:
 
 @dataclass(frozen=True)
 class CoverageMap:
-    """A coverage map.
+    """A coverage map: the cells, and how well detectors detect a motion in each of them.
 
     `strength` (detectors, cells, 8) is the largest signal for a motion in each of 8 directions,
     divided by the threshold. It is 0 if the body cannot move in that direction.
@@ -107,9 +107,9 @@ class CoverageMap:
 
     @property
     def noticed(self) -> Array:
-        """The fraction of the directions in which a detector detects a motion, (detectors, cells).
+        """The fraction (detectors, cells) of the possible directions in which a motion is detected.
 
-        Only directions in which the body can move count.
+        A direction is possible if the body can move in it.
         """
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).sum(axis=2) / possible
@@ -128,9 +128,9 @@ class CoverageMap:
 
     @property
     def best(self) -> Array:
-        """The fraction (cells,) of the directions in which any detector detects a motion.
+        """The fraction (cells,) of the possible directions in which any detector detects a motion.
 
-        Only directions in which the body can move count.
+        A direction is possible if the body can move in it.
         """
         possible = np.maximum((self.cells.lengths > 0.0).sum(axis=1), 1)
         share: Array = (self.strength > 1.0).any(axis=0).sum(axis=1) / possible
@@ -138,10 +138,10 @@ class CoverageMap:
 
     @property
     def margin(self) -> Array:
-        """The largest signal in each cell (cells,), divided by the threshold.
+        """The signal in each cell (cells,), divided by the threshold.
 
-        For each direction, the detector with the largest signal counts. The result is the median
-        over the directions in which the body can move.
+        It is the median over the directions in which the body can move. In each direction, the
+        detector with the largest signal counts.
         """
         best = self.strength.max(axis=0, initial=0.0).astype(np.float64)
         best[self.cells.lengths <= 0.0] = np.nan
@@ -207,7 +207,7 @@ def table(coverage: CoverageMap) -> str:
 
 
 def room_rows(coverage: CoverageMap) -> list[tuple[str, ...]]:
-    """Return the texts of a table's rows: one for each room, then one for all rooms.
+    """Return the rows of a table as texts: one row for each room, then one for all rooms.
 
     A row has the name, the area, and the covered, the dead and the overlapping part.
     """
@@ -240,18 +240,18 @@ Sets = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class ChosenPlaces:
-    """The result of `choose`.
+    """The result of `choose`: sets of covered cells, each for a possible position of a detector.
 
     Attributes
     ----------
     chosen
-        The rows of the chosen sets in `sets`, the one with the largest gain first.
+        The indices of the chosen sets in `sets`, the one with the largest gain first.
     covered
-        The weight that the chosen sets cover together.
+        The total weight of the items that the chosen sets cover.
     greedy
-        The weight that the sets of the greedy choice cover, before any swap.
+        The total weight that the greedy choice covers, before any swap.
     bound
-        A weight that no choice of as many sets can exceed.
+        An upper limit of `covered` for any choice of as many sets.
     swaps
         The number of swaps after the greedy choice.
     """
@@ -264,12 +264,14 @@ class ChosenPlaces:
 
     @property
     def assured(self) -> float:
-        """A fraction of the optimum that the chosen sets reach at least: `covered` / `bound`."""
+        """A lower bound of `covered` as a fraction of the optimum: `covered` / `bound`."""
         return self.covered / self.bound if self.bound > 0.0 else 1.0
 
 
 def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) -> ChosenPlaces:
-    """Choose at most `count` sets that together cover items of the largest weight.
+    """Choose at most `count` sets that together cover items of the largest total weight.
+
+    A set is a possible position of a detector. The items are the cells that it can cover.
 
     Parameters
     ----------
@@ -278,7 +280,7 @@ def choose(sets: Sets, count: int, weights: Array | None = None, seed: int = 0) 
     weights
         The weights (n,) of the items, at least 0; None means equal weights.
     seed
-        Decides between equally good sets.
+        The seed of the random choice between equally good sets.
 
     Raises
     ------
@@ -324,10 +326,10 @@ def _best(gains: Array) -> int:
 
 
 def _greedy(sets: Sets, count: int, worth: Array, bounds: list[float]) -> list[int]:
-    """Return the sets that the greedy choice takes, in order.
+    """Return the indices of the sets that the greedy choice takes, in order.
 
-    It always takes the set that adds most to the covered weight. After each set, an upper bound of
-    the optimum is added to `bounds`.
+    Each set is the one that adds most to the covered weight. After each set, append an upper bound
+    of the optimum to `bounds`.
     """
     taken = np.zeros(sets.shape[1], bool)
     chosen: list[int] = []
@@ -349,7 +351,7 @@ def _online_bound(sets: Sets, chosen: list[int], count: int, worth: Array) -> fl
 
 
 def _swapped(sets: Sets, chosen: list[int], worth: Array) -> tuple[list[int], int]:
-    """Replace one chosen set after the other by a better one, until there is none.
+    """Replace chosen sets one by one by better ones, until none is better.
 
     Return the new choice and the number of replacements.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The motions that a coverage map tests: a person's step, an arm, crawling, a cat.
+"""The motions that a coverage map tests: a step, an arm, crawling, a cat, sitting still.
 
 Bodies are boxes and cylinders. The step and the arm are from NEMA WD 7, the test of occupancy
 sensors. In it, a person walks at 4 ft/s through cells of 3 ft. An arm of 3 × 3 × 15 in, 36 in above
@@ -36,9 +36,9 @@ class Motion:
     Attributes
     ----------
     bottom, top
-        Heights of the body above the floor.
+        The heights of the body's bottom and top above the floor.
     step
-        How far the body moves at most: a length if it walks, else an angle.
+        The largest distance that a walking body moves, else the angle by which it turns.
     speed
         The speed of the motion, per second.
     radius
@@ -46,8 +46,8 @@ class Motion:
     length, width
         The size of a box along its heading and across.
     walks
-        The body moves straight ahead. If false, it is a horizontal bar that begins at the cell's
-        centre and turns about it.
+        Whether the body moves straight ahead. If not, it is a horizontal bar that begins at the
+        cell's centre and turns about it.
     """
 
     identifier: str
@@ -69,19 +69,19 @@ class Motion:
 
     @property
     def reach(self) -> float:
-        """The distance in m from the body's axis to its farthest point, as seen from above."""
+        """The largest horizontal distance in m of a point of the body from its axis."""
         return self.radius or math.hypot(self.length, self.width) / 2.0
 
     @property
     def longest(self) -> float:
-        """The distance in m from the start within which the body stays during the motion."""
+        """The largest distance in m from the start that any part of the body reaches."""
         return self.reach + (self.step if self.walks else self.length)
 
     def at_height(self, height: float) -> Motion:
-        """Return the same motion at another height.
+        """Return the same motion at another height in m. Raise AngenError if that is impossible.
 
-        For a body on the floor, `height` (m) is the height of its top. For a body above the floor,
-        it is the height of its middle. Raise AngenError if the body cannot have that height.
+        For a body on the floor, `height` is the height of its top. For a body above the floor, it
+        is the height of its middle.
         """
         if self.bottom == 0.0:
             low, high = 0.0, height
@@ -92,12 +92,19 @@ class Motion:
             raise AngenError(f"a height of {height:g} m: it must be above 0 and below {HIGHEST} m")
         return replace(self, bottom=low, top=high)
 
+    def seconds(self, start: Start) -> float:
+        """Return how long the longest of the motions takes in s; 0 for a still body."""
+        return float(start.length.max(initial=0.0)) / self.speed if self.speed else 0.0
+
     def lengths(self, clearance: Array) -> Array:
         """Return how far the body can move in each direction (…, 8), in m or radians.
 
-        `clearance` (…, 8) is the free distance in m from the cell's centre in each direction. Where
-        the body cannot move, the result is 0.
+        `clearance` (…, 8) is the free distance in m from the cell's centre in each direction. The
+        result is 0 where the body cannot move. A still body, whose speed is 0, has SHORTEST there
+        wherever it fits.
         """
+        if not self.speed:
+            return np.where(clearance >= self.room, SHORTEST, 0.0)
         if self.walks:
             most = np.minimum(clearance - max(self.radius, self.length / 2.0), self.step)
             result: Array = np.where(most >= SHORTEST - 1e-9, most, 0.0)
@@ -125,7 +132,8 @@ MOTIONS: Mapping[str, Motion] = {
         Motion(
             "CHEST",
             "Chest",
-            "The trunk of a walking person without legs and head: the part visible over furniture",
+            "The chest of a walking person, without legs and head: the part that is visible over "
+            "furniture",
             bottom=1.0,
             top=1.45,
             step=3 * FOOT,
@@ -135,7 +143,7 @@ MOTIONS: Mapping[str, Motion] = {
         Motion(
             "ARM",
             "Arm",
-            "An arm of 3 × 3 × 15 in, 36 in up, turns by 90° in a second (NEMA WD 7)",
+            "An arm of 3 × 3 × 15 in, 36 in above the floor, turns by 90° in a second (NEMA WD 7)",
             bottom=36 * INCH - 1.5 * INCH,
             top=36 * INCH + 1.5 * INCH,
             step=math.pi / 2,
@@ -166,6 +174,16 @@ MOTIONS: Mapping[str, Motion] = {
             length=0.45,
             width=0.15,
         ),
+        Motion(
+            "STILL",
+            "Sitting still",
+            "The trunk and head of a person who sits and only breathes",
+            bottom=0.6,
+            top=1.25,
+            step=0.0,
+            speed=0.0,
+            radius=ADULT_RADIUS,
+        ),
     )
 }
 
@@ -190,15 +208,15 @@ WALKER = Walker()
 
 
 class BodyHits(NamedTuple):
-    """The hits of rays on bodies.
+    """Hits of rays on bodies.
 
     Attributes
     ----------
     body, ray
-        The number (n,) of the body and of the ray of each hit.
+        The index (n,) of the body and of the ray of each hit.
     enter, leave
-        The distances (n,) in m along the ray at which it enters and leaves the body. If the rays'
-        origin is inside the body, `enter` is negative.
+        The distances (n,) in m along the ray at which it enters and leaves the body. If the ray
+        starts inside the body, `enter` is negative.
     """
 
     body: NDArray[np.intp]
@@ -216,7 +234,7 @@ class Start:
     feet
         The points (m, 3) on the floor where the bodies start.
     heading
-        Their headings (m,) in radians.
+        The headings (m,) of the bodies in radians.
     length
         How far each body moves (m,), in m or radians.
     """
@@ -226,7 +244,7 @@ class Start:
     length: Array
 
     def part(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Start:
-        """Return only the motions with these rows."""
+        """Return only the motions with the indices or the mask `rows`."""
         return Start(self.feet[rows], self.heading[rows], self.length[rows])
 
     def __len__(self) -> int:
@@ -234,11 +252,22 @@ class Start:
 
 
 class Rays:
-    """Rays from one point `origin` (3,).
+    """Rays from one point, sorted by bearing.
 
-    They are sorted by bearing, so that a body is intersected only with the rays in its direction.
-    `directions` (n, 3) are unit vectors, and `free` (n,) has the ranges in m in the room without a
-    body.
+    Attributes
+    ----------
+    origin
+        The point (3,).
+    directions
+        Unit vectors (n, 3).
+    free
+        The ranges (n,) in m in the room without a body.
+    order
+        The indices (n,) of the rays in the order of their bearings.
+    far
+        The horizontal lengths (n,) of the rays in m.
+    rise
+        The rise (n,) of each ray per horizontal metre; inf for vertical rays.
     """
 
     def __init__(self, origin: Array, directions: Array, free: Array) -> None:
@@ -257,7 +286,7 @@ class Rays:
     def beside(
         self, towards: Array, reach: Array | float
     ) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
-        """Return which rays come near each body, as seen from above.
+        """Return, for each of m bodies, the rays in its direction as seen from above.
 
         Parameters
         ----------
@@ -271,9 +300,8 @@ class Rays:
         apart
             The distances (m,) of the bodies from the origin.
         first, count
-            For each body (m,), the rays whose lines come within `reach` of it. They are successive
-            in the order of bearings: `first` is the position of the first ray, `count` their
-            number.
+            The rays (m,) whose lines come within `reach` of each body. They are successive in the
+            order of bearings: `first` is the position of the first ray, `count` their number.
         """
         apart = np.linalg.norm(towards, axis=1)
         outside = apart > reach * (1.0 + 1e-9)
@@ -286,7 +314,7 @@ class Rays:
         return apart, np.where(outside, first, rays), np.where(outside, count, rays)
 
     def may_hit(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
-        """Return whether any ray can hit the body during its motion, for m motions (m,).
+        """Return whether any ray can hit the body during each motion, (m,).
 
         The test compares bearings, distances and heights. It is true for every body that `hits`
         would find at some time, and for some others.
@@ -299,7 +327,7 @@ class Rays:
         reach = motion.reach + (half if motion.walks else motion.length / 2.0)
         apart, first, count = self.beside(towards, reach)
         ends = np.stack([first, first + count], axis=1).ravel()
-        enter, leave = self._between(
+        enter, leave = self._height_interval(
             float(start.feet[:, 2].min()) + motion.bottom - self.origin[2] - CLOSE,
             float(start.feet[:, 2].max()) + motion.top - self.origin[2] + CLOSE,
         )
@@ -309,12 +337,12 @@ class Rays:
         is_hit: NDArray[np.bool_] = (count > 0) & (farthest >= apart - reach - CLOSE)
         return is_hit & (nearest <= apart + reach + CLOSE)
 
-    def _between(self, low: float, high: float) -> tuple[Array, Array]:
-        """Return the horizontal distances between which each ray is between two heights.
+    def _height_interval(self, low: float, high: float) -> tuple[Array, Array]:
+        """Return the horizontal interval in which each ray is at a height from `low` to `high`.
 
-        `low` and `high` are relative to the origin. The result has, for each ray in the order of
-        bearings, the nearest and the farthest distance. For a ray that is never between the
-        heights, they are inf and -inf.
+        The result is the nearest and the farthest distance (n,), in the order of bearings. They are
+        inf and −inf for a ray that is never at such a height. All values are in m, relative to the
+        origin.
         """
         rise, far = self.rise[self.order], self.far[self.order]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -336,27 +364,35 @@ def hits(motion: Motion, start: Start, time: float, rays: Rays) -> BodyHits:
     out = gone if motion.walks else np.full(len(start), motion.length / 2.0)
     towards = start.feet[:, :2] + ahead * out[:, None] - rays.origin[:2]
     low = start.feet[:, 2] + motion.bottom - rays.origin[2]
-    body, ray = _near(motion, towards, low, rays)
+    body, ray = _nearby_pairs(motion, towards, low, rays)
     d = rays.directions[ray]
     if motion.radius:
         enter, leave = _through_circle(towards[body], d[:, :2], motion.radius)
     else:
         c, s = ahead[body, 0], ahead[body, 1]
         t = towards[body]
-        along = _slab(d[:, 0] * c + d[:, 1] * s, t[:, 0] * c + t[:, 1] * s, motion.length / 2.0)
-        over = _slab(d[:, 1] * c - d[:, 0] * s, t[:, 1] * c - t[:, 0] * s, motion.width / 2.0)
+        along = _through_slab(
+            d[:, 0] * c + d[:, 1] * s, t[:, 0] * c + t[:, 1] * s, motion.length / 2.0
+        )
+        over = _through_slab(
+            d[:, 1] * c - d[:, 0] * s, t[:, 1] * c - t[:, 0] * s, motion.width / 2.0
+        )
         enter, leave = np.maximum(along[0], over[0]), np.minimum(along[1], over[1])
     half = (motion.top - motion.bottom) / 2.0
-    level = _slab(d[:, 2], low[body] + half, half)
+    level = _through_slab(d[:, 2], low[body] + half, half)
     enter, leave = np.maximum(enter, level[0]), np.minimum(leave, level[1])
     is_hit = (leave >= enter) & (leave > 0.0)
     return BodyHits(body[is_hit], ray[is_hit], enter[is_hit], leave[is_hit])
 
 
-def _near(
+def _nearby_pairs(
     motion: Motion, towards: Array, low: Array, rays: Rays
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return pairs of a body and a ray that come near each other, sorted by body."""
+    """Return the indices of pairs of a body and a ray that come near each other, sorted by body.
+
+    The positions of the bodies in m are relative to the rays' origin: horizontally `towards` (m,
+    2), and `low` (m,) for the height of the bottom.
+    """
     apart, first, count = rays.beside(towards, motion.reach)
     body = np.repeat(np.arange(len(towards)), count)
     within = np.arange(len(body)) - np.repeat(np.cumsum(count) - count, count)
@@ -373,7 +409,7 @@ def _near(
 
 
 def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, Array]:
-    """Return the distances along rays at which they enter and leave upright cylinders.
+    """Return the distances (n,) along rays at which they enter and leave upright cylinders.
 
     `towards` (n, 2) are the horizontal vectors from the rays' origin to the cylinders' axes. `flat`
     (n, 2) are the horizontal components of the rays' unit directions.
@@ -392,11 +428,11 @@ def _through_circle(towards: Array, flat: Array, radius: float) -> tuple[Array, 
     return enter, leave
 
 
-def _slab(direction: Array, middle: Array, half: float) -> tuple[Array, Array]:
-    """Return the distances along rays at which they enter and leave a slab.
+def _through_slab(direction: Array, middle: Array, half: float) -> tuple[Array, Array]:
+    """Return the distances (n,) along rays at which they enter and leave a slab.
 
-    Along one axis, the slab has all points whose coordinate is within `half` of `middle`.
-    `direction` is the component of the rays' directions along that axis.
+    The slab has all points whose coordinate along one axis is within `half` of `middle`.
+    `direction` has the component of the rays' directions along that axis.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         one, two = (middle - half) / direction, (middle + half) / direction

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A coverage map as an SVG picture.
-
-It has a plan of each storey with the cells, a legend, and a table of the rooms.
-"""
+"""A coverage map as an SVG picture: a plan of each storey, a legend, and a table of the rooms."""
 
 from __future__ import annotations
 
@@ -40,7 +37,7 @@ LEVELS = (
 
 
 def levels(coverage: CoverageMap) -> np.typing.NDArray[np.intp]:
-    """Return, for each cell, the index (cells,) of its level of coverage in LEVELS."""
+    """Return the index (cells,) of each cell's level of coverage in LEVELS."""
     count = np.minimum(coverage.count, 3)
     partly = (coverage.best > 0.0).astype(np.intp)
     found: np.typing.NDArray[np.intp] = np.where(count > 0, count + 1, partly)
@@ -108,7 +105,7 @@ def svg(
 
 
 def _cells(coverage: CoverageMap, storey: int, frame: Frame) -> str:
-    """Return the cells of a storey as squares, one SVG path for all cells of the same level."""
+    """Return the cells of a storey as SVG, with one path of squares for each level of coverage."""
     here = coverage.cells.storey == storey
     level = levels(coverage)
     side = coverage.cells.size * frame.scale
@@ -143,7 +140,7 @@ def _legend(y: float) -> tuple[str, float]:
 
 
 def _table(coverage: CoverageMap, y: float) -> tuple[str, float]:
-    """Return a table of the rooms, a list of the detectors beside it, and their height in px.
+    """Return a table of the rooms beside a list of the detectors, as SVG, and its height in px.
 
     The list has the area that each detector covers.
     """

@@ -368,11 +368,16 @@ def undo(faulty: Sequence[Event[float]], truth: Path) -> list[Event[float]]:
         row, true_row, event = _read(truth, line, cells)
         logged = left.pop(row, None) if row else None
         if row and (logged is None or not _is_same(logged, event, with_time=not true_row)):
-            raise InputError(f"{truth}: line {line} does not fit the log: it is of another one")
+            raise InputError(
+                f"{truth}: line {line} does not match the log: give the truth file "
+                "that was written with this log"
+            )
         if true_row:
             put[true_row] = event
     rest = iter(left.values())
-    with replaced(f"{truth} does not fit the log: it has rows that are not there", StopIteration):
+    with replaced(
+        f"{truth} does not match the log: it refers to rows that the log lacks", StopIteration
+    ):
         return [put.get(number) or next(rest) for number in range(1, len(left) + len(put) + 1)]
 
 
@@ -402,4 +407,4 @@ def _read(truth: Path, line: int, cells: list[str]) -> tuple[int, int, Event[flo
         event = Event(float(time), sensor, field, float(frame), kind, value)
         return int(row or 0), int(true_row or 0), event
     except ValueError:
-        raise InputError(f"{truth}: line {line} is not a row of a log") from None
+        raise InputError(f"{truth}: line {line} is not a row of a truth file") from None

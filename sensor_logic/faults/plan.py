@@ -133,10 +133,14 @@ def read_plan(path: Path) -> FaultPlan:
     where = _Places(path, lines)
     for key in found:
         if key not in {"seed", "fault"}:
-            raise InputError(f"{where.of(key)}: '{key}' is unknown; known are seed and [[fault]]")
+            raise InputError(
+                f"{where.of(key)}: '{key}' is unknown: only seed and tables [[fault]] are allowed"
+            )
     seed = found.get("seed", 0)
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < SEEDS:
-        raise InputError(f"{where.of('seed')}: seed is {seed!r}, not a whole number up to 2^32")
+        raise InputError(
+            f"{where.of('seed')}: seed is {seed!r}: it must be a whole number from 0 to 2^32"
+        )
     tables = found.get("fault", [])
     if not (isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables)):
         raise InputError(f"{path} has no table [[fault]]")
@@ -164,9 +168,11 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
     for key, value in table.items():
         place = where.of(key, number)
         if key not in known:
-            raise InputError(f"{place}: '{key}' is unknown; known are {', '.join(sorted(known))}")
+            raise InputError(
+                f"{place}: '{key}' is unknown: choose one of {', '.join(sorted(known))}"
+            )
         if NEEDS.get(key, key) not in table:
-            raise InputError(f"{place}: {key} needs {NEEDS[key]} too; give both")
+            raise InputError(f"{place}: {key} also needs {NEEDS[key]}; give both")
         if key in NUMBERS:
             values[key] = _number(place, key, value)
         elif key == "stuck":
@@ -178,11 +184,13 @@ def _fault(where: _Places, number: int, table: Mapping[str, Any]) -> Fault:
     for kind in values.get("kinds", ()):
         if kind not in KINDS:
             raise InputError(
-                f"{where.of('kinds', number)}: kind '{kind}' is unknown; "
-                f"known are {', '.join(KINDS)}"
+                f"{where.of('kinds', number)}: kind '{kind}' is unknown: choose one of "
+                f"{', '.join(KINDS)}"
             )
     if not set(table) - {"sensors", "kinds"}:
-        raise InputError(f"{where.of('sensors', number)}: this table names no fault")
+        raise InputError(
+            f"{where.of('sensors', number)}: this table has no fault; add one, such as lost = 0.01"
+        )
     return Fault(**values)
 
 

@@ -6,8 +6,8 @@ displacement at which its springs give the wrench that the body needs. If static
 determine the forces, as on four legs, the stiffnesses of the springs do (Winkler's elastic
 foundation).
 
-The displacements λ (six numbers a body) are the minimum of this convex, once differentiable
-function:
+The displacements λ (six numbers a body) minimise an energy φ, which is convex and once
+differentiable:
 
 φ(λ) = Σ ½ |P_C(K½ (Gᵀλ − δ))|² + ½ λᵀ E λ − wᵀλ
 
@@ -56,7 +56,7 @@ SETTLED = 1e-7
 
 @dataclass(frozen=True)
 class Load:
-    """The required wrench of a body.
+    """The required wrench (force and moment) of a body.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class Load:
     size
         A length in m. Moments divided by it are compared with forces.
     softness
-        A number for each component of the wrench (6,): along the rows of `axes`, then about them.
-        It is 0 if the balance of that component must be met, else larger.
+        A number for each component of the wrench (6,): 0 if the balance of that component must be
+        met, else larger. The components are along the rows of `axes`, then about them.
     axes
         The axes of `softness`, as rows (3, 3).
     """
@@ -111,10 +111,20 @@ class Points:
 
 @dataclass(frozen=True)
 class Joint:
-    """A constraint between bodies `a` and `b` at the point `place` (3,).
+    """A constraint between bodies `a` and `b`.
 
-    It can exert any force along the rows of `forces` (k, 3) and any moment about the rows of
-    `moments` (m, 3).
+    Attributes
+    ----------
+    a, b
+        The indices of the bodies; GROUND for a body that does not move.
+    place
+        The point (3,) in m where the constraint acts.
+    forces
+        The axes (k, 3) along which it can exert forces.
+    moments
+        The axes (m, 3) about which it can exert moments.
+    stiffness
+        The stiffness of its springs, divided by the total stiffness of the contact points.
     """
 
     a: int
@@ -192,7 +202,7 @@ def _balance(arguments: _Arguments) -> Balance:
     frames = _frames(points.normals)
     mapping = _mapping(loads, points, frames, axes, unit)
     stiffness = points.stiffness / (points.stiffness.sum() or 1.0)
-    tied, tied_stiffness = _ties(loads, joints, unit)
+    tied, tied_stiffness = _joint_columns(loads, joints, unit)
     springs = np.concatenate([np.repeat(stiffness, 3), tied_stiffness])
     springs[: 3 * count].reshape(count, 3)[:, 1:] *= TANGENTIAL
     both = np.concatenate([mapping, tied], axis=1)
@@ -231,16 +241,13 @@ def _balance(arguments: _Arguments) -> Balance:
 
 
 def _in_axes(axes: Array, wrenches: Array) -> Array:
-    """Return wrenches (n, 6) in other axes.
-
-    The axes of each wrench are the rows of a matrix in `axes` (n, 3, 3).
-    """
+    """Return wrenches (n, 6) in other axes, which are the rows of the matrices `axes` (n, 3, 3)."""
     parts: Array = np.einsum("nij,nkj->nki", axes, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
     return parts
 
 
 def _frames(normals: Array) -> Array:
-    """Return, for each normal (n, 3), a frame: rows (3, 3) with the normal and two tangents."""
+    """Return frames (n, 3, 3), whose rows are the normal of a point and two tangents."""
     helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     one = np.cross(normals, helper)
     one /= np.linalg.norm(one, axis=1)[:, None]
@@ -253,7 +260,7 @@ def _mapping(
     """Return the matrix (6·bodies, 3n) that maps forces at n points to wrenches on the bodies.
 
     The forces are in the `frames` of the points, the wrenches in the `axes` of the bodies. Wrenches
-    are multiplied by `unit`.
+    are multiplied by `unit` (bodies, 6), so that moments are comparable with forces.
     """
     count = len(points.places)
     mapping = np.zeros((len(loads), 6, count, 3))
@@ -273,11 +280,13 @@ def _mapping(
     return mapping.reshape(6 * len(loads), 3 * count)
 
 
-def _ties(loads: Sequence[Load], joints: Sequence[Joint], unit: Array) -> tuple[Array, Array]:
+def _joint_columns(
+    loads: Sequence[Load], joints: Sequence[Joint], unit: Array
+) -> tuple[Array, Array]:
     """Return the columns that joints add to the matrix of `_mapping`, and their stiffnesses.
 
-    A joint has a column for each of its axes. The column has the wrenches that a unit force along
-    the axis, or a unit moment about it, exerts on the bodies.
+    There is a column for each axis of a joint. It has the wrenches on the bodies from a unit force
+    along the axis, or from a unit moment about it.
     """
     columns, stiffness = [], []
     for joint in joints:
@@ -311,21 +320,23 @@ def _column(
 
 @dataclass(frozen=True)
 class _State:
-    """φ at a displacement, with the quantities needed for its derivatives.
+    """The energy φ of the module docstring at a displacement, with terms of its derivatives.
 
     Attributes
     ----------
+    value, gradient
+        φ, and its gradient (6·bodies,).
     given
         The scaled forces (m,), after the projection on the friction cones.
     sticks, slips
         Masks (n,) of points. A point sticks if its force is inside its friction cone, and slips if
         its force is on the cone's surface.
     size
-        The size (n,) of the tangential force, before the projection.
+        The magnitude (n,) of the tangential force, before the projection.
     onto
         The normal component (n,) of the force, after the projection, at points that slip.
     way
-        The direction (n, 2) of the tangential force.
+        The unit direction (n, 2) of the tangential force.
     """
 
     value: float
@@ -339,7 +350,7 @@ class _State:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Minimum:
     displacement: Array
     given: Array
     steps: int
@@ -348,7 +359,7 @@ class _Found:
 
 @dataclass(frozen=True)
 class _Problem:
-    """The terms of φ except ½ λᵀ E λ.
+    """The terms of the energy φ of the module docstring, except ½ λᵀ E λ.
 
     Attributes
     ----------
@@ -378,7 +389,7 @@ class _Problem:
         return solve(hessian, self.target + self.scaled @ self.offset)
 
     def state(self, displacement: Array, soft: Array) -> _State:
-        """Return φ, its gradient and the forces at a displacement."""
+        """Return the energy φ, its gradient and the forces at a displacement."""
         wanted = displacement @ self.scaled - self.offset
         given = wanted.copy()
         local = wanted[: 3 * self.count].reshape(self.count, 3)
@@ -424,8 +435,8 @@ class _Problem:
         return hessian
 
 
-def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
-    """Return the minimum of φ, searched from `displacement`.
+def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Minimum:
+    """Return the minimum of the energy φ, searched from `displacement`.
 
     Newton's method mostly takes 1 to 4 steps of 0.15 ms. If it zigzags, the interior-point method
     takes 10 to 60 steps of 0.25 ms.
@@ -441,19 +452,20 @@ def _minimise(problem: _Problem, soft: Array, displacement: Array, near_enough: 
     steps += found.steps
     if found.settled or not inside.closed:
         return replace(found, steps=steps)
-    return _Found(inside.displacement, inside.given, steps, True)
+    return _Minimum(inside.displacement, inside.given, steps, True)
 
 
-def _newton(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Found:
-    """Run Newton's method on φ from `displacement`.
+def _newton(problem: _Problem, soft: Array, displacement: Array, near_enough: Array) -> _Minimum:
+    """Search the minimum of the energy φ from `displacement` by Newton's method.
 
-    It ends once the size of each component of the gradient is at most that of `near_enough`.
+    The search ends if no component of the gradient is larger than the same component of
+    `near_enough`.
     """
     state = problem.state(displacement, soft)
     step = 0
     for step in range(MAX_STEPS):
         if (np.abs(state.gradient) <= near_enough).all():
-            return _Found(displacement, state.given, step, True)
+            return _Minimum(displacement, state.given, step, True)
         hessian = problem.hessian(state)
         hessian[np.diag_indices_from(hessian)] += soft
         way = solve(hessian, -state.gradient)
@@ -471,6 +483,6 @@ def _newton(problem: _Problem, soft: Array, displacement: Array, near_enough: Ar
         displacement = displacement + length * way
         gained, state = state.value - tried.value, tried
         if gained <= 1e-15 * max(abs(state.value), 1e-30) and length == 1.0:
-            return _Found(displacement, state.given, step + 1, True)
+            return _Minimum(displacement, state.given, step + 1, True)
     settled = bool((np.abs(state.gradient) <= 100.0 * near_enough).all())
-    return _Found(displacement, state.given, step + 1, settled)
+    return _Minimum(displacement, state.given, step + 1, settled)

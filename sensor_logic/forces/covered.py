@@ -31,7 +31,7 @@ MOST_SIDES = 8  # a nearer face with more sides is replaced by a quadrangle of t
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Contact:
-    """The contact of bodies `a` and `b`: their numbers, the patch, and both shapes in the world."""
+    """The contact of bodies `a` and `b`: their indices, its patch, and both shapes in the world."""
 
     a: int
     b: int
@@ -49,7 +49,7 @@ class _Side:
     number
         The index of the contact.
     other
-        The number of the other body.
+        The index of the other body.
     nearest, furthest
         The least and the greatest gap of the contact in m.
     """
@@ -70,16 +70,16 @@ def without_covered(
 ) -> list[Contact]:
     """Return the contacts without the parts that a nearer contact of the same body covers.
 
-    Only contacts of bodies that can move are covered in this way. A contact covers another if its
-    gap is smaller by more than NEARER.
+    A contact covers another one if its gap is smaller by more than NEARER.
 
     Parameters
     ----------
     movable
-        Whether each body can move, and so needs support.
+        Whether each body can move. Only contacts of such bodies are covered, because only they need
+        support.
     preferred
-        The numbers of bodies, such as a pressure pad, whose contacts also cover equally deep ones.
-        This holds only for contacts with a body that is not preferred.
+        The indices of bodies, such as a pressure pad, whose contacts also cover equally deep
+        contacts with other bodies.
     """
     sides: dict[int, list[_Side]] = {}
     for number, contact in enumerate(contacts):
@@ -132,7 +132,7 @@ def _may_cover(front: _Side, back: _Side, ahead: float) -> bool:
 
 
 def _uncovered(patch: Patch, back: _Side, fronts: Sequence[tuple[_Side, float]]) -> Patch | None:
-    view = _View(patch, back.normal)
+    view = _ProjectedPatch(patch, back.normal)
     if view.pieces:
         for front, ahead in fronts:
             shadow = view.shadow(front, ahead)
@@ -150,8 +150,8 @@ def _uncovered(patch: Patch, back: _Side, fronts: Sequence[tuple[_Side, float]])
     return Patch(patch.points[keep], patch.normal, patch.gaps[keep], patch.areas[keep])
 
 
-class _View:
-    """A contact patch projected along its normal, which is also the direction of heights."""
+class _ProjectedPatch:
+    """A contact patch projected along its normal; heights are along that normal."""
 
     def __init__(self, patch: Patch, normal: Array) -> None:
         self.whole = patch
@@ -172,10 +172,10 @@ class _View:
         self.extent = _extent(outline)
 
     def shadow(self, front: _Side, ahead: float) -> list[Point] | None:
-        """Return the part of the plane in which the nearest face of `front` covers the patch.
+        """Return the outline of the area in which the nearest face of `front` covers the patch.
 
-        The result is the outline of a convex polygon, empty if it covers nothing. Return None if
-        the shape of `front` has no flat face towards the body.
+        The outline is a convex polygon, empty if it covers nothing. Return None if the shape of
+        `front` has no flat face towards the body. `ahead` is the result of `_required_lead`.
         """
         shape = front.shape
         facing = shape.normals @ self.frame[2]
@@ -216,7 +216,7 @@ class _View:
         self.pieces = [p for p in pieces if _extent(p) > SLIVER * self.extent]
 
     def patch(self) -> Patch | None:
-        """Return what remains of the patch, with new sample points; None if nothing does."""
+        """Return what remains of the patch, with new sample points; None if nothing remains."""
         if not self.changed:
             return self.whole
         total = float(self.whole.areas.sum())
@@ -244,7 +244,10 @@ class _View:
         return Patch(local @ self.frame + self.origin, self.whole.normal, gaps, np.array(areas))
 
     def hidden(self, front: _Side, ahead: float) -> Flags:
-        """Return the mask of the patch's points that the shape of `front` covers."""
+        """Return the mask (n,) of the patch's points that the shape of `front` covers.
+
+        The shape must be nearer by `ahead` m, the result of `_required_lead`.
+        """
         shape = front.shape
         if not len(shape.faces):
             return np.zeros(len(self.flat), np.bool_)
@@ -259,7 +262,7 @@ class _View:
 
 
 def _outside(piece: list[Point], shadow: list[Point]) -> list[list[Point]]:
-    """Return the convex pieces that remain of a polygon, segment or point outside `shadow`."""
+    """Return the convex pieces of a polygon, segment or point that are outside `shadow`."""
     pieces = []
     rest = piece
     px, py = shadow[-1]

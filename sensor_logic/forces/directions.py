@@ -2,8 +2,9 @@
 """The direction in which two convex shapes push each other.
 
 For separate shapes, it is the direction between their closest points. For shapes with overlapping
-cores, it is the direction of the shortest translation that separates the cores. Faces are preferred
-to edges: small errors in the poses then do not switch the contact from a face to an edge.
+cores, it is the direction of the shortest translation that separates the cores. Directions of faces
+are preferred to directions of edges. So small errors in the poses do not switch the contact from a
+face to an edge.
 """
 
 from __future__ import annotations
@@ -127,9 +128,9 @@ MANY = 60_000  # products of edges and corners up to which all pairs of edges ar
 
 @dataclass(slots=True)
 class Direction:
-    """A candidate for the direction in which b pushes a.
+    """A candidate for the direction in which shape b pushes shape a.
 
-    `face_a` or `face_b` is the index of the face that gave the direction, if a face did.
+    `face_a` or `face_b` is the index of the face whose normal is this direction, if it is a face's.
     """
 
     normal: Array  # (3,) unit, from b to a
@@ -141,15 +142,15 @@ class Direction:
 
     @staticmethod
     def of(pair: Pair, normal: Array) -> Direction:
-        """Return the candidate with this normal, after which no other is tried."""
+        """Return the last candidate of a pair, with this normal."""
         apart = float((pair.at_a @ normal).min() - (pair.at_b @ normal).max())
         return Direction(normal, apart, pair.tolerance, last=True)
 
 
 class Pair:
-    """Two placed shapes, with coordinates relative to a point nearby.
+    """Two shapes in the world, with coordinates relative to a vertex of the first shape.
 
-    This keeps the precision far from the origin of the world.
+    Relative coordinates keep the precision far from the origin of the world.
     """
 
     __slots__ = ("a", "at_a", "at_b", "b", "origin", "plane", "scale", "swept", "tolerance")
@@ -182,9 +183,9 @@ class Pair:
 
 
 def candidates(pair: Pair) -> Iterator[Direction]:
-    """Yield directions to try, the likeliest first.
+    """Yield directions to try for the contact of a pair, the likeliest first.
 
-    Yield none if a direction proves that the gap is above the tolerance.
+    Yield none if a direction proves that the gap is above the pair's tolerance.
     """
     a, b, scale = pair.a, pair.b, pair.scale
     limit = pair.tolerance + pair.swept
@@ -210,9 +211,9 @@ def candidates(pair: Pair) -> Iterator[Direction]:
 def _overlap_directions(
     pair: Pair, face: Direction | None, edge: Direction | None
 ) -> Iterator[Direction]:
-    """Yield directions for cores that overlap, or seemed to overlap along `face` and `edge`.
+    """Yield directions for cores that seem to overlap along `face` and `edge`.
 
-    For cores that are separate after all, it is the direction of their closest points.
+    If the cores are separate after all, yield the direction of their closest points.
     """
     apart, normal = separation(pair.at_a, pair.at_b)
     if apart > TOUCHING * pair.scale:
@@ -238,8 +239,8 @@ def _gap_direction(
 ) -> Iterator[Direction]:
     """Yield the direction between the closest points of two separate cores.
 
-    Yield nothing if the cores overlap or are too far apart. `known` is the distance and the
-    direction if `separation` has already computed them.
+    Yield nothing if the cores overlap or are too far apart. `known` is the result of `separation`
+    for these cores, if it is already known.
     """
     apart, toward = known or separation(pair.at_a, pair.at_b)
     if apart <= 0 or apart > pair.tolerance + pair.swept:
@@ -251,13 +252,13 @@ def _gap_direction(
 
 
 def _best_face(pair: Pair) -> Direction | None:
-    """Return the normal along which a face separates the shapes furthest.
+    """Return the face normal that separates the shapes farthest, as a `Direction`.
 
-    Of equal faces, it is the first. Return None if no face can touch, as for a body beside a flat
-    polygon.
+    Among equal faces, it is the first. Return None if no face can touch, as for a body beside a
+    flat polygon.
     """
     a, b, scale = pair.a, pair.b, pair.scale
-    pair.plane = _one_side(pair)
+    pair.plane = _flat_normal(pair)
     best: Direction | None = None
     for shape, other, sign in ((a, pair.at_b, -1.0), (b, pair.at_a, 1.0)):
         if not len(shape.faces):
@@ -272,7 +273,7 @@ def _best_face(pair: Pair) -> Direction | None:
             continue
         number = int((apart >= top - slack).argmax())
         found = float(apart[number])
-        best = Direction(sign * shape.normals[number], found, _accepted(pair, found))
+        best = Direction(sign * shape.normals[number], found, _accepted_gap(pair, found))
         if shape is a:
             best.face_a = number
         else:
@@ -280,11 +281,11 @@ def _best_face(pair: Pair) -> Direction | None:
     return best
 
 
-def _one_side(pair: Pair) -> Array | None:
-    """Return the normal of a flat shape if the other shape lies on one side of it, else None.
+def _flat_normal(pair: Pair) -> Array | None:
+    """Return the normal of a flat shape; None if its plane cuts the other shape or none is flat.
 
-    The flat shape is a polygon of a mesh. A body beside the polygon touches the mesh's neighbouring
-    polygon, not the edge of this one.
+    The flat shape is a polygon of a mesh. A body beside it touches the neighbouring polygon of the
+    mesh, not the edge of this one.
     """
     for flat, flat_at, solid, at in (
         (pair.a, pair.at_a, pair.b, pair.at_b),
@@ -300,9 +301,9 @@ def _one_side(pair: Pair) -> Array | None:
 
 
 def _best_edge(pair: Pair) -> Direction | None:
-    """Return the direction that separates the shapes furthest and is perpendicular to two edges.
+    """Return the common normal of two edges that separates the shapes farthest, as a `Direction`.
 
-    One edge is of shape a, the other of shape b.
+    One edge is of shape a, the other of shape b. Return None if there is no such normal.
     """
     a, b = pair.a, pair.b
     pairs = len(a.edges) * len(b.edges)
@@ -327,13 +328,13 @@ def _best_edge(pair: Pair) -> Direction | None:
 
 
 def _edge_direction(pair: Pair, normal: Array, apart: float) -> Direction:
-    return Direction(normal, apart, _accepted(pair, apart))
+    return Direction(normal, apart, _accepted_gap(pair, apart))
 
 
-def _accepted(pair: Pair, apart: float) -> float:
-    """Return the largest gap at which a contact found along a direction confirms that direction.
+def _accepted_gap(pair: Pair, apart: float) -> float:
+    """Return the largest gap at which a contact along a direction confirms that direction.
 
-    It is the distance `apart` of the cores less the radii of both shapes, plus a small slack.
+    It is the distance `apart` of the cores minus the radii of both shapes, plus a small slack.
     """
     slack = 2 * SAME * pair.scale - 0.1 * apart if apart < TOUCHING * pair.scale else 0.0
     return apart - pair.swept + max(slack, 1e-7 * pair.scale)
@@ -381,12 +382,12 @@ def _any_direction(pair: Pair) -> Array:
 
 
 def side_direction(a: Shape, b: Shape) -> Array | None:
-    """Return the direction from b to a if a cylinder touches with its round side, else None.
+    """Return the direction from b to a if a cylinder touches the other shape with its round side.
 
-    The direction is computed for the cylinder's axis, as for a capsule around it. The result is
-    None if a cylinder touches with an end, and for cones.
+    The direction is computed for the cylinder's axis, as for a capsule. The result is None if a
+    cylinder touches with an end, and for cones.
     """
-    cores = [_core(a), _core(b)]
+    cores = [_axis_ends(a), _axis_ends(b)]
     if cores[0] is None and cores[1] is None:
         return None
     points = [
@@ -405,12 +406,12 @@ def side_direction(a: Shape, b: Shape) -> Array | None:
 
 
 def has_better_face(pair: Pair, direction: Direction) -> bool:
-    """Return whether a face separates the shapes clearly further than this direction does."""
+    """Return whether a face normal separates the shapes clearly farther than `direction` does."""
     face = _best_face(pair)
     return face is not None and face.separation > direction.separation + 0.003 * pair.scale
 
 
-def _core(shape: Shape) -> Array | None:
+def _axis_ends(shape: Shape) -> Array | None:
     if shape.axis is None or len(shape.vertices) != 2 * SIDES:
         return None
     ends: Array = shape.vertices.reshape(2, SIDES, 3).mean(1)

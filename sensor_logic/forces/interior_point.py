@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An interior-point method for the least spring energy under friction cones.
 
-It converges in 10 to 60 steps where Newton's method zigzags. That happens near the apex of a
-friction cone: there, the curvature of the energy changes by many orders of magnitude from step to
-step.
+It converges in 10 to 60 steps if Newton's method zigzags, as it does near the apex of a friction
+cone. There, the curvature of the energy changes by many orders of magnitude from step to step.
 
 The method is Mehrotra's predictor-corrector [1]_ with Nesterov and Todd's scaling for second-order
-cones [2]_. It works in the standard cone x₀ ≥ |x₁, x₂|. A force f = A x with A = diag(1, o, o) is
-in a friction cone of opening o if x is in the standard cone.
+cones [2]_. It works in the standard cone x₀ ≥ |x₁, x₂|. Let A be diag(1, o, o). A force A x is in a
+friction cone of opening o if x is in the standard cone.
 
 References
 ----------
@@ -45,7 +44,7 @@ SHORTEST = 1e-8
 
 
 class Cones(Protocol):
-    """The attributes of a problem that `minimise_inside` reads; see `balance._Problem`."""
+    """The input of `minimise_inside`: springs, friction cones and required wrenches."""
 
     @property
     def scaled(self) -> Array:
@@ -81,7 +80,7 @@ class Inside:
     steps
         The number of steps.
     closed
-        Whether the duality gap became small enough, so that the method converged.
+        Whether the method converged, because the duality gap became small enough.
     """
 
     displacement: Array
@@ -91,14 +90,14 @@ class Inside:
 
 
 def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Array) -> Inside:
-    """Minimise the energy of `balance` under the cones of its points.
+    """Return the forces of least spring energy inside the friction cones, with the displacements.
 
     Parameters
     ----------
     problem
         The springs, the cones of n points and the required wrenches.
     soft
-        The diagonal (6·bodies,) of E, greater than 0.
+        The diagonal (6·bodies,) of the matrix E of balance.py, greater than 0.
     start
         The displacement (6·bodies,) to start from. A start near the solution saves few steps.
     near_enough
@@ -107,7 +106,7 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
     Returns
     -------
     The result of the balanced step with the smallest duality gap. If no step was balanced, the
-    displacement is that of the last step, and the forces are zero.
+    displacement is from the last step, and the forces are zero.
     """
     count = problem.count
     contacts, ties = problem.scaled[:, : 3 * count], problem.scaled[:, 3 * count :]
@@ -142,14 +141,16 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
         scaling, point, inverse = _scaling(force, gap, widths)
         if not np.isfinite(inverse).all():
             break
-        linear = _Linear(contacts, fixed, widths, stretch, left, scaling, inverse)
+        linear = _LinearSystem(contacts, fixed, widths, stretch, left, scaling, inverse)
         _, change, opened = linear.step(-point)
-        reach = min(1.0, _to_surface(force, change), _to_surface(gap, opened))
+        reach = min(1.0, _length_to_surface(force, change), _length_to_surface(gap, opened))
         scaled_change = np.einsum("nij,nj->ni", scaling, change)
-        aim = -_product(point, point) - _product(scaled_change, -point - scaled_change)
+        aim = -_jordan_product(point, point) - _jordan_product(
+            scaled_change, -point - scaled_change
+        )
         aim[:, 0] += mean * max((1.0 - reach) ** 3, 1e-10)
-        move, change, opened = linear.step(_divided(aim, point))
-        length = min(_to_surface(force, change), _to_surface(gap, opened))
+        move, change, opened = linear.step(_jordan_quotient(aim, point))
+        length = min(_length_to_surface(force, change), _length_to_surface(gap, opened))
         length = min(1.0, SHORT_OF_SURFACE * length)
         while length > SHORTEST and not _is_central(force + length * change, gap + length * opened):
             length *= 0.8
@@ -160,7 +161,7 @@ def minimise_inside(problem: Cones, soft: Array, start: Array, near_enough: Arra
     return found if np.isfinite(best) else replace(found, displacement=moved)
 
 
-class _Linear:
+class _LinearSystem:
     """The conditions of a minimum, linearised at the present forces and gaps."""
 
     def __init__(
@@ -181,9 +182,9 @@ class _Linear:
         self._scaling, self._inverse = scaling, inverse
 
     def step(self, aim: Array) -> tuple[Array, Array, Array]:
-        """Return the changes of displacement, forces and gaps of one step.
+        """Return the changes of displacement, forces and gaps in one step.
 
-        With these changes, the sum of the scaled changes of forces and gaps is `aim`.
+        The sum of the scaled changes of forces and gaps is `aim` (n, 3).
         """
         turned = np.einsum("nij,nj->ni", self._scaling, aim).ravel()
         move = solve(self._hessian, self._weighted @ (self._stretch - turned) - self._left)
@@ -212,8 +213,7 @@ def _scaling(force: Array, gap: Array, widths: Array) -> tuple[Array, Array, Arr
     point
         The scaled point W f (n, 3).
     inverse
-        (A² + W²)⁻¹ (n, 3, 3). It is computed in closed form, because W² is close to singular near
-        the solution.
+        (A² + W²)⁻¹ (n, 3, 3), in closed form, because W² is close to singular near the solution.
     """
     sizes = np.sqrt(_determinant(force)), np.sqrt(_determinant(gap))
     one, two = force / sizes[0][:, None], gap / sizes[1][:, None]
@@ -230,9 +230,9 @@ def _scaling(force: Array, gap: Array, widths: Array) -> tuple[Array, Array, Arr
     across = np.eye(2) - along
 
     def matrix(top: Array, mixed: Array, bottom: Array, rest: Array) -> Array:
-        """Return the matrix [top, mixed; mixed, bottom] in the plane of the cone's axis and `way`.
+        """Return [top, mixed; mixed, bottom] in the plane of the cone's axis and `way`, (n, 3, 3).
 
-        In the direction perpendicular to that plane, the matrix multiplies by `rest`.
+        Perpendicular to that plane, the matrix multiplies by `rest`.
         """
         whole = np.empty((len(force), 3, 3))
         whole[:, 0, 0] = top
@@ -269,14 +269,14 @@ def _determinant(points: Array) -> Array:
     return found
 
 
-def _product(one: Array, two: Array) -> Array:
+def _jordan_product(one: Array, two: Array) -> Array:
     found: Array = one[:, :1] * two + two[:, :1] * one
     found[:, 0] = np.einsum("ni,ni->n", one, two)
     return found
 
 
-def _divided(product: Array, one: Array) -> Array:
-    """Return the x that solves one ∘ x = product, where ∘ is the product in the comment above."""
+def _jordan_quotient(product: Array, one: Array) -> Array:
+    """Return the solution x of one ∘ x = product, where ∘ is the product in the comment above."""
     main = product[:, 0] * one[:, 0] - np.einsum("ni,ni->n", product[:, 1:], one[:, 1:])
     found = np.empty_like(product)
     found[:, 0] = main / _determinant(one)
@@ -284,8 +284,8 @@ def _divided(product: Array, one: Array) -> Array:
     return found
 
 
-def _to_surface(points: Array, change: Array) -> float:
-    """Return the greatest length at which all of `points + length · change` are in the cone."""
+def _length_to_surface(points: Array, change: Array) -> float:
+    """Return the largest `length` at which all of `points + length · change` are in the cone."""
     square = change[:, 0] ** 2 - np.einsum("ni,ni->n", change[:, 1:], change[:, 1:])
     half = points[:, 0] * change[:, 0] - np.einsum("ni,ni->n", points[:, 1:], change[:, 1:])
     under = half**2 - square * _determinant(points)
@@ -299,7 +299,7 @@ def _to_surface(points: Array, change: Array) -> float:
 
 
 def _is_central(force: Array, gap: Array) -> bool:
-    """Return whether all forces and gaps are inside their cones and not too near the surfaces.
+    """Return whether all forces f and gaps g are inside their cones, and not too near the surfaces.
 
     At each point, √(det f · det g) must be at least CENTRAL times the mean of f · g over all
     points.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pad's contact island: every body with a weight that contacts connect with the pad.
 
-The connection can lead through other bodies with a weight. It ends at bodies that cannot move.
+The connection can lead through other bodies with a weight, but not through bodies that cannot move.
 Forces are computed only within the island, so the cost does not grow with the scene.
 """
 
@@ -30,12 +30,12 @@ ALONG = 0.3
 
 @dataclass
 class Island:
-    """The bodies of an island, and what connects them.
+    """The bodies of a contact island, and what connects them.
 
     Attributes
     ----------
     bodies
-        The keys of the bodies. Their order gives the bodies' indices.
+        The keys of the bodies; a body's index is its position in this list.
     contacts
         The keys of two nodes, and a contact of their shapes.
     supports
@@ -56,7 +56,8 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
     Parameters
     ----------
     reach
-        Additional distances in m, by node: within them, the node's contacts are searched.
+        For the keys of some nodes, the distance in m by which the search for their contacts is
+        extended.
     when
         The frame: −1, 0 or 1 for the previous, this or the next one.
     """
@@ -114,7 +115,7 @@ def collect(pad: Key, world: World, reach: dict[Key, float], when: int) -> Islan
 
 
 def _pushes_as_required(contact: Contact, pair: tuple[Key, Key], world: World) -> bool:
-    """Return whether a contact pushes one of its bodies about the way its required force points."""
+    """Return whether a contact pushes one of its bodies roughly along its required force."""
     for key, sign in zip(pair, (1.0, -1.0), strict=True):
         if world.node(key).weighs:
             force = world.required_load(key).load.wrench[:3]
@@ -125,7 +126,7 @@ def _pushes_as_required(contact: Contact, pair: tuple[Key, Key], world: World) -
 
 
 def moving_node(node: Node, world: World) -> Node:
-    """Return the node that a node moves with: its owner, or the node itself if it has no owner."""
+    """Return the body that a pad is a part of; for any other node, the node itself."""
     return node if node.owner is None else world.node(node.owner)
 
 
@@ -141,7 +142,7 @@ RIM, LEAST_PART = 3e-4, 0.01
 
 @dataclass(frozen=True)
 class Group:
-    """Contact points between two nodes `a` and `b`, where `b` pushes `a`.
+    """Contact points at which the body `b` pushes the body `a`; both are keys of a `World`.
 
     Attributes
     ----------
@@ -150,10 +151,9 @@ class Group:
     areas
         The area (n,) in m² of each point.
     gaps
-        The gaps (n,) in m that remain outside the collision margins; NaN for points already known
-        to touch.
+        The gaps (n,) in m between the collision margins; NaN for points that are known to touch.
     shapes
-        The shapes of a and b, if they are known.
+        The shapes of a and b; empty if they are unknown.
     """
 
     a: Key
@@ -183,7 +183,7 @@ def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
     movable = [moving_node(node, world).weighs for node in nodes]
     kept = without_covered(contacts, movable, preferred)
     if pad in numbers and nodes[numbers[pad]].owner is not None:
-        kept = _through_part(kept, numbers, nodes[numbers[pad]])
+        kept = _without_points_under_pad(kept, numbers, nodes[numbers[pad]])
     groups = []
     for contact in kept:
         one, two = nodes[contact.a], nodes[contact.b]
@@ -204,10 +204,12 @@ def shape_groups(pad: Key, island: Island, world: World) -> list[Group]:
     return groups
 
 
-def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) -> list[Contact]:
-    """Return the contacts through which a pad, and not its owner, carries what lies on the pad.
+def _without_points_under_pad(
+    contacts: list[Contact], numbers: dict[Key, int], part: Node
+) -> list[Contact]:
+    """Return the contacts without points where a pad covers the body that it is part of.
 
-    `part` is the node of the pad. Contacts of the pad's owner lose the points that the pad covers.
+    `part` is the node of the pad. What lies on the pad is then carried by the pad itself.
     """
     part_number, whole = numbers[part.key], numbers.get(part.owner or (), -1)
     found = []
@@ -236,7 +238,7 @@ def _through_part(contacts: list[Contact], numbers: dict[Key, int], part: Node) 
 
 
 def standing_groups(island: Island, world: World) -> list[Group]:
-    """Return the contact points of animated bodies with the nodes that support them."""
+    """Return the contact points of animated bodies with the bodies and pads that support them."""
     groups = []
     for key, support in island.supports:
         count = len(support.places)
@@ -257,7 +259,8 @@ def standing_groups(island: Island, world: World) -> list[Group]:
 def points_of(groups: Sequence[Group], order: dict[Key, int], world: World) -> Points:
     """Return the contact points of all groups as arrays.
 
-    `order` has the index of each body. The points of a part have the index of its owner.
+    `order` has the index of each body by its key. A pad that is part of a body has the body's
+    index.
     """
     counts = [len(group.places) for group in groups]
 
@@ -276,12 +279,12 @@ def points_of(groups: Sequence[Group], order: dict[Key, int], world: World) -> P
 
 
 def gaps(groups: Sequence[Group]) -> Array:
-    """Return the gaps of all points, in the order of `points_of`."""
+    """Return the gaps (n,) in m of all points, in the order of `points_of`."""
     return np.concatenate([np.empty(0), *(group.gaps for group in groups)])
 
 
 def _stiffnesses(groups: Sequence[Group]) -> list[Array]:
-    """Return, for each group, the stiffness of each point, in proportion to its area.
+    """Return the stiffness of each point of each group, in proportion to the point's area.
 
     The area of a group is limited to within SPREAD times the median. Line and point contacts have
     no area of their own and count as the median.
@@ -295,6 +298,6 @@ def _stiffnesses(groups: Sequence[Group]) -> list[Array]:
 
 
 def points_on_pad(pad: Key, groups: Sequence[Group]) -> Array:
-    """Return the mask of the points that are on the pad."""
+    """Return the mask (n,) of the points that are on the pad, in the order of `points_of`."""
     counts = [len(group.places) for group in groups]
     return np.repeat(np.array([pad in (group.a, group.b) for group in groups], bool), counts)

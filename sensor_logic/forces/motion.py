@@ -2,8 +2,8 @@
 """The forces on a simulated body, from its motion: inverse dynamics (Newton–Euler).
 
 The poses at three frames give the accelerations, and these give the wrench that contacts must
-exert. Its force is m(a + c·v − g), its moment I·α + ω×I·ω + c·I·ω. The damping of the Bullet engine
-adds the terms with c = −ln(1 − damping).
+exert. Its force is m(a + c·v − g), its moment I·α + ω×I·ω + c·I·ω. The terms with c = −ln(1 −
+damping) are due to the damping of the Bullet engine.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class RigidMotion:
     spin, spin_change
         Angular velocity and angular acceleration, (3,) in rad/s and rad/s².
     reach
-        How far the points of the body move in a frame at most, in m.
+        The largest distance in m that a point of the body moves in a frame.
     """
 
     velocity: Array
@@ -64,7 +64,8 @@ def motion(
     dt
         The time between two poses in s.
     size
-        The largest distance in m of a point of the body from its origin, the centre of mass.
+        The largest distance in m of a point of the body from its origin, which is the centre of
+        mass.
     rest_speed
         The speed in m/s below which the body counts as at rest.
     """
@@ -96,18 +97,18 @@ def wrench(
     linear_damping: float = 0.0,
     angular_damping: float = 0.0,
 ) -> Array:
-    """Return the wrench (6,) that contacts must exert about the centre of mass.
+    """Return the wrench (6,) that contacts must exert on a body about its centre of mass.
 
     Parameters
     ----------
     moved
         The motion of the body.
     pose
-        Its world pose (4, 4).
+        The body's world pose (4, 4).
     mass
-        Its mass in kg.
+        The body's mass in kg.
     inertia
-        Its principal moments of inertia (3,) in kg·m², about its own axes.
+        The principal moments of inertia (3,) in kg·m², about the body's own axes.
     gravity
         The acceleration of gravity (3,) in m/s².
     linear_damping, angular_damping

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The forces on one pressure pad.
 
-They follow from the balance of all bodies that lean on the pad, directly or through other bodies.
+They follow from the balance of all bodies that rest on the pad, directly or through other bodies.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ OFF = 1e4
 
 @dataclass(frozen=True)
 class Settled:
-    """The contact points after the bodies were lowered onto their supports.
+    """The result of `settled`: contact points after the bodies were lowered onto their supports.
 
     Attributes
     ----------
     points
         The points. The slack is 0 for points that touch, and large for the others.
     level
-        The height difference (n,) in m up to which supports at each point count as level.
+        The height difference (n,) in m up to which the supports at each point count as level.
     uncertain
         The height difference (n,) in m up to which it is uncertain which support carries the body.
     converged
@@ -78,10 +78,10 @@ class Settled:
 def settled(
     loads: Sequence[Load], points: Points, gaps: Array, joints: Sequence[Joint] = ()
 ) -> Settled:
-    """Lower the bodies onto their supports, and return which points then touch.
+    """Lower the bodies onto their supports, and return the contact points with their new slack.
 
-    `gaps` (n,) in m are the distances between the bodies in their present poses; NaN for points
-    that always touch.
+    `gaps` (n,) in m are the distances between the bodies in their present poses. They are NaN for
+    points that always touch.
     """
     moves = np.array([*(load.softness[3:].any() for load in loads), False], bool)
     moves = moves[points.a] | moves[points.b]
@@ -102,8 +102,8 @@ def settled(
 def height_between(one: Shape, two: Shape, places: Array, normal: Array) -> float:
     """Return the largest height difference in m between the faces of two shapes at `places` (n, 3).
 
-    The face of each shape is the one whose outward normal is `normal` (3,), extended beyond its
-    edges. Return inf if a shape has no such face.
+    The face of a shape is the one with the outward normal `normal` (3,), extended beyond its edges.
+    Return inf if a shape has no such face.
     """
     heights = []
     for shape in (one, two):
@@ -137,12 +137,12 @@ SHARE_KNOWN = 0.02
 
 @dataclass
 class _Attempt:
-    """A contact island of the pad and the forces in it.
+    """The bodies that one search for contacts connects with the pad, and the forces on them.
 
     Attributes
     ----------
     residuals
-        For each body, the share of its required load that no contact provides.
+        For each body, the fraction of its required load that no contact provides.
     undecided, unresolved
         Why the forces are uncertain, or empty: because of constraints, or of heights.
     """
@@ -172,24 +172,21 @@ def pad_forces(pad: Key, world: World) -> PadForces:
 
 
 def _unsupported_weight(pad: Key, world: World) -> str:
-    """Return the problem text if a body with a weight near the pad has no support; else "".
-
-    The weight of such a body may have to rest on the pad.
-    """
+    """Return a problem text if a body near the pad has a weight but no support, else ""."""
     for key in world.animated_near(pad, BESIDE, ABOVE):
         required = world.required_load(key)
         heavy = required.load.wrench[:3] @ world.up > LEAST_WEIGHT * required.mass * world.gravity
         if heavy and not world.supports_of(key):
-            return f"nothing holds the weight of '{world.node(key).name}'"
+            return f"nothing supports '{world.node(key).name}', so its weight cannot be computed"
     return ""
 
 
 def _search_wider(pad: Key, world: World, attempt: _Attempt) -> _Attempt:
-    """Return the best of the given attempt and of attempts with a wider search for contacts.
+    """Return the best of `attempt` and of attempts with a wider search for contacts.
 
-    If contacts do not explain the load of a body, the body may have touched another one between two
-    frames. So contacts are searched as far around the body as it moves in a frame. This is tried in
-    this frame, the next and the previous one.
+    A body may have touched another one between two frames. So each body with an unexplained load is
+    searched as far around as it moves in a frame. This is tried in this frame, the next and the
+    previous one.
     """
     best = attempt
     reach = {
@@ -232,11 +229,11 @@ def _load(required: RequiredLoad, when: int) -> Load:
 
 
 def _residual(world: World, key: Key, missing: Array, least: float) -> float:
-    """Return the share of a body's required load that its contacts do not provide.
+    """Return the fraction of a body's required load that its contacts do not provide.
 
     `missing` (6,) is the part of the wrench that they do not provide. The required load counts as
     at least `least` newtons. For an animated body only the vertical force counts, because its
-    muscles exert the remaining forces.
+    muscles exert the rest.
     """
     required = world.required_load(key)
     least = max(LEAST_NEED * required.mass * world.gravity, least)
@@ -258,10 +255,7 @@ def _joint(link: Constraint, order: dict[Key, int], stiffness: float) -> Joint:
 def _joint_uncertainty(
     pad: Key, attempt: _Attempt, loads: Sequence[Load], points: Points, order: dict[Key, int]
 ) -> str:
-    """Return a problem text if the assumed stiffness of constraints changes the pad's force.
-
-    The text is empty if it does not.
-    """
+    """Return a problem text if the pad's force depends on the stiffness of constraints, else ""."""
     on_pad = points_on_pad(pad, attempt.groups)
     totals = []
     for stiffness in (SOFT_JOINT, HARD_JOINT):
@@ -272,14 +266,14 @@ def _joint_uncertainty(
     if abs(totals[0] - totals[1]) <= SHARE_KNOWN * max(totals):
         return ""
     names = ", ".join(f"'{link.name}'" for link in attempt.island.constraints)
-    return f"statics cannot tell how much {names} carries"
+    return f"the share of the weight that the rigid-body constraints carry is unknown: {names}"
 
 
-def _height_uncertainty(pad: Key, world: World, attempt: _Attempt, found: Settled) -> str:
-    """Return a problem text if it is uncertain how much of a weight the pad carries; else "".
+def _height_uncertainty(pad: Key, world: World, attempt: _Attempt, lowered: Settled) -> str:
+    """Return a problem text if it is uncertain how much of a weight the pad carries, else "".
 
-    This is so if a body rests on the pad and on something fixed, and one of them is only slightly
-    higher. The contacts do not resolve so small a difference.
+    It is uncertain if a body rests on the pad and on a fixed surface of nearly, but not exactly,
+    the same height. `lowered` is the result of `settled`.
     """
     assert attempt.balance is not None
     sides = []
@@ -302,7 +296,7 @@ def _height_uncertainty(pad: Key, world: World, attempt: _Attempt, found: Settle
                 continue
             step = height_between(shape, beside, group.places, normal)
             shared = min(pressed, pressed_by) > SHARE_KNOWN * max(pressed, pressed_by)
-            if shared and found.level[part].max() < step < found.uncertain[part].max():
+            if shared and lowered.level[part].max() < step < lowered.uncertain[part].max():
                 return (
                     f"'{world.node(pad).name}' and '{world.node(other).name}' differ in height by "
                     f"{1000.0 * step:.1g} mm, too little to tell how they share the weight of "
@@ -333,11 +327,11 @@ def _result(pad: Key, world: World, attempt: _Attempt) -> PadForces:
     if attempt.worst > RESIDUAL:
         worst = max(attempt.residuals, key=attempt.residuals.__getitem__)
         problems.append(
-            f"the contacts of '{world.node(worst).name}' explain "
+            f"the contacts of '{world.node(worst).name}' explain only "
             f"{percent(max(0.0, 1.0 - attempt.worst))} of its motion and weight"
         )
     elif not attempt.converged:
-        problems.append("the contact forces did not settle")
+        problems.append("the computation of the contact forces did not converge")
     problem = next((problem for problem in problems if problem), "")
     bodies = len(attempt.island.bodies)
     return PadForces(tuple(partners), attempt.worst, problem, not problem, bodies)
@@ -355,10 +349,10 @@ def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Arr
     """Return the areas (n,) in m² of an underside's points, with whole legs assigned to pads.
 
     A leg can stand on a pad that is smaller than the leg and higher than the floor around it. If
-    the pad is beneath the middle of the leg, it carries the whole leg, because the other legs keep
-    the body upright. The pad's points then get the area of the leg's other points, whose area
-    becomes 0. A body with a single foot may be a cushion, which sinks to the floor, so its areas
-    stay.
+    the pad is beneath the middle of the leg, the pad carries the whole leg, because the other legs
+    keep the body upright. The points on the pad then get the area of the leg's other points, whose
+    area becomes 0. A body with a single foot keeps its areas: it may be a cushion, which sinks to
+    the floor.
 
     Parameters
     ----------
@@ -386,29 +380,28 @@ def held_by_pads(points: Array, gaps: Array, areas: Array, on_pad: Mask, up: Arr
         middle = areas[on_foot] @ seen[on_foot] / areas[on_foot].sum()
         # Each point represents the area around it.
         around = 0.75 * float(np.sqrt(areas[on_foot].mean()))
-        if lower.any() and _is_among(seen[pad], middle, around):
+        if lower.any() and _is_in_hull(seen[pad], middle, around):
             held[pad] *= 1.0 + areas[lower].sum() / areas[pad].sum()
             held[lower] = 0.0
     return held
 
 
-def _is_among(places: Array, place: Array, around: float) -> bool:
-    """Return whether a point `place` (2,) is in the convex hull of `places` (n, 2).
+def _is_in_hull(places: Array, place: Array, around: float) -> bool:
+    """Return whether `place` (2,) is in the convex hull of `places` (n, 2).
 
-    Points up to `around` outside the hull count as in it.
+    The hull is extended by `around`.
     """
     angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
     ways = np.stack([np.cos(angles), np.sin(angles)])
     return bool((((places - place) @ ways).max(axis=0) > -around).all())
 
 
-def _feet(seen: Array, apart: float) -> npt.NDArray[np.intp]:
-    """Return the number (n,) of the foot that each point (n, 2) belongs to.
+def _feet(points: Array, apart: float) -> npt.NDArray[np.intp]:
+    """Return the index (n,) of the foot that each point (n, 2) belongs to.
 
-    The plane is divided into cells `apart` m wide. Points in the same cell or in neighbouring cells
-    belong to the same foot.
+    Points belong to the same foot if they are in the same or in neighbouring cells, `apart` m wide.
     """
-    cells = np.floor(seen / apart).astype(int)
+    cells = np.floor(points / apart).astype(int)
     left = {tuple(cell) for cell in cells.tolist()}
     number: dict[tuple[int, ...], int] = {}
     foot = 0

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The contact of two convex shapes: points, normal, gaps, and the area that each point represents.
 
-First the direction of the contact is found (directions.py). Each shape then has a face, edge or
-corner towards the other shape. These two are projected along the direction, and their intersection
-is the area of contact. Lengths are in metres.
+First the direction of the contact is found (directions.py). Then the face, edge or corner of each
+shape that faces the other shape is projected along this direction. The intersection of the two
+projections is the area of contact. Lengths are in metres. In all functions, `frame` (3, 3) has the
+axes of the contact as rows; the last axis is the normal.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ MOST_CORNERS = 16
 
 
 def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[Point]:
-    """Return the part of a polygon or of a segment whose points p fulfil x·px + y·py ≤ d."""
+    """Return the part of a convex polygon or segment in the half-plane x·px + y·py ≤ d."""
     heights = [x * p[0] + y * p[1] - d for p in polygon]
     if max(heights) <= 0:
         return list(polygon)
@@ -50,7 +51,7 @@ def clipped_by(polygon: Sequence[Point], x: float, y: float, d: float) -> list[P
 def clipped(subject: Sequence[Point], by: Sequence[Point], near: float) -> list[Point]:
     """Return the intersection of two convex polygons, segments or points, counter-clockwise.
 
-    For points and segments, `near` is the distance up to which they count as intersecting.
+    `near` is the largest distance at which points and segments still count as intersecting.
     """
     if len(by) < len(subject) if len(by) < 3 else 3 <= len(subject) < len(by):
         subject, by = by, subject  # cut with the polygon that has fewer sides
@@ -126,7 +127,7 @@ def moments(polygon: Sequence[Point]) -> tuple[float, float, float, float, float
 
 
 def without_duplicates(polygon: Sequence[Point], near: float) -> list[Point]:
-    """Return the polygon without corners within `near` of the corner before."""
+    """Return the polygon without corners that are within `near` of the previous corner."""
     out: list[Point] = []
     for point in polygon:
         if not out or math.hypot(point[0] - out[-1][0], point[1] - out[-1][1]) > near:
@@ -137,7 +138,7 @@ def without_duplicates(polygon: Sequence[Point], near: float) -> list[Point]:
 
 
 def farthest_pair(polygon: Sequence[Point]) -> tuple[Point, Point]:
-    """Return the two points that are furthest apart."""
+    """Return the two points that are farthest apart."""
     best, ends = -1.0, (polygon[0], polygon[0])
     for i, p in enumerate(polygon):
         for q in polygon[i + 1 :]:
@@ -150,7 +151,7 @@ def farthest_pair(polygon: Sequence[Point]) -> tuple[Point, Point]:
 def fewer_corners(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Point]:
     """Return the polygon with at most `most` corners.
 
-    The corners whose removal cuts off the least area are removed first.
+    The corners whose removal changes the area least are removed first.
     """
     out = list(polygon)
     if len(out) <= most:
@@ -167,7 +168,7 @@ def fewer_corners(polygon: Sequence[Point], most: int = MOST_CORNERS) -> list[Po
 
 
 def _cut_off(polygon: Sequence[Point], i: int) -> float:
-    """Return twice the area that removing corner i cuts off."""
+    """Return twice the area that the polygon loses without corner i."""
     (px, py), (qx, qy), (rx, ry) = polygon[i - 1], polygon[i], polygon[(i + 1) % len(polygon)]
     return (qx - px) * (ry - py) - (qy - py) * (rx - px)
 
@@ -177,7 +178,7 @@ def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Po
 
     They integrate polynomials up to the second degree exactly. Four points have nearly all of the
     area: the centroid plus (±1, ±1) times the square root of the covariance. On an axis-aligned
-    rectangle they are the 2×2 Gauss points. They lie inside every convex polygon [1]_. The given
+    rectangle they are the 2×2 Gauss points. They are inside every convex polygon [1]_. The
     `corners` come after them, each with CORNER_SHARE of the area.
 
     References
@@ -203,10 +204,10 @@ def samples(polygon: Sequence[Point], corners: Sequence[Point]) -> tuple[list[Po
 
 
 def hull(points: Sequence[Point], near: float) -> list[Point]:
-    """Return the convex hull, counter-clockwise.
+    """Return the convex hull of points, counter-clockwise.
 
-    The hull of collinear points is a segment, that of equal points a single point. Points within
-    `near` of each other count as equal.
+    The hull of collinear points is a segment. The hull of equal points is a single point. Points
+    within `near` of each other count as equal.
     """
     ordered = sorted(points)
 
@@ -251,17 +252,14 @@ def contact_patch(a: Shape, b: Shape, tolerance: float) -> Patch | None:
     """Return the contact of two placed shapes; None if they are more than `tolerance` m apart."""
     if (a.lo > b.hi + tolerance).any() or (b.lo > a.hi + tolerance).any():
         return None
-    if _rank(a) <= _rank(b):
+    if _sorting_key(a) <= _sorting_key(b):
         return _contact(a, b, tolerance)
     patch = _contact(b, a, tolerance)
     return None if patch is None else Patch(patch.points, -patch.normal, patch.gaps, patch.areas)
 
 
-def _rank(shape: Shape) -> tuple[float, ...]:
-    """Return a sorting key of a shape.
-
-    Two shapes are sorted by it, so that the result does not depend on which of them is given first.
-    """
+def _sorting_key(shape: Shape) -> tuple[float, ...]:
+    """Return a sorting key, so that the contact of two shapes does not depend on their order."""
     return (len(shape.vertices), -shape.size, *shape.lo.tolist())
 
 
@@ -308,9 +306,9 @@ def _find_contact(pair: Pair) -> Patch | None:
 
 
 class _Surface:
-    """A face, edge or corner projected along the contact's normal.
+    """A face, edge or corner in the contact's frame: an outline in x and y, and a height along z.
 
-    It has an outline in the plane, and a height that is linear in x and y.
+    The height is linear in x and y.
     """
 
     __slots__ = ("outline", "slope_x", "slope_y", "x", "y", "z")
@@ -331,10 +329,10 @@ class _Surface:
 
 
 def _contact_along(pair: Pair, direction: Direction) -> Patch | None:
-    """Return the contact of two shapes along one direction.
+    """Return the contact of two shapes along one direction, or None if there is none.
 
-    For a deep overlap with at most one face, it is the contact of all overlapping points. Else it
-    is the contact of one face, edge or corner of each shape.
+    If the shapes overlap deeply, and do not touch with a face each, all overlapping points are in
+    contact. Otherwise one face, edge or corner of each shape is in contact.
     """
     frame = pair.frame(direction.normal)
     deep = -direction.separation
@@ -349,7 +347,12 @@ def _contact_along(pair: Pair, direction: Direction) -> Patch | None:
 
 
 def _feature_contact(pair: Pair, direction: Direction, frame: Array) -> tuple[Patch, int] | None:
-    """Return the contact of a face, edge or corner of each shape, and how many are faces."""
+    """Return the contact between the nearest features of two shapes, and the number of faces.
+
+    A feature is a face, edge or corner of a shape. `frame` (3, 3) has the axes of the contact as
+    rows: the last one is the normal. The number says how many of the two features are faces; it is
+    1 for a contact of one point. Return None if the features do not touch.
+    """
     normal = direction.normal
     upper = _feature(pair.a, pair.at_a, -normal, frame, direction.face_a)
     lower = _feature(pair.b, pair.at_b, normal, frame, direction.face_b)
@@ -378,9 +381,10 @@ def _feature_contact(pair: Pair, direction: Direction, frame: Array) -> tuple[Pa
 def _point_contact(
     pair: Pair, direction: Direction, frame: Array, upper: _Surface, lower: _Surface
 ) -> Patch:
-    """Return a contact of one point, for features whose outlines do not intersect.
+    """Return a contact of one point, for projected outlines that do not intersect.
 
-    The caller has proven that the direction is that of the contact.
+    The caller has proven that `direction` is the direction of the contact. `frame` is as for
+    `_feature_contact`.
     """
     outline = clipped(upper.outline, lower.outline, pair.scale)
     outline = outline or [upper.outline[0], lower.outline[0]]
@@ -395,10 +399,10 @@ def _point_contact(
 def _overlap_contact(
     pair: Pair, frame: Array, deep: float, lowest: list[list[float]]
 ) -> Patch | None:
-    """Return the contact of two shapes that overlap by `deep`.
+    """Return the contact of two shapes that overlap by `deep` m.
 
-    Of each shape, the part within `deep` of its furthest point is projected. Their intersection is
-    the contact. The points `lowest` become sample points if they are in it.
+    Of each shape, the part within `deep` of its farthest point is projected. The intersection of
+    both projections is the contact. The points `lowest` become sample points if they are in it.
     """
     upper = hull(_cut_slab(pair.at_a, pair.a, frame, -1.0, deep), 1e-9 * pair.scale)
     lower = hull(_cut_slab(pair.at_b, pair.b, frame, 1.0, deep), 1e-9 * pair.scale)
@@ -428,10 +432,10 @@ def _patch(
 
 
 def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | None) -> _Surface:
-    """Return the shape's face, edge or corner that is furthest in the direction `outward`.
+    """Return the face, edge or corner of a shape that is farthest in the direction `outward`.
 
-    A face is preferred if it faces that way, then an edge that is nearly level. `face` is the index
-    of the face if it is already known.
+    A face is preferred if its normal has that direction, then an edge that is nearly level. `face`
+    is the index of the face if it is already known.
     """
     if len(shape.faces):
         if face is None:
@@ -461,9 +465,9 @@ def _feature(shape: Shape, at: Array, outward: Array, frame: Array, face: int | 
 
 
 def _cut_slab(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -> list[Point]:
-    """Return the projected outline of the part of a shape within `deep` of its furthest corner.
+    """Return the projected outline of the part of a shape within `deep` of its farthest corner.
 
-    The result has the corners in that part, and the points where edges leave it.
+    The outline has the corners in that part, and the points where edges leave it.
     """
     heights = sign * (at @ frame[2])
     level = heights.max() - deep
@@ -480,7 +484,7 @@ def _cut_slab(at: Array, shape: Shape, frame: Array, sign: float, deep: float) -
 def surface(at: Array, shape: Shape, frame: Array, sign: float, points: list[Point]) -> Array:
     """Return the heights (k,) of a shape's surface at `points` of the projection plane.
 
-    `sign` is 1 for the upper side of the shape, -1 for its lower side.
+    `sign` is 1 for the upper side of the shape, −1 for its lower side.
     """
     normals = shape.normals @ frame.T
     if shape.flat:
@@ -503,7 +507,7 @@ def _sample_outline(
 ) -> tuple[list[Point], list[float]]:
     """Return sample points of a polygon, a segment or a point, and their areas.
 
-    For a segment they are those of Simpson's rule. Polygons also get the points `extra`.
+    A segment has the points and weights of Simpson's rule. A polygon also has the points `extra`.
     """
     wide = NARROW * scale
     if len(outline) == 1:

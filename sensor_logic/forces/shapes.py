@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Convex collision shapes: the Minkowski sum of a polytope and a ball, as in physics engines.
 
-The polytope is called the core. A sphere is a point plus a ball, a capsule a segment plus a ball. A
-hull with a collision margin is its polytope plus a ball of that radius. A triangle of a mesh is a
-flat, two-sided polygon. Lengths are in metres.
+The polytope is called the core. A sphere is a point plus a ball, a capsule is a segment plus a
+ball. A hull with a collision margin is a polytope plus a ball whose radius is the margin. A
+triangle of a mesh is a flat, two-sided polygon. Lengths are in metres.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def perpendiculars(direction: Array) -> tuple[Array, Array]:
 def sides(
     points: Array, planes: list[tuple[float, Array, float]], size: float
 ) -> list[tuple[int, ...]]:
-    """Return the faces of a convex solid as loops of vertex numbers.
+    """Return the faces of a convex solid as loops of vertex indices.
 
     Each of the `planes` has the area of a face, its normal and its offset. Coplanar faces become
-    one. The search starts with the largest face, whose plane is the most precise.
+    one. The largest face comes first, because its plane is the most precise.
     """
     members: list[Indices] = []
     normals: list[Array] = []
@@ -84,7 +84,7 @@ def thinnest(points: Array) -> tuple[float, Array]:
 
 
 def welded(points: Array, near: float) -> tuple[Array, Indices]:
-    """Return the distinct points, and the index (n,) among them of each given point (n, 3).
+    """Return the distinct points, and for each of the `points` (n, 3) its index (n,) among them.
 
     Points within `near` of each other count as one.
     """
@@ -102,19 +102,16 @@ def welded(points: Array, near: float) -> tuple[Array, Indices]:
 
 
 def around(points: Array, normal: Array) -> Indices:
-    """Return the order of a convex polygon's corners, counter-clockwise about `normal`.
-
-    The order is an array of indices into `points`.
-    """
+    """Return the indices of a convex polygon's corners, counter-clockwise about `normal`."""
     first, second = perpendiculars(normal)
     local = points - points.mean(0)
     return np.argsort(np.arctan2(local @ second, local @ first), kind="stable")
 
 
 def outline(points: Array, normal: Array) -> list[int]:
-    """Return the indices of the corners of the points' convex hull, seen along `normal`.
+    """Return the indices of the corners of the points' convex hull as seen along `normal`.
 
-    They are in counter-clockwise order.
+    They are in counter-clockwise order. Raise ValueError if the points are on one line.
     """
     first, second = perpendiculars(normal)
     local = points - points.mean(0)
@@ -140,7 +137,10 @@ def outline(points: Array, normal: Array) -> list[int]:
 
 
 def rims_of(faces: tuple[Indices, ...], vertices: int) -> Indices:
-    """Return the edges (m, 4) of a solid: first and last vertex, left and right face."""
+    """Return the edges (m, 4) of a solid: first and last vertex, left and right face.
+
+    Raise ValueError if the faces do not close a convex solid.
+    """
     if not faces:
         return np.array([(0, 1, -1, -1)] if vertices == 2 else [], np.intp).reshape(-1, 4)
     left: dict[tuple[int, int], int] = {}
@@ -183,7 +183,7 @@ WELD = 1e-7  # of the shape's size: points closer than this are welded
 class Shape:
     """The Minkowski sum of a convex core and a ball.
 
-    The corners of each face run counter-clockwise seen from outside.
+    The corners of each face run counter-clockwise as seen from outside.
     """
 
     vertices: Array  # (n, 3)
@@ -232,9 +232,9 @@ class Shape:
         )
 
     def turned(self, direction: Array) -> Shape:
-        """Return a round body turned about its axis, so that an edge of its core faces `direction`.
+        """Return a round body rotated about its axis, with an edge of its core facing `direction`.
 
-        The direction is a unit vector (3,).
+        `direction` is a unit vector (3,). Return the shape itself if it is not round.
         """
         if self.axis is None:
             return self
@@ -372,7 +372,7 @@ def _assembled(
 def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
     """Return the shape placed by a matrix that is not a rotation.
 
-    The matrix has the linear part `linear` (3, 3) and the translation `shift` (3,).
+    `linear` (3, 3) is the linear part of the matrix, and `shift` (3,) the translation.
     """
     volume = _determinant(linear)
     if not np.isfinite(linear).all() or abs(volume) <= 1e-12 * np.abs(linear).max() ** 3:
@@ -388,16 +388,13 @@ def _transformed(shape: Shape, linear: Array, shift: Array) -> Shape:
     span = vertices[rims[:, 1]] - vertices[rims[:, 0]]
     lo, hi = _bounds(vertices, shape.radius)
     size = extent(vertices) + 2 * shape.radius
-    axis = None if shape.axis is None else _still_round(shape.axis, linear, shift)
+    axis = None if shape.axis is None else _transformed_axis(shape.axis, linear, shift)
     edges = unique_directions(span)
     return Shape(vertices, normals, offsets, faces, edges, rims, shape.radius, size, lo, hi, axis)
 
 
-def _still_round(line: Array, linear: Array, shift: Array) -> Array | None:
-    """Return the axis of a round body after a transformation.
-
-    Return None if the body's circles become ellipses.
-    """
+def _transformed_axis(line: Array, linear: Array, shift: Array) -> Array | None:
+    """Return the axis of a round body after a transformation; None if circles become ellipses."""
     first, second = perpendiculars(line[1])
     x, y, axis = linear @ first, linear @ second, linear @ line[1]
     axis = axis / np.linalg.norm(axis)

@@ -27,7 +27,7 @@ LEAST_VOLUME = 1e-6
 
 @dataclass(frozen=True)
 class Samples:
-    """Points (n, 3) on an underside, and their areas (n,) in m², seen from below."""
+    """Sample points (n, 3) of a body's underside, and their areas (n,) in m² as seen from below."""
 
     points: Array
     areas: Array
@@ -36,8 +36,8 @@ class Samples:
 def centre_of_mass(triangles: Array, closed: bool) -> Array:
     """Return the centroid (3,) of triangles (n, 3, 3).
 
-    If the triangles are `closed`, it is the centroid of the enclosed volume, else that of the
-    surface. For the volume, tetrahedra between each triangle and a common point are added up
+    It is the centroid of the enclosed volume if the triangles are `closed`, else the centroid of
+    the surface. For the volume, tetrahedra between each triangle and a common point are added up
     (divergence theorem).
     """
     places = _by_axis(triangles)
@@ -58,7 +58,7 @@ def centre_of_mass(triangles: Array, closed: bool) -> Array:
 
 
 def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
-    """Return whether triangles, given by vertex numbers (n, 3), enclose a volume.
+    """Return whether triangles, given by vertex indices (n, 3), enclose a volume.
 
     They do if every edge is used once in each direction.
     """
@@ -70,15 +70,12 @@ def is_closed(corners: npt.NDArray[np.integer[Any]]) -> bool:
 
 
 def _by_axis(triangles: Array) -> Array:
-    """Return triangles in an array (3 corners, 3 axes, n).
-
-    numpy is fastest if the last axis is the long one.
-    """
+    """Return triangles as an array (3 corners, 3 axes, n), with which numpy is fastest."""
     return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
 def _cross(one: Array, two: Array) -> Array:
-    """Return vector products (3, n)."""
+    """Return cross products (3, n) of vectors (3, n)."""
     return np.stack(
         [
             one[1] * two[2] - one[2] * two[1],
@@ -97,8 +94,8 @@ def _dot(one: Array, two: Array) -> Array:
 def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -> Samples:
     """Return samples of the faces that point down and are within the box from `lo` to `hi`.
 
-    Triangles (n, 3, 3) run counter-clockwise seen from outside. If the surface is not `closed`,
-    each triangle counts whichever side points down.
+    Triangles (n, 3, 3) run counter-clockwise as seen from outside. If the surface is not `closed`,
+    the orientation of triangles does not matter.
     """
     places = _by_axis(triangles)
     normals = _cross(places[1] - places[0], places[2] - places[0]) / 2.0
@@ -138,7 +135,7 @@ def underside(triangles: Array, closed: bool, up: Array, lo: Array, hi: Array) -
 def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
     """Return which (n,) of the triangles (n, 3, 3) of a closed surface do not point down.
 
-    Only on such triangles can other bodies lie. Normals point outwards if the enclosed volume is
+    Other bodies can lie only on such triangles. Normals point outwards if the enclosed volume is
     positive, else inwards.
     """
     places = _by_axis(triangles)
@@ -147,12 +144,9 @@ def looks_up(triangles: Array, up: Array) -> npt.NDArray[np.bool_]:
     return upward
 
 
-def _volume(places: Array) -> float:
-    """Return six times the volume that triangles enclose.
-
-    The triangles are in the array (3, 3, n) that `_by_axis` returns.
-    """
-    about = places - places.mean(axis=(0, 2))[:, None]
+def _volume(corners: Array) -> float:
+    """Return six times the volume that triangles enclose; `corners` is the result of `_by_axis`."""
+    about = corners - corners.mean(axis=(0, 2))[:, None]
     return float(_dot(about[0], _cross(about[1], about[2])).sum())
 
 
@@ -178,7 +172,7 @@ def clustered(points: Array, areas: Array) -> tuple[Array, Array]:
 
 
 def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
-    """Merge all points within the same cell of a grid into one, and add up their areas.
+    """Merge all points in the same cell of a grid into one, and add up their areas.
 
     Returns
     -------
@@ -200,7 +194,7 @@ def gathered(points: Array, areas: Array, cell: float) -> tuple[Array, Array]:
 def _numbered(cells: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.intp], int]:
     """Return the rank (n,) of each cell among the distinct cells, and the number of distinct cells.
 
-    `cells` (n,) has the number of each point's cell, below `count`.
+    `cells` (n,) has a cell number below `count` for each point.
     """
     if count > TABLE * len(cells):
         found, of = np.unique(cells, return_inverse=True)

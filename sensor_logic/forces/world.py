@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Input and output of the calculation of forces on a pad.
 
-The input is `World`: the bodies of a scene, their contacts, and the load that the motion of each
-body requires. The output is `PadForces`.
+The input is `World`: the bodies of a scene, their contacts, and the contact force that each body
+needs for its motion. The output is `PadForces`.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ Key = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Node:
-    """A body or pad that can touch other bodies and pads.
+    """A body or a pad, as a node in the graph of bodies that touch each other.
 
     Attributes
     ----------
     key
-        Identifies the node in its `World`.
+        A tuple of numbers that identifies the node in its `World`.
     name
         The name of the node's object.
     weighs
-        The node has a weight of its own: it is simulated, or animated with a mass.
+        Whether the node has a mass: it is simulated, or animated with a mass.
     animated
-        Animation moves the node, not physics. What it stands on is found below its own surface.
+        Whether animation moves the node, not physics. Its supports are searched below its surface.
     friction
         The friction coefficient.
     margin
-        The collision margin in m. The physics engine can keep other bodies this far away.
+        The collision margin in m: the physics engine can keep other bodies this far away.
     owner
-        The node that this node is a part of, if any.
+        The key of the node that this node is a part of; None if it is not a part.
     objects
         The session uids of the node's objects.
     """
@@ -54,18 +54,18 @@ class Node:
 
 @dataclass(frozen=True)
 class RequiredLoad:
-    """The wrench that the contacts of a body must add up to for the body to move as it does.
+    """The force and moment that the contacts of a body must exert, given the body's motion.
 
     Attributes
     ----------
     load
-        The wrench about the centre of mass in this frame.
+        The required wrench (force and moment) about the centre of mass in this frame.
     centres
         The centre of mass in the previous, this and the next frame, as rows (3, 3) in m.
     mass
         The mass in kg.
     reach
-        How far the body moves in a frame, in m.
+        The largest distance in m that a point of the body moves in a frame.
     problem
         Why the load is unknown, or empty.
     """
@@ -79,16 +79,16 @@ class RequiredLoad:
 
 @dataclass(frozen=True)
 class BareSurface:
-    """A surface that an animated body stands on and that belongs to no node.
+    """A surface that an animated body stands on, but that is not a `Node`.
 
-    The weight on it is therefore not transmitted to a pad.
+    It does not transmit the body's weight to a pad.
 
     Attributes
     ----------
     name
         The name of the surface's object.
     number
-        The number of its solid.
+        The number of the visible object or instance (`Solid.number`).
     places
         The points (k, 3) in m where the body stands on it.
     """
@@ -100,16 +100,18 @@ class BareSurface:
 
 @dataclass(frozen=True)
 class Support:
-    """The points at which the node with the key `node` supports an animated body from below.
+    """The points at which a body or pad supports an animated body from below.
 
     Attributes
     ----------
+    node
+        The key of the supporting body or pad.
     places
         The points (k, 3) in m.
     areas
         The area (k,) in m² of each point, multiplied by a factor that falls as the gap there grows.
     ground
-        The surfaces without a node on which the body also stands.
+        The surfaces on which the animated body also stands, but that are not nodes.
     """
 
     node: Key
@@ -119,7 +121,7 @@ class Support:
 
 
 class World(Protocol):
-    """The scene at one frame, as the calculation reads it; lengths are in m.
+    """The scene at one frame, as input of `pad_forces`; lengths are in m.
 
     Attributes
     ----------
@@ -133,17 +135,16 @@ class World(Protocol):
     gravity: float
 
     def node(self, key: Key) -> Node:
-        """Return the node with this key."""
+        """Return the body or pad with this key."""
 
     def near(self, key: Key) -> Iterable[Key]:
-        """Return the keys of the nodes near a node.
+        """Return the keys of the bodies and pads whose bounding boxes overlap the box of `key`.
 
-        Their bounding boxes overlap that of the node. Each box covers the node's motion in the
-        previous, this and the next frame.
+        Each box covers the motion in the previous, this and the next frame.
         """
 
     def contacts(self, one: Key, two: Key, reach: float, when: int) -> list[Contact]:
-        """Return the contacts between the shapes of the nodes `one` and `two`.
+        """Return the contacts between the shapes of two bodies or pads, given by their keys.
 
         Parameters
         ----------
@@ -158,16 +159,16 @@ class World(Protocol):
         """
 
     def supports_of(self, key: Key) -> list[Support]:
-        """Return the supports of an animated node."""
+        """Return the supports of an animated body, one for each body or pad that it stands on."""
 
     def required_load(self, key: Key) -> RequiredLoad:
-        """Return the load that the node's motion requires."""
+        """Return the load that contacts must exert on a body for it to move as it does."""
 
     def constraints_of(self, key: Key) -> list[Constraint]:
-        """Return the rigid-body constraints of a node."""
+        """Return the rigid-body constraints of a body."""
 
     def animated_near(self, pad: Key, beside: float, above: float) -> list[Key]:
-        """Return the keys of animated nodes near a pad.
+        """Return the keys of animated bodies near a pad.
 
         They are at most `beside` m away from the pad's side, or at most `above` m over it.
         """
@@ -175,12 +176,12 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Constraint:
-    """A rigid-body constraint between the nodes with the keys `one` and `two`.
-
-    Either can be None: the ground.
+    """A rigid-body constraint between two bodies.
 
     Attributes
     ----------
+    one, two
+        The keys of the bodies; None for a fixed point of the world.
     place
         The point (3,) in m where the constraint acts.
     forces
@@ -199,14 +200,14 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Partner:
-    """A node that touches a pad.
+    """A body that touches a pad, with its forces on the pad.
 
     Attributes
     ----------
     name
-        The name of the node's object.
+        The name of the body's object.
     objects
-        The session uids of its objects.
+        The session uids of the body's objects.
     places
         The contact points (n, 3) in m.
     forces
@@ -226,16 +227,16 @@ class PadForces:
     Attributes
     ----------
     partners
-        The nodes that touch the pad, each with its forces.
+        The bodies that touch the pad, each with its forces.
     residual
-        Of each body in the island, a share of the required load is not explained by contacts. This
-        is the largest of these shares.
+        The fraction of a body's required load that its contacts do not explain. It is the largest
+        fraction of all bodies that contacts connect with the pad.
     problem
         Why the forces are uncertain, or empty.
     usable
         Whether the forces can at least serve as an estimate.
     bodies
-        The number of bodies in the island.
+        The number of bodies that contacts connect with the pad.
     """
 
     partners: tuple[Partner, ...] = ()

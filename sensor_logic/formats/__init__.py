@@ -104,7 +104,7 @@ FORMATS = {
         Format(
             "casas",
             ".txt",
-            "CASAS text, as Aruba and Milan have it",
+            "CASAS text, as in the data sets Aruba and Milan",
             casas.write_text,
             casas.read,
             casas.BEGINS,
@@ -114,7 +114,7 @@ FORMATS = {
         Format(
             "pyadlml",
             "",
-            "A folder for pyadlml's load_act_assist",
+            "Folder that pyadlml reads with load_act_assist",
             pyadlml.write,
             pyadlml.read,
             rb"(?m)^device(_map|_mapping|s)\.csv$",

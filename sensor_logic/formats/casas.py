@@ -93,14 +93,17 @@ def _written(
 ) -> FormatFiles:
     left_out = [f"{c.sensor.name} {c.field}" for c in log.channels if c not in names]
     if left_out:
-        notes.append(f"CASAS has no sensors for these, left out: {', '.join(left_out)}")
+        notes.append(
+            f"CASAS has no sensors for these fields, which were left out: {', '.join(left_out)}"
+        )
     if log.channels and not lines:
-        notes.append("no sensor changed: the file is empty, as CASAS lists changes alone")
+        notes.append("the file is empty, since CASAS lists only changes, and no sensor changed")
     renamed = [f"{c.sensor.name} is {name}" for c, name in names.items() if c.sensor.name != name]
     if renamed and not log.has_states:
         # For a log that came from CASAS. Other logs have these names in the second file.
         notes.append(
-            f"sensors without a name of CASAS are renamed, as OUT{SUFFIX} lists: {listed(renamed)}"
+            f"sensors whose names do not fit CASAS were renamed, as the file OUT{SUFFIX} lists: "
+            f"{listed(renamed)}"
         )
     return FormatFiles({"": "".join(lines), SUFFIX: source.to_text(log, names)}, tuple(notes))
 
@@ -174,8 +177,8 @@ def _marks(log: Log, names: dict[Channel, str]) -> tuple[dict[int, _Mark], list[
     if lost:
         names_lost = ", ".join(sorted(set(lost)))
         notes.append(
-            f"{len(lost)} of {len(log.activities)} activities have no two changes of a sensor "
-            f"to be marked on, left out: {names_lost}"
+            f"{len(lost)} of {len(log.activities)} activities were left out, since fewer than two "
+            f"sensor changes, on which CASAS marks begin and end, fall into them: {names_lost}"
         )
     return found, notes
 
@@ -224,7 +227,7 @@ def _rows(path: Path, labels: set[str]) -> Iterator[source.TextRow]:
                 time = _time(number, f"{found[1]} {found[2]}")
                 yield source.TextRow(number, time, found[3], found[4])
             elif line.strip():
-                raise ValueError(f"line {number} is not one of CASAS")
+                raise ValueError(f"line {number} is not in the format of CASAS")
 
 
 def _time(number: int, text: str) -> datetime:

@@ -54,7 +54,7 @@ class Message(NamedTuple):
 class HomeMessages:
     """Makes the MQTT messages of a home's sensors.
 
-    All topics begin with `topic`, except those of discovery messages.
+    All topics begin with `topic`, except the topics of discovery messages.
     """
 
     def __init__(

@@ -74,7 +74,7 @@ def read(path: Path) -> ParsedLog:
         try:
             time = datetime.fromisoformat(changed)
         except ValueError:
-            raise ValueError(f"line {line}: '{changed}' is no time") from None
+            raise ValueError(f"line {line}: '{changed}' is not a time") from None
         time = time if time.tzinfo else time.replace(tzinfo=UTC)
         sensor, kind, field, _ = entity
         found.changes.append(Event(time, sensor, field, 0.0, kind, value, line))

@@ -73,7 +73,10 @@ def _notes(log: Log) -> tuple[str, ...]:
     names = ", ".join(map(repr, changed))
     if not names:
         return ()
-    return (f"influx cannot hold line breaks or a last backslash in names: {names}",)
+    return (
+        "InfluxDB allows no line breaks and no backslash at the end of names, so these names "
+        f"were changed: {names}",
+    )
 
 
 def read(path: Path) -> ParsedLog:
@@ -84,7 +87,9 @@ def read(path: Path) -> ParsedLog:
         parts = re.fullmatch(r"((?:\\.|[^\\ ])+) (.+) (-?\d+)", line)
         if parts is None:
             if line.strip() and not line.startswith("#"):
-                raise ValueError(f"line {number}: '{line[:60]}' is not of the line protocol")
+                raise ValueError(
+                    f"line {number}: '{line[:60]}' is not in the line protocol of InfluxDB"
+                )
             continue
         measurement, *tags = re.split(r"(?<!\\),", parts[1])
         if measurement == ACTIVITY:

@@ -163,7 +163,7 @@ def value_of(schema: str, data: bytes) -> bool | float | str:
         return float(f"{min(distance, most):.7g}")
     if schema == "geometry_msgs/msg/WrenchStamped":
         return -float(struct.unpack_from("<d", data, body + 16)[0])
-    raise ValueError(f"{schema} is not a message of a sensor")
+    raise ValueError(f"{schema} is not a message type that can be read")
 
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -320,7 +320,7 @@ def _range_max(channel: Channel, greatest: float) -> float:
     """Return the greatest distance that the channel's sensor measures.
 
     If this parameter is unknown, return the kind's default. If the log's `greatest` value is above
-    that, return the next larger value of the kind's presets.
+    the default, return the next larger value of the kind's presets.
     """
     found = _parameter(channel, "range_max")
     if "range_max" in channel.sensor.parameters or greatest <= found:
@@ -497,7 +497,10 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
             continue
         compression, start = _read_text(content, 28)
         if compression:
-            raise ValueError(f"its chunks are compressed ({compression})")
+            raise ValueError(
+                f"its chunks are compressed ({compression}), which is not supported: "
+                "write the file without compression"
+            )
         yield from _records(content[start + 8 :])
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parquet, through pyarrow: one table, for pandas and other data frames.
 
-For a simulation, the table has a row for each update of each sensor. Its columns are those of the
-sample files. A column is empty in rows of sensors whose kind does not have it. For an event log,
-the table has the rows of the log, with typed times.
+For a simulation, the table has a row for each update of each sensor. Its columns are the columns of
+the sample files. A column is empty in rows of sensors whose kind does not have it. For an event
+log, the table has the rows of the log, with typed times.
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ def _time(line: int, text: str | None) -> datetime:
         return datetime.fromisoformat(text or "")
     except ValueError:
         raise ValueError(
-            f"{DEVICES} line {line}: '{text}' is no time such as 05.11.2010 00:00:09.500000 or "
+            f"{DEVICES} line {line}: '{text}' is not a time such as 05.11.2010 00:00:09.500000 or "
             "2010-11-05 00:00:09.5"
         ) from None
 
@@ -145,5 +145,7 @@ def _file_part(person: str) -> str:
 def _notes(log: Log) -> tuple[str, ...]:
     texts = [f"{c.sensor.name} {c.field}" for c in log.channels if c.type is str]
     return (
-        (f"pyadlml has no devices with text values, left out: {', '.join(texts)}",) if texts else ()
+        (f"pyadlml has no devices with text values, so these were left out: {', '.join(texts)}",)
+        if texts
+        else ()
     )

@@ -100,8 +100,8 @@ def read_log(
         raise InputError(f"{path} is empty: no sensor changed, or it was not written")
     if found is None:
         raise InputError(
-            f"{path}: its format is not recognised by line 1; known are {', '.join(FORMATS)}; an "
-            f"event log begins with {','.join(HEADER)}"
+            f"{path}: its format is not recognised from line 1; the formats are "
+            f"{', '.join(FORMATS)}; an event log begins with {','.join(HEADER)}"
         )
     if found.read is not None:
         return _loaded(path, found.name, found.read, start, zone, sort)

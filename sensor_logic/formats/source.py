@@ -127,8 +127,8 @@ def events_of(
         seconds = since(start, clock) / 1e6
         if found and seconds < found[-1].time:
             raise ValueError(
-                f"{at_line(change.line)}out of order: {change.time} comes after {last}; `convert "
-                "--sort` sorts it, or where clocks were put back, convert it with --timezone"
+                f"{at_line(change.line)}out of order: {change.time} comes after {last}; sort the "
+                "log with `convert --sort`, or give --timezone if clocks were put back"
             )
         found.append(change.at(seconds))
         last = change.time
@@ -149,7 +149,7 @@ def sort_rows(rows: Iterable[Event[Time]]) -> tuple[list[Event[Time]], str]:
     late = sum(after.time < before.time for before, after in pairwise(given))
     kept = list(dict.fromkeys(sorted(given, key=lambda row: row.time)))
     repeated = len(given) - len(kept)
-    note = f"sorted by time, which went back {late} ×; repeated rows left out: {repeated}"
+    note = f"sorted by time; rows out of order: {late}; repeated rows, left out: {repeated}"
     return kept, note
 
 
@@ -208,7 +208,7 @@ def make_log(
         channel = channels[key]
         if channel.sensor.kind != event.kind:
             raise InputError(
-                f"{where}: '{event.sensor}' is of kind {event.kind} here and of kind "
+                f"{where}: '{event.sensor}' has the kind {event.kind} here, and the kind "
                 f"{channel.sensor.kind} elsewhere"
             )
         value = _value(where, event, published.type)
@@ -226,12 +226,14 @@ def channel_of(sensor: SensorFacts, published: Field) -> Channel:
 def _field(where: str, event: Event[float]) -> Field:
     kind = KINDS.get(event.kind)
     if kind is None:
-        raise InputError(f"{where}: kind '{event.kind}' is unknown; known are {', '.join(KINDS)}")
+        raise InputError(
+            f"{where}: kind '{event.kind}' is unknown: choose one of {', '.join(KINDS)}"
+        )
     for published in kind.events:
         if published.name == event.field:
             return published
     names = ", ".join(f.name for f in kind.events)
-    raise InputError(f"{where}: {event.kind} has no field '{event.field}', but {names}")
+    raise InputError(f"{where}: {event.kind} has no field '{event.field}': its fields are {names}")
 
 
 def _value(where: str, event: Event[float], field_type: type) -> Value:
@@ -246,7 +248,7 @@ def _value(where: str, event: Event[float], field_type: type) -> Value:
             return number
     except (ValueError, TypeError):
         pass
-    wanted = "0 or 1" if field_type is bool else "a number, which is finite"
+    wanted = "0 or 1" if field_type is bool else "a finite number"
     raise InputError(f"{where}: '{event.field}' is '{text}', not {wanted}")
 
 
@@ -270,7 +272,9 @@ def read_log_events(
     try:
         return read_events(path), start
     except InputError as error:
-        raise InputError(f"{error}; {','.join(HEADER)} is what `angen simulate` writes") from None
+        raise InputError(
+            f"{error}; `angen simulate` writes the header {','.join(HEADER)}"
+        ) from None
 
 
 def _end_of_days(folder: Path) -> datetime | None:
@@ -325,7 +329,8 @@ class HomeFile:
 def format_labels(name: str, labels: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     """Return the label of each activity in the vocabulary of the format `name`.
 
-    The labels of the format before the hyphen count too: `casas-csv` also uses those of `casas`.
+    The labels of the format before the hyphen count too: `casas-csv` also uses the labels of
+    `casas`.
     """
     return {**labels.get(name.partition("-")[0], {}), **labels.get(name, {})}
 
@@ -341,7 +346,9 @@ def read_home(path: Path) -> HomeFile:
     home = {"sensors": found} if isinstance(found, list) else found
     entries = home.get("sensors") if isinstance(home, dict) else None
     if not isinstance(entries, list):
-        raise InputError(f"{path} has no list of sensors, as home.toml and `list --json` have")
+        raise InputError(
+            f"{path} has no list of sensors: give a home.toml, or the output of `list --json`"
+        )
     sensors: dict[str, SensorFacts] = {}
     for entry in entries:
         facts = _sensor_facts(path, entry)

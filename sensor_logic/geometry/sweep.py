@@ -43,8 +43,8 @@ class RayCrossings:
     begin, end
         When the intersection begins and ends, as fractions (0 to 1) of the step's time.
     near, far
-        The distances of the hit from the ray's start at `begin` and at `end`; between these times,
-        the distance changes linearly.
+        The distances of the hit from the ray's start, `near` at `begin` and `far` at `end`. Either
+        can be the larger one. Between these times, the distance changes linearly.
     """
 
     ray: Index
@@ -134,7 +134,8 @@ def _intersections(
     begin, end
         When the intersection begins and ends (p,), as fractions of the interval.
     near, far
-        The distances (p,) along the ray at these times, as fractions of the ray's length.
+        The distances (p,) along the ray at `begin` and at `end`, as fractions of the ray's length.
+        Either of the two can be the larger one.
     """
     # Relative to the ray's start, so that the numbers are small.
     drift = after[:, 0] - before[:, 0]
@@ -321,7 +322,7 @@ def seen_from(body: Movement, sensor: Movement, fractions: Array, ends: Array) -
 
 
 def pieces_needed(body: Movement, sensor: Movement, ends: Array, tolerance: float) -> int:
-    """Return the number of equal intervals into which a step is divided to trace moving points.
+    """Return the number of equal intervals into which a step is divided to follow moving points.
 
     The points move with the sensor. Within each interval, their paths as seen from the body are
     nearly straight.

@@ -66,7 +66,7 @@ class Boxes:
         return _all_three(apart <= others.half[which] + self.half[rows] + margin)
 
     def around(self) -> Boxes:
-        """Return a box around every WITHIN consecutive boxes."""
+        """Return a box around each group of WITHIN successive boxes: the next level of a tree."""
         starts = np.arange(0, len(self.centre), WITHIN)
         lo = np.minimum.reduceat(self.centre - self.half, starts)
         hi = np.maximum.reduceat(self.centre + self.half, starts)
@@ -136,8 +136,8 @@ class TriangleTree:
     def near(self, before: Array, after: Array) -> Iterator[tuple[Index, Index, Index]]:
         """Yield pairs of a moving ray and a triangle that can cross, in batches of q pairs.
 
-        A batch has the index of the piece (q,), the ray (q,) and the triangle (q,). It may also
-        have pairs that do not cross, but no crossing is missing.
+        A batch has the indices (q,) of the piece of motion, the ray and the triangle of each pair.
+        It may also have pairs that do not cross, but no crossing is missing.
 
         Parameters
         ----------
@@ -182,10 +182,11 @@ class TriangleTree:
     def _rays_near(
         self, before: Array, after: Array, margin: float, rows: Index, which: Index
     ) -> NDArray[np.bool_]:
-        """Return a mask (q,) of the pairs of a ray and a triangle that can be near each other.
+        """Return a mask (q,) of the pairs of a ray and a triangle within `margin` of each other.
 
-        `rows` (q,) has the numbers of the rays, which are counted through all pieces. `which` (q,)
-        has the positions of the triangles at the lowest level.
+        Some pairs in the mask may be farther apart. `before` and `after` (n, k, 2, 3) are as for
+        `near`. Ray i of piece j has the number j·k + i: `rows` (q,) has these numbers. `which` (q,)
+        has the positions of the triangles in the lowest level of the hierarchy.
         """
         known, place = np.unique(rows, return_inverse=True)
         swept = SweptBundles(*(at.reshape(-1, 1, 2, 3)[known] for at in (before, after)))
@@ -194,7 +195,7 @@ class TriangleTree:
     def _descend(
         self, swept: SweptBundles, margin: float, level: int, rows: Index, which: Index
     ) -> Iterator[tuple[Index, Index]]:
-        """Yield pairs of a bundle and a box of the lowest level that can overlap.
+        """Yield pairs of a bundle of rays and a box of the lowest level that can overlap.
 
         The search starts at q pairs: the bundles `rows` (q,) and the boxes `which` (q,) of the
         given level.
@@ -479,7 +480,7 @@ def _all_pairs(rays: int, boxes: int) -> tuple[Index, Index]:
 
 
 def _around(rows: NDArray[np.float32], extreme: np.ufunc) -> NDArray[np.float32]:
-    """Return the least or greatest coordinates of every WITHIN consecutive rows (n, 3)."""
+    """Return the least or greatest coordinates of each group of WITHIN successive rows (n, 3)."""
     # numpy's own reduction takes five times as long along so short an axis.
     missing = -len(rows) % WITHIN
     found = np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)]).reshape(-1, WITHIN, 3)

@@ -10,16 +10,16 @@ from __future__ import annotations
 import pkgutil
 from importlib import import_module
 
-from ..kind import Kind
+from ..kind import Kind, OwnerProperties
 
 NO_KIND = "NONE"
 
 
-def _found() -> list[Kind]:
+def _load_kinds() -> list[Kind]:
     """Return the kinds in this folder, ordered by number.
 
-    Raise ValueError if two kinds have the same number or identifier. Also raise it if the
-    `attribute` of a kind is not the name of the kind's module.
+    Raise ValueError if two kinds have the same number or identifier, or if a kind's `attribute` is
+    not the name of its module.
     """
     kinds: list[Kind] = []
     for module in pkgutil.iter_modules(__path__):
@@ -33,4 +33,18 @@ def _found() -> list[Kind]:
     return sorted(kinds, key=lambda kind: kind.number)
 
 
-KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _found()}
+KINDS: dict[str, Kind] = {kind.identifier: kind for kind in _load_kinds()}
+
+
+# The properties that kinds need of other objects and of materials, by the type of the owner.
+_OWNED = {
+    owner: tuple(
+        made for kind in KINDS.values() for made in kind.owner_properties if owner in made.owners
+    )
+    for owner in ("Object", "Material")
+}
+
+
+def owner_properties(owner: str) -> tuple[OwnerProperties, ...]:
+    """Return the properties that kinds need of a type of owner, such as "Object"."""
+    return _OWNED.get(owner, ())

@@ -3,7 +3,7 @@
 
 - Model: `DoorContact`, with its parameters and presets in this file.
 - Scene: the magnet's pose, by `_named_poses` in angen_addon/runtime/sensor_runner.py.
-- Window: angen_addon/kinds/contact.py.
+- Interface: angen_addon/kinds/contact.py.
 - Physics: docs/contact.md.
 - Tests: tests/pure/test_distance_and_contact.py, tests/blender/test_distance_contact.py.
 """
@@ -37,7 +37,8 @@ class ContactParameters(Parameters):
     close_distance: float = parameter(
         0.015,
         "Close distance",
-        "The contact closes where the magnet is nearer. Data sheets: operate, make or pull-in",
+        "The contact closes when the magnet is nearer than this. Data sheets: operate, make or "
+        "pull-in",
         unit="m",
         positive=True,
         short="Closes At",
@@ -46,7 +47,8 @@ class ContactParameters(Parameters):
     open_distance: float = parameter(
         0.02,
         "Open distance",
-        "The contact opens where the magnet is farther. Data sheets: release, break or drop-out",
+        "The contact opens when the magnet is farther than this. Data sheets: release, break or "
+        "drop-out",
         unit="m",
         positive=True,
         short="Opens At",
@@ -63,13 +65,13 @@ class ContactParameters(Parameters):
 
 
 class DoorContact(Model):
-    """The model of one contact. Its state is whether it is closed; it starts open."""
+    """Model of one door contact. Its state is whether the contact is closed; it starts open."""
 
     def __init__(self) -> None:
         self._closed = False
 
     def update(self, parameters: ContactParameters, update: Update) -> Reading:
-        """Return whether the contact is open, and the distance of the magnet in m."""
+        """Return whether the contact is open, and the magnet's distance in m (inf if unset)."""
         magnet = update.ask(POSES, "magnet")
         if magnet is None:
             self._closed, distance = False, math.inf
@@ -94,13 +96,8 @@ def _reed(
 ) -> Preset:
     """Return a preset of a reed sensor with a neodymium magnet.
 
-    Parameters
-    ----------
-    part, turns, magnet
-        The names of the sensor and of the magnet, and the sensor's sensitivity in ampere-turns.
-    operate, release
-        The least and the greatest distance in mm at which the contact closes, and at which it
-        opens.
+    `turns` is the sensitivity in ampere-turns. `operate` and `release` are the least and the
+    greatest distance in mm at which the contact closes and opens.
     """
     return Preset(
         f"{part}_{magnet}".replace("-", "_"),

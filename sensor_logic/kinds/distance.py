@@ -38,12 +38,12 @@ class DistanceParameters(Parameters):
     """The parameters of a distance sensor."""
 
     threshold: float = parameter(
-        1.0, "Threshold", "Near is on where a target is closer than this", unit="m"
+        1.0, "Threshold", "The output is on while a target is closer than this", unit="m"
     )
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "Near goes off where the distance exceeds the threshold by this much",
+        "The output goes off again when the distance exceeds the threshold by this much",
         unit="m",
     )
     report_step: float = parameter(
@@ -72,9 +72,9 @@ class DistanceParameters(Parameters):
     target: str = parameter(
         "MATERIAL",
         "Target",
-        "Where the reflectance of targets comes from",
+        "How the reflectance of targets is chosen",
         choices=(
-            Choice("MATERIAL", "Materials", "The colours of their materials", 0),
+            Choice("MATERIAL", "Materials", "From the colours of their materials", 0),
             Choice("FIXED", "Fixed", "One value for all targets", 1),
         ),
     )
@@ -111,7 +111,7 @@ class DistanceParameters(Parameters):
     echo: str = parameter(
         "MEAN",
         "Echo",
-        "Which distance a zone reads where its rays hit several targets",
+        "Distance that a zone reads if its rays hit several targets",
         choices=(
             Choice("MEAN", "Mean", "The mean, weighted by the signal that each returns", 0),
             Choice("STRONGEST", "Strongest", "The target that returns the strongest signal", 1),
@@ -129,7 +129,9 @@ class DistanceParameters(Parameters):
         0.0, "Noise", "Standard deviation of a reading at distance 0", unit="m"
     )
     noise_growth: float = parameter(
-        0.0, "Noise growth", "How much the standard deviation grows with each metre, in metres"
+        0.0,
+        "Noise growth",
+        "Growth of the standard deviation with each metre of distance, in metres",
     )
     resolution: float = parameter(
         0.0, "Resolution", "Readings are multiples of this; 0: exact", unit="m"
@@ -143,7 +145,8 @@ class DistanceParameters(Parameters):
         if self.range_grey > self.range_max:
             return [
                 f"range_grey ({lengths.typed(self.range_grey)}) is beyond range_max "
-                f"({lengths.typed(self.range_max)}): white is seen at least as far as grey"
+                f"({lengths.typed(self.range_max)}): a white target must be seen at least as far "
+                "as a grey one"
             ]
         return []
 
@@ -154,7 +157,7 @@ class DistanceParameters(Parameters):
             return [
                 Advice(
                     f"The threshold ({threshold}) is not above the range min "
-                    f"({lengths.typed(self.range_min)}): near never goes on",
+                    f"({lengths.typed(self.range_min)}), so the output near never goes on",
                     "Raise the threshold",
                 )
             ]
@@ -163,8 +166,8 @@ class DistanceParameters(Parameters):
         added = f" plus the hysteresis ({lengths.typed(self.hysteresis)})" * bool(self.hysteresis)
         return [
             Advice(
-                f"The threshold ({threshold}){added} is beyond the range max ({most}): near goes "
-                "off only where no zone detects anything",
+                f"The threshold ({threshold}){added} is beyond the range max ({most}), so the "
+                "output near goes off only when no zone detects a target",
                 "Lower the threshold or the hysteresis",
             )
         ]
@@ -181,9 +184,9 @@ JUST_SEEN = 1.0 - 1e-9
 
 
 class DistanceSensor(Model):
-    """The model of one sensor. Its state is whether a target was near at the last update.
+    """Model of one distance sensor.
 
-    The hysteresis depends on this state.
+    Its state is whether a target was near at the last update, on which the hysteresis depends.
     """
 
     def __init__(self) -> None:
@@ -216,11 +219,10 @@ class DistanceSensor(Model):
 
 
 def zone_rays(parameters: DistanceParameters, pose: Pose) -> tuple[Array, Array, Array]:
-    """Return origins (n, 3), unit directions (n, 3) and lengths (n,) of all rays.
+    """Return the rays of all zones: origins (n, 3), unit directions (n, 3), lengths (n,) in m.
 
-    The rays are in the order of their zones, which are sorted by row from the upper left in the
-    sensor's view. Within a zone, the rays are sorted in the same way. A plane perpendicular to the
-    axis is divided into equal cells, and each ray goes through the centre of a cell.
+    Zones are listed by row, from the upper left as seen from the sensor. The rays in each zone are
+    listed in the same way.
     """
     directions = pixel_directions(
         pose.axes,
@@ -239,10 +241,10 @@ def reach(parameters: DistanceParameters) -> float:
 
 
 def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
-    """Return R(ρ), the greatest distance in m at which a target of reflectance ρ is detected.
+    """Return the greatest distance in m at which a target that fills a zone is detected.
 
-    The target fills a zone. R is a power of ρ that fits the data sheet's values for white and grey
-    targets. For an ideal receiver in the dark, the exponent is ½.
+    This distance is a power of the reflectance, fitted to the data sheet's values for white and
+    grey targets. For an ideal receiver in the dark, the exponent is ½.
     """
     power = math.log(parameters.range_max / parameters.range_grey) / math.log(WHITE / GREY)
     found: Array = parameters.range_max * (reflectance / WHITE) ** power
@@ -250,10 +252,10 @@ def range_of(parameters: DistanceParameters, reflectance: Array) -> Array:
 
 
 def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: Array) -> Array:
-    """Return the distance (z,) in m of each zone, without noise; inf if the zone detects no target.
+    """Return the distance (z,) in m that each zone reads, without noise.
 
-    The k rays of each zone have `ranges` (z, k) in m. The surfaces that they hit have `reflectance`
-    (z, k).
+    The distance is inf if the zone detects no target. Each zone has k rays, with `ranges` (z, k) in
+    m. `reflectance` (z, k) is the reflectance of the surfaces that the rays hit, 0 to 1.
     """
     near = np.maximum(ranges, max(parameters.range_min, 1e-6))
     visible = (range_of(parameters, reflectance) / near) ** 2 / ranges.shape[1]
@@ -278,22 +280,23 @@ def zone_distances(parameters: DistanceParameters, ranges: Array, reflectance: A
     return best
 
 
-def _weighted(near: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
-    """Return the mean (z,) of the ranges of each zone, weighted by visibility.
+def _weighted(ranges: Array, visible: Array, which: NDArray[np.bool_]) -> Array:
+    """Return the mean range (z,) of each zone's rays, weighted by their visibility.
 
-    Only rays in the mask `which` (z, k) count. The mean is inf if the sum of their visibilities is
-    too small.
+    Only rays in the mask `which` (z, k) count. The mean is inf if their visibilities add up to less
+    than `JUST_SEEN`.
     """
     weight = np.where(which, visible, 0.0)
     total = weight.sum(axis=1)
-    mean = (weight * near).sum(axis=1) / np.maximum(total, 1e-300)
+    mean = (weight * ranges).sum(axis=1) / np.maximum(total, 1e-300)
     return np.where(total >= JUST_SEEN, mean, np.inf)
 
 
 def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
     """Return the standard deviation in m of readings at `distance` (m).
 
-    It combines two independent noises: one constant, one in proportion to the distance.
+    It combines two independent kinds of noise. One is constant, and the other is proportional to
+    the distance.
     """
     found: Array = np.hypot(
         parameters.noise_sigma, parameters.noise_growth * np.asarray(distance, np.float64)
@@ -302,20 +305,14 @@ def sigma(parameters: DistanceParameters, distance: ArrayLike) -> Array:
 
 
 def _noise(parameters: DistanceParameters, update: Update, zones: int) -> Array:
-    """Return a standard normal random number for each zone, zones without a target included.
-
-    Return zeros if the sensor has no noise.
-    """
+    """Return a standard normal number for each zone, or zeros if the sensor has no noise."""
     if parameters.noise_sigma == 0.0 and parameters.noise_growth == 0.0:
         return np.zeros(zones)
     return update.noise().normal(size=zones)
 
 
 def _with_noise(parameters: DistanceParameters, distance: Array, noise: Array) -> Array:
-    """Return the readings in m with noise added.
-
-    They are then rounded to the resolution and limited to range_min … range_max.
-    """
+    """Return distances in m with noise, rounded to the resolution and limited to the range."""
     found = distance + noise * sigma(parameters, distance)
     if parameters.resolution > 0.0:
         found = np.round(found / parameters.resolution) * parameters.resolution
@@ -331,10 +328,7 @@ SIDE_OF_27 = 2.0 * math.atan(math.tan(math.radians(27.0) / 2.0) / math.sqrt(2.0)
 
 
 def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    """Return a preset of a part.
-
-    All presets set the same parameters, so that none keeps values of a preset chosen before.
-    """
+    # All these presets set the same parameters, so that none keeps values of an earlier preset.
     common = {
         "target": "MATERIAL",
         "zones_across": 1,
@@ -383,8 +377,8 @@ PRESETS: tuple[Preset, ...] = (
     _part(
         "HC_SR04",
         "HC-SR04 (ultrasound)",
-        "HC-SR04 data sheet: 2 cm to 4 m, 15°, up to 3 mm; what it meets throws sound back "
-        "whatever its colour. Where the first echo is not enough, the next one counts",
+        "HC-SR04 data sheet: 2 cm to 4 m, 15°, up to 3 mm; targets reflect sound whatever their "
+        "colour. Where the first echo is not enough, the next one counts",
         range_min=0.02,
         range_max=4.0,
         range_grey=4.0,

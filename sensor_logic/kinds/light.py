@@ -4,7 +4,7 @@
 - Model: `LightSensor`, with its photoresistor, parameters and presets in this file.
 - Scene: angen_addon/scene/light/, beginning with probe.py; `LightChanges` in
   angen_addon/scene/changes.py tells when light must be measured again.
-- Window: angen_addon/kinds/light.py.
+- Interface: angen_addon/kinds/light.py.
 - Physics: docs/light.md; how light is measured: docs/light_how.md.
 - Tests: tests/pure/test_light.py, tests/blender/test_light_*.py.
 """
@@ -53,11 +53,10 @@ def equivalent_lux(
 
 
 def follow(before: float, target: float, dt: float, rise: float, fall: float) -> float:
-    """Return the conductance after `dt` seconds, starting at `before`.
+    """Return the conductance after `dt` s of exponential approach from `before` to `target`.
 
-    It approaches `target` exponentially. The time constant in s is `rise` for growing conductance,
-    else `fall`. The result is exact if the light is constant during `dt`, so the length of the
-    steps does not matter.
+    The time constant in s is `rise` if the conductance grows, else `fall`. The result is exact for
+    light that is constant during `dt`.
     """
     constant = rise if target > before else fall
     return target + (before - target) * math.exp(-dt / constant) if constant > 0.0 else target
@@ -69,7 +68,7 @@ def follow(before: float, target: float, dt: float, rise: float, fall: float) ->
 # constants of a photoresistor and its voltage divider, or the counts of a digital part. A
 # comparator with hysteresis then decides whether the sensor is lit.
 
-THESIS = "camera sensor of the thesis's Gazebo plugin"
+THESIS = "camera sensor of the Gazebo plugin from the thesis behind this extension"
 GL5528 = "GL5528 data sheet"
 BH1750 = "BH1750FVI data sheet"
 LUX = ("method", "ILLUMINANCE")
@@ -106,12 +105,17 @@ class LightParameters(Parameters):
         1024, "Samples", "Light paths per reading", minimum=1, maximum=1_000_000
     )
     clip_start: float = parameter(
-        0.5, "Clip start", "Views do not show what is nearer", unit="m", source=THESIS, **FOUR_WALL
+        0.5,
+        "Clip start",
+        "Views do not show surfaces nearer than this",
+        unit="m",
+        source=THESIS,
+        **FOUR_WALL,
     )
     clip_end: float = parameter(
         5.0,
         "Clip end",
-        "Views do not show what is farther",
+        "Views do not show surfaces farther than this",
         unit="m",
         positive=True,
         source=THESIS,
@@ -133,7 +137,7 @@ class LightParameters(Parameters):
     threshold: float = parameter(
         50.0,
         "Threshold",
-        "Lit is on above this reading, in percent or lux by the method",
+        "The output lit goes on above this reading, in percent or lux, depending on the method",
         unit=READING,
     )
     report_step: float = parameter(
@@ -146,23 +150,26 @@ class LightParameters(Parameters):
     hysteresis: float = parameter(
         0.0,
         "Hysteresis",
-        "Difference between the readings at which lit goes on and off, around the threshold",
+        "Difference between the readings at which the output goes on and off, half of it above "
+        "and half below the threshold",
         unit=READING,
     )
     output: str = parameter(
         "RESISTOR",
         "Output",
-        "Which circuit is behind the light-sensitive face",
+        "Circuit that measures the light",
         choices=(
-            Choice("RESISTOR", "Photoresistor", "A light-dependent resistor in a divider", 0),
-            Choice("DIGITAL", "Digital", "A light-to-digital part that counts lux", 1),
+            Choice(
+                "RESISTOR", "Photoresistor", "A light-dependent resistor in a voltage divider", 0
+            ),
+            Choice("DIGITAL", "Digital", "A digital light sensor that counts lux", 1),
         ),
         **ILLUMINANCE,
     )
     gamma: float = parameter(
         0.7,
         "Gamma",
-        "Slope of the resistance over illuminance, both logarithmic",
+        "Slope of the resistance over the illuminance, both on logarithmic scales",
         positive=True,
         source="0.6 ± 0.1, GL55 series manual",
         **RESISTOR,
@@ -190,7 +197,7 @@ class LightParameters(Parameters):
     rise_time: float = parameter(
         0.02,
         "Rise time",
-        "Time constant with which it follows rising light",
+        "Time constant of the photoresistor for rising light",
         unit="s",
         source="20 ms, " + GL5528,
         **RESISTOR,
@@ -198,7 +205,7 @@ class LightParameters(Parameters):
     fall_time: float = parameter(
         0.03,
         "Fall time",
-        "Time constant with which it follows falling light",
+        "Time constant of the photoresistor for falling light",
         unit="s",
         source="30 ms, " + GL5528,
         **RESISTOR,
@@ -206,7 +213,7 @@ class LightParameters(Parameters):
     load_resistor: float = parameter(
         10_000.0,
         "Load resistor",
-        "Fixed resistor of the divider",
+        "Fixed resistor of the voltage divider",
         unit="Ω",
         positive=True,
         short="Load",
@@ -267,8 +274,8 @@ class LightParameters(Parameters):
         if on >= most:
             return [
                 Advice(
-                    f"Lit goes on above {on:g} {unit}, and the sensor reads at most {most:g} "
-                    f"{unit}: once off, lit stays off",
+                    f"The output lit goes on above {on:g} {unit}, but the sensor reads at most "
+                    f"{most:g} {unit}: once off, lit stays off",
                     "Lower the threshold or the hysteresis",
                 )
             ]
@@ -284,9 +291,9 @@ class LightParameters(Parameters):
 
 
 class LightSensor(Model):
-    """The model of one sensor.
+    """Model of one light sensor.
 
-    Its state is that of its photoresistor or integrator, and of its comparator.
+    Its state is the state of its photoresistor or integrator, and of its comparator.
     """
 
     def __init__(self) -> None:
@@ -333,10 +340,10 @@ class LightSensor(Model):
     def _resistor(
         self, parameters: LightParameters, lux: float, dt: float, fields: dict[str, Any]
     ) -> float:
-        """Return the illuminance in lux that the photoresistor shows.
+        """Store resistance and voltage in `fields`, and return the apparent illuminance in lux.
 
-        It is the constant illuminance at which the photoresistor would have its present
-        conductance. At the first update, the conductance is that of constant light.
+        The apparent illuminance is the constant illuminance that would give the photoresistor its
+        present conductance. At the first update, the light counts as constant.
         """
         curve = parameters.resistance_10lux, parameters.gamma, parameters.dark_resistance
         target = conductance(lux, *curve)
@@ -355,9 +362,9 @@ class LightSensor(Model):
     def _digital(self, parameters: LightParameters, lux: float, dt: float) -> float:
         """Return the illuminance in lux that the digital part reports.
 
-        It is the mean over the integration time, in whole counts. Each sample is weighted with the
-        time since the previous update. The light before the first update counts as equal to the
-        first sample.
+        It is the mean over the integration time, in whole counts. Each sample is weighted by the
+        time since the previous update. Light before the first update counts as equal to the first
+        sample.
         """
         span = parameters.integration_time
         self._window.append((dt if self._time is not None else math.inf, lux))
@@ -396,7 +403,8 @@ class LightSensor(Model):
 
 MANUAL = (
     "GL55 Series CdS Photoresistor Manual, p. 2 (10 lx of 2856 K after 2 h at 400 to 600 lx; dark "
-    "10 s after 10 lx; gamma = lg(R10/R100)); its rows bear no names and are taken in their order"
+    "10 s after 10 lx; gamma = lg(R10/R100)); the table does not name its rows, so they are taken "
+    "in order"
 )
 CURVE = (
     "resistances as traded (10 lx; dark); gamma from the curve lux = a / ohm^b of the "
@@ -447,7 +455,7 @@ PRESETS: tuple[Preset, ...] = (
             "field_of_view": 0.02,
             "noise_sigma": 0.0,
         },
-        "camera sensor of the thesis's Gazebo plugin",
+        "camera sensor of the Gazebo plugin from the thesis behind this extension",
     ),
     _resistor("GL5516", (5.0, 10.0), 0.5, 0.5, (30.0, 30.0)),
     _resistor("GL5528", (10.0, 20.0), 1.0, 0.6, (20.0, 30.0)),
@@ -468,8 +476,8 @@ PRESETS: tuple[Preset, ...] = (
         0.1,
         40_000.0,
         0.402,
-        "0.1 to 40 000 lx and 402 ms as in Raspberry Connect's description of the breakout "
-        "board; the step is the least light that it tells apart, at its high gain",
+        "0.1 to 40 000 lx and 402 ms as in Raspberry Connect's description of the breakout board; "
+        "the step is its resolution at high gain",
     ),
     _digital(
         "VEML7700",

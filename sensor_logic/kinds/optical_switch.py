@@ -4,7 +4,7 @@
 - Model: `SlottedSwitch`, with its parameters and presets in this file.
 - Scene: rays by angen_addon/scene/rays/caster.py; solids that cross a swept beam between two steps
   by angen_addon/scene/rays/sweep.py and sensor_logic/geometry/.
-- Window: angen_addon/kinds/optical_switch.py; fitting a door: operators/door.py.
+- Interface: angen_addon/kinds/optical_switch.py; fitting a door: operators/door.py.
 - Physics: docs/switch.md.
 - Tests: tests/pure/test_optical_switch.py, tests/blender/test_swept_switch.py and test_door.py.
 """
@@ -30,26 +30,26 @@ NO_GAP = 1e-5
 
 
 def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays: int) -> Array:
-    """Return the light (n,) in n successive intervals since the previous step.
+    """Return the fraction of unblocked rays (n,) in n successive intervals since the previous step.
 
-    In each interval, the light is constant: the fraction of rays that no solid blocks. A solid
-    nearer than `threshold` (m) blocks a ray.
+    The intervals are those in which this fraction is constant. There are none if no ray was
+    blocked.
 
     Parameters
     ----------
     crossings
-        The crossings (p,) of the beam since the previous step.
+        The p crossings of the beam by solids since the previous step.
     ranges
         The distance (p, 2) in m from the sensor, at the begin and the end of each crossing.
     threshold
-        The range in m from which the switch is open.
+        A solid blocks a ray if it is nearer than this distance in m.
     rays
         The number of rays in the beam.
     """
-    ray, begin, end = _stopped(crossings, ranges, threshold)
+    ray, begin, end = _blocked_intervals(crossings, ranges, threshold)
     if not len(ray):
         return np.zeros(0)
-    begin, end = _merged(ray, begin, end)
+    begin, end = _merge_intervals(ray, begin, end)
     times = np.concatenate([begin, end])
     order = np.argsort(times, kind="stable")
     stopped = np.cumsum(np.repeat([1, -1], len(begin))[order])
@@ -61,10 +61,10 @@ def light_between(crossings: RayCrossings, ranges: Array, threshold: float, rays
     return np.concatenate([before, light, after])
 
 
-def _stopped(
+def _blocked_intervals(
     crossings: RayCrossings, ranges: Array, threshold: float
 ) -> tuple[Index, Array, Array]:
-    """Return the times at which rays are blocked: the ray, the begin and the end of each.
+    """Return the intervals in which a ray is blocked: the ray's index, the begin and the end.
 
     A ray is blocked while the solid that crosses it is nearer than `threshold` (m).
     """
@@ -78,11 +78,8 @@ def _stopped(
     return crossings.ray[stops], begin[stops], end[stops]
 
 
-def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
-    """Return begins and ends (n,) of intervals, with overlapping or adjoining intervals merged.
-
-    Only intervals of the same ray are merged.
-    """
+def _merge_intervals(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
+    """Return begins and ends (n,) after merging the intervals of a ray that overlap or adjoin."""
     # Each ray has its own section of a common time axis.
     starts, stops = begin + 2.0 * ray, end + 2.0 * ray
     order = np.argsort(starts, kind="stable")
@@ -102,7 +99,7 @@ def _merged(ray: Index, begin: Array, end: Array) -> tuple[Array, Array]:
 # A swept switch has a latched output, as with an input that interrupts on an edge: an object that
 # breaks the beam between two updates makes the switch read closed at the next update.
 
-THESIS = "laser switch of the thesis's Gazebo plugin"
+THESIS = "laser switch of the Gazebo plugin from the thesis behind this extension"
 # The middle of the comparator's levels, 0.60 and 0.45 of the full light at the default hysteresis.
 SWITCHING_LEVEL = 0.525
 # Tolerance for the hysteresis, stored in single precision: 3 of 5 rays must reach the level 0.60.
@@ -115,7 +112,7 @@ class OpticalSwitchParameters(Parameters):
     """The parameters of an optical switch."""
 
     range_min: float = parameter(
-        0.001, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
+        0.001, "Range min", "Surfaces nearer than this are not detected", unit="m", source=THESIS
     )
     range_max: float = parameter(
         0.5, "Range max", "How far the beam reaches", unit="m", positive=True, source=THESIS
@@ -123,14 +120,15 @@ class OpticalSwitchParameters(Parameters):
     threshold: float = parameter(
         0.05,
         "Threshold",
-        "Open where the beam reaches at least this far. Datasheets: gap",
+        "The switch is open while the beam reaches at least this far. Datasheets: gap",
         unit="m",
         source=THESIS,
     )
     aperture_rays: int = parameter(
         1,
         "Aperture rays",
-        "Rays side by side in the aperture; the share that reaches the receiver is the light",
+        "Number of rays side by side in the aperture. The light is the share of the rays that "
+        "reach the receiver",
         minimum=1,
         maximum=10_000,
     )
@@ -184,19 +182,20 @@ class OpticalSwitchParameters(Parameters):
 
 
 def aperture_offsets(parameters: OpticalSwitchParameters) -> Array:
-    """Return the positions (k,) in m of the rays across the aperture.
+    """Return the positions (k,) in m of the rays along the sensor's X axis.
 
-    They are the centres of k equal strips. An object with one straight edge leaves a part of the
-    aperture open. The fraction of rays that pass differs from this part by at most 1/(2k).
+    The rays are at the centres of k equal strips of the aperture. An object with one straight edge
+    leaves a part of the aperture open. The fraction of rays that pass differs from this part by at
+    most 1/(2k).
     """
     k = parameters.aperture_rays
     return ((np.arange(k) + 0.5) / k - 0.5) * parameters.aperture
 
 
 def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array, Array]:
-    """Return the rays: starts (k, 3), unit directions (k, 3) and lengths (k,) in m.
+    """Return the rays of the beam: origins (k, 3), unit directions (k, 3) and lengths (k,) in m.
 
-    They start at the distance range_min from the sensor.
+    The rays start at the distance range_min from the sensor.
     """
     ahead = -pose.axes[:, 2]
     starts = pose.origin + np.outer(aperture_offsets(parameters), pose.axes[:, 0])
@@ -206,7 +205,7 @@ def beam(parameters: OpticalSwitchParameters, pose: Pose) -> tuple[Array, Array,
 
 @dataclass(frozen=True)
 class BeamStep:
-    """The beam at one step: `ranges` (k,) in m, and the `crossings` since the previous step."""
+    """The beam at one step: `ranges` (k,) in m, and `crossings` by solids since the step before."""
 
     ranges: Array
     crossings: RayCrossings
@@ -214,16 +213,16 @@ class BeamStep:
 
 @dataclass(frozen=True)
 class LatchedBreak:
-    """A break of the beam between two updates, at the crossing nearest to the sensor.
+    """An interruption of the beam between two updates.
 
     Attributes
     ----------
     range
-        The distance in m.
+        The distance in m from the sensor to the solid that interrupts the beam.
     steps
-        The time from the break to the later update, in steps of the clock.
+        The time from the interruption to the later update, in steps of the clock.
     solid
-        The number of the solid, or 0 if it is unknown.
+        The number of that solid, or 0 if it is unknown.
     """
 
     range: float
@@ -232,11 +231,15 @@ class LatchedBreak:
 
 
 class SlottedSwitch(Model):
-    """The model of one switch.
+    """Model of one slotted optical switch.
 
-    Its state is the output of its comparator, and the steps since the last update. `latched_break`
-    is the break between two updates that made the last reading closed. It is None if the switch
-    would have been closed without that break, or is open.
+    Its state is the output of its comparator, and the steps since the last update.
+
+    Attributes
+    ----------
+    latched_break
+        The interruption between two updates that closed the last reading. None if the last reading
+        is open, or would be closed without that interruption.
     """
 
     def __init__(self) -> None:
@@ -260,7 +263,7 @@ class SlottedSwitch(Model):
         return Readings.of(found)
 
     def _sense_plain(self, parameters: OpticalSwitchParameters, updates: Updates) -> Readings:
-        """Return the readings if there is no noise and steps between updates do not count."""
+        """Return the readings of a switch that has no noise and is not swept."""
         self.latched_break = None
         rays = self._rays(parameters, updates.pose)
         answers = updates.ask(RAYS, 0, *rays, which=np.flatnonzero(updates.due))
@@ -298,7 +301,7 @@ class SlottedSwitch(Model):
         is_open, nearest = bool(self._open), float(noisy[-1][0].min())
         self.latched_break = None
         if is_open and closed_meanwhile:
-            self.latched_break = _nearest(steps, noisy)
+            self.latched_break = _nearest_break(steps, noisy)
             is_open, nearest = False, self.latched_break.range
         return Reading(is_open, nearest, {"open": is_open, "range_m": nearest})
 
@@ -327,9 +330,9 @@ class SlottedSwitch(Model):
 def _with_noise(
     parameters: OpticalSwitchParameters, step: BeamStep, noise: Array
 ) -> tuple[Array, Array]:
-    """Return the ranges (k,) in m of a step, and those of its crossings (p, 2), with noise.
+    """Return a step's ranges (k,) and the ranges (p, 2) of its crossings, in m, with noise.
 
-    A crossing has a range at its begin and one at its end. All ranges are limited to range_min …
+    A crossing has one range at its begin and one at its end. All are limited to range_min …
     range_max.
     """
     lo, hi = parameters.range_min, parameters.range_max
@@ -341,10 +344,10 @@ def _with_noise(
     return ranges, np.clip(both, lo, hi)
 
 
-def _nearest(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> LatchedBreak:
-    """Return the break nearest to the sensor among all steps between two updates.
+def _nearest_break(steps: list[BeamStep], noisy: list[tuple[Array, Array]]) -> LatchedBreak:
+    """Return the interruption nearest to the sensor, over all steps between two updates.
 
-    `noisy` has, for each step, the ranges that `_with_noise` returned.
+    `noisy` has the result of `_with_noise` for each step.
     """
     found = []
     for back, (step, (ranges, of_crossings)) in enumerate(
@@ -397,7 +400,7 @@ PRESETS: tuple[Preset, ...] = (
             "aperture": 0.0,
             "noise_sigma": 0.0,
         },
-        "laser switch of the thesis's Gazebo plugin",
+        "laser switch of the Gazebo plugin from the thesis behind this extension",
     ),
     _slotted("TCST1103", "Vishay TCST1103 (3.1 mm)", 3.1, 1.0, VISHAY_83764),
     _slotted("TCST1202", "Vishay TCST1202 (3.1 mm, fine)", 3.1, 0.5, VISHAY_83764),

@@ -4,7 +4,7 @@
 - Model: `PressurePad`, with its resistor, parameters and presets in this file.
 - Scene: bodies and their motion by angen_addon/scene/forces/, beginning with tracker.py; the
   forces between them by sensor_logic/forces/, beginning with pad_forces.py.
-- Window: angen_addon/kinds/pressure.py; the weight of things: panels/load.py.
+- Interface: angen_addon/kinds/pressure.py; the weight of things: panels/load.py.
 - Physics: docs/pressure.md; the resistor: docs/force_resistor.md.
 - Tests: tests/pure/test_pressure.py, test_forces*.py and test_balance.py,
   tests/blender/test_pressure_*.py.
@@ -35,7 +35,9 @@ FSR_402_SHEET = "Interlink FSR 402 data sheet, PDS-10004"
 class PressureParameters(Parameters):
     """The parameters of a pressure sensor."""
 
-    threshold: float = parameter(1.0, "Threshold", "Pressed is on above this force", unit="N")
+    threshold: float = parameter(
+        1.0, "Threshold", "The output pressed is on above this force", unit="N"
+    )
     report_step: float = parameter(
         1.0,
         "Report step",
@@ -46,14 +48,14 @@ class PressureParameters(Parameters):
     partner_object: str | None = parameter(
         None,
         "Partner object",
-        "Measure only this object; empty: measure everything",
+        "Measure only this object. Empty: measure everything",
         pointer="Object",
         short="Object",
     )
     partner_collection: str | None = parameter(
         None,
         "Partner collection",
-        "Measure only the objects of this collection; empty: measure everything",
+        "Measure only the objects of this collection. Empty: measure everything",
         pointer="Collection",
         short="Collection",
     )
@@ -160,7 +162,8 @@ class PressureParameters(Parameters):
     load_resistor: float = parameter(
         10_000.0,
         "Load resistor",
-        "Fixed resistor of the divider, from its output to ground. Datasheets: measuring resistor",
+        "Fixed resistor of the voltage divider, from its output to ground. Datasheets: measuring "
+        "resistor",
         unit="Ω",
         positive=True,
         short="Load",
@@ -169,7 +172,11 @@ class PressureParameters(Parameters):
         5.0, "Supply voltage", "Voltage of the divider", unit="V", positive=True, short="Supply"
     )
     adc_bits: int = parameter(
-        10, "ADC bits", "Resolution of the converter behind it", minimum=1, maximum=32
+        10,
+        "ADC bits",
+        "Resolution of the analogue-to-digital converter that reads the voltage",
+        minimum=1,
+        maximum=32,
     )
     noise_sigma: float = parameter(
         0.0, "Noise", "Standard deviation of the noise on the force", unit="N"
@@ -210,7 +217,7 @@ SAME_LOAD = 0.1
 
 @dataclass(frozen=True)
 class FsrReading:
-    """The resistance in ohms, the divider's output voltage in volts, and the converter's code."""
+    """The outputs of a resistor's circuit: resistance in ohms, voltage in volts, and ADC code."""
 
     resistance_ohm: float
     voltage_v: float
@@ -218,20 +225,16 @@ class FsrReading:
 
 
 def _log_fsr_402(log_force: float) -> float:
-    """Return the ln of a typical FSR 402's resistance in ohms, from the ln of the force in newtons.
-
-    The curve consists of straight lines between the points of the data sheet. The first and the
-    last line are extended beyond these points.
-    """
+    """Return ln(resistance / Ω) of a typical FSR 402 at ln(force / N), interpolated linearly."""
     i = min(max(bisect(LOG_FORCES, log_force), 1), len(LOG_FORCES) - 1)
     slope = (LOG_RESISTANCES[i] - LOG_RESISTANCES[i - 1]) / (LOG_FORCES[i] - LOG_FORCES[i - 1])
     return LOG_RESISTANCES[i] + slope * (log_force - LOG_FORCES[i])
 
 
 def contact(parameters: PressureParameters, force: float) -> float:
-    """Return the fraction of the film that is in contact at `force` newtons.
+    """Return the fraction of the resistor's conductive film that is in contact at `force` (N).
 
-    It is 0 without force, grows in proportion to the force, and is 1 from force_min on.
+    The fraction grows in proportion to the force, from 0 without force to 1 at force_min.
     """
     if force <= 0.0:
         return 0.0
@@ -239,12 +242,11 @@ def contact(parameters: PressureParameters, force: float) -> float:
 
 
 def typical_resistance(parameters: PressureParameters, force: float) -> float:
-    """Return the resistance in ohms of an ideal part at `force` newtons, for a growing load.
+    """Return the resistance in ohms of a typical part at a growing load of `force` (N).
 
-    At force_max and above, the film is saturated. Below force_min, the logarithm of the resistance
-    rises linearly as the force falls, up to the unloaded resistance. In a real part, the resistance
-    jumps: by Interlink's guide, contact breaks below 0.16 N, where it has 0.1 MΩ. The line is about
-    as steep as this jump, but continuous.
+    Above force_max the resistance stays constant. Below force_min its logarithm rises linearly to
+    the unloaded resistance. In a real part it jumps instead: by Interlink's guide, contact breaks
+    below 0.16 N, at 0.1 MΩ.
     """
     touching = contact(parameters, force)
     if touching == 0.0:
@@ -259,11 +261,10 @@ def typical_resistance(parameters: PressureParameters, force: float) -> float:
 
 
 def spread_factor(spread: float, unit_noise: float) -> float:
-    """Return a factor of mean 1 and standard deviation `spread`.
+    """Return a log-normal factor of mean 1 and standard deviation `spread`, from a normal number.
 
-    `unit_noise` is the standard normal number that it is made from. The factor is log-normal, so
-    that no draw makes a resistance negative. Data sheets give ± as the standard deviation divided
-    by the mean.
+    `unit_noise` is that standard normal number. Log-normal factors are positive, and so are the
+    resistances that they multiply.
     """
     variance = math.log1p(spread * spread)
     return math.exp(math.sqrt(variance) * unit_noise - variance / 2.0)
@@ -272,11 +273,18 @@ def spread_factor(spread: float, unit_noise: float) -> float:
 class ForceResistor:
     """One force-sensing resistor with its state.
 
-    `part_noise`, a standard normal number, decides how the part differs from a typical part.
-    `touched` says whether the part was pressed at the last update.
+    Attributes
+    ----------
+    touched
+        Whether the resistor was pressed at the last update.
     """
 
     def __init__(self, part_noise: float = 0.0) -> None:
+        """Make an unloaded resistor.
+
+        `part_noise` is a standard normal number. It determines by how much this part differs from a
+        typical part.
+        """
         self._part_noise = part_noise
         self._press_noise = 0.0
         self._log_conductance: float | None = None
@@ -293,10 +301,9 @@ class ForceResistor:
         Parameters
         ----------
         time_s
-            The time in s. It must not be before the time of the previous call.
+            The time in s, not before the time of the previous call.
         unit_noise
-            A standard normal number of this update. It is used only if a press begins at this
-            update, because repeatability is the spread from press to press.
+            A standard normal number, used for the repeatability if a press begins at this update.
         """
         touching = contact(parameters, force_n)
         load = min(force_n, parameters.force_max)
@@ -319,10 +326,9 @@ class ForceResistor:
     ) -> float:
         """Return the resistance in ohms, with a play operator on the logarithm of the conductance.
 
-        While the load grows, the conductance follows the typical curve. When the load begins to
-        fall, the conductance first stays constant, and then keeps 1/(1 − hysteresis) above that
-        curve. The speed of the change does not matter. A small change of the load, within the play,
-        changes nothing.
+        For a growing load, the conductance follows the typical curve. When the load begins to fall,
+        the conductance first stays constant. After that it is 1/(1 − hysteresis) times the
+        conductance of the curve.
         """
         typical = typical_resistance(parameters, force)
         if parameters.hysteresis == 0.0:
@@ -334,14 +340,13 @@ class ForceResistor:
         self._log_conductance = min(max(before, low), high)
         return math.exp(-self._log_conductance)
 
-    def _drift_decades(self, touched: bool, load: float, time: float) -> float:
+    def _drift_decades(self, pressed: bool, load: float, time: float) -> float:
         """Return the drift in decades: log10(1 + t/DRIFT_START) after a constant load of t seconds.
 
-        When the load grows, the drift of the old load stays, and the drift of the added load starts
-        at 0. Conductance is about proportional to force. So the decades shrink by the ratio of old
-        to new load.
+        When the load grows, the decades shrink by the ratio of old to new load: the added load has
+        not drifted yet, and conductance is about proportional to force.
         """
-        if not touched:
+        if not pressed:
             return 0.0
         if not self.touched:
             self._load, self._load_time, self._decades = load, time, 0.0
@@ -361,35 +366,41 @@ LEAST_BACKING = 0.1
 
 
 class PressurePad(Model):
-    """The model of one pad. Its state is the last valid forces, and the state of its resistor."""
+    """Model of one pad. Its state is the last valid reading, and the state of its resistor."""
 
     def __init__(self) -> None:
         self._resistor: ForceResistor | None = None
-        self._known = PadReading(0.0, "", (math.nan, math.nan))
-        # The arguments of `pad_reading` that gave `_known`, compared by identity: the reading of a
-        # pad at rest is not computed again.
+        self._last_reading = PadReading(0.0, "", (math.nan, math.nan))
+        # The arguments of `pad_reading` that gave `_last_reading`, compared by identity: the
+        # reading of a pad at rest is not computed again.
         self._arguments: tuple[Any, ...] = (None, None, None)
 
     def update(self, parameters: PressureParameters, update: Update) -> Reading:
-        """Return the force along the pad's −Z in N, what presses it, and the resistor's reading.
+        """Return the force along the pad's −Z in N, what presses it, and the resistor's output.
 
-        If the scene has no usable forces, the last valid forces are repeated, and `valid` is false.
+        If the scene has no usable forces, repeat the last valid reading, with the field `valid`
+        false.
         """
         contact: PadContact = update.ask(FORCES)
         problem = contact.forces.problem
         if contact.forces.usable:
             arguments = parameters, update.pose, contact
             if not all(one is two for one, two in zip(arguments, self._arguments, strict=True)):
-                self._arguments, self._known = arguments, pad_reading(*arguments)
-            if not problem and self._known.on_its_back:
-                problem = "what touches the pad does so on its back: its +Z side senses; turn it"
+                self._arguments, self._last_reading = arguments, pad_reading(*arguments)
+            if not problem and self._last_reading.on_its_back:
+                problem = (
+                    "objects touch only the back of the pad, and its +Z side senses: turn "
+                    "the pad over"
+                )
         if self._resistor is None:
             self._resistor = ForceResistor(float(update.device_noise().standard_normal()))
         on_force = on_press = 0.0
         # Draw only if one of the numbers is used.
-        if parameters.noise_sigma or (self._known.force > 0.0 and not self._resistor.touched):
+        if parameters.noise_sigma or (
+            self._last_reading.force > 0.0 and not self._resistor.touched
+        ):
             on_force, on_press = update.noise().standard_normal(2)
-        force = self._known.force + parameters.noise_sigma * float(on_force)
+        force = self._last_reading.force + parameters.noise_sigma * float(on_force)
         resistor = self._resistor.update(parameters, max(force, 0.0), update.time, float(on_press))
         pressed = force > parameters.threshold
         fields = {
@@ -400,9 +411,9 @@ class PressurePad(Model):
             "resistance_ohm": resistor.resistance_ohm,
             "voltage_v": resistor.voltage_v,
             "adc": resistor.adc,
-            "partners": self._known.partners,
-            "cop_x_m": self._known.centre[0],
-            "cop_y_m": self._known.centre[1],
+            "partners": self._last_reading.partners,
+            "cop_x_m": self._last_reading.centre[0],
+            "cop_y_m": self._last_reading.centre[1],
             "problem": problem,
         }
         return Reading(pressed, force, fields)
@@ -410,19 +421,19 @@ class PressurePad(Model):
 
 @dataclass(frozen=True)
 class PadReading:
-    """The sum of the forces on a pad.
+    """The total of the forces on a pad.
 
     Attributes
     ----------
     force
         The force in N.
     partners
-        The names of the objects that press the pad, joined by `wording.joined`.
+        The names of the objects that press the pad, as one text.
     centre
         The centre of pressure (x, y) in m along the pad's axes from its origin; NaN without
         pressure.
     on_its_back
-        Only the −Z side of the pad is pressed, by more than the pad's own weight.
+        Whether only the −Z side of the pad is pressed, by more than the pad's own weight.
     """
 
     force: float
@@ -432,9 +443,9 @@ class PadReading:
 
 
 def pad_reading(parameters: PressureParameters, pose: Pose, contact: PadContact) -> PadReading:
-    """Return the reading of a pad from its contacts.
+    """Return the reading of a pad from its contact forces.
 
-    It includes the pad's own weight unless the parameter `subtract_own_weight` is set.
+    The force includes the pad's own weight unless the parameter `subtract_own_weight` is set.
     """
     inward = -pose.axes[:, 2]
     pressing = 0.0
@@ -493,16 +504,12 @@ FSR_402 = {**FSR_400_SERIES, "area": 1.267e-4}
 
 
 def _with_load(part: Mapping[str, Any], ohms: float) -> dict[str, Any]:
-    """Return the parameters of a part in a voltage divider at 5 V, as in Interlink's figures.
-
-    `ohms` is the load resistor. The threshold is the default, so that a preset replaces the
-    threshold of a switch pad that was chosen before.
-    """
+    """Return a part's parameters in a 5 V divider with a load resistor of `ohms`."""
     return {"threshold": 1.0, **part, "load_resistor": ohms, "supply_voltage": 5.0}
 
 
 # Pads whose switch closes at a force, and which measure none: resistance, voltage and ADC of their
-# samples are those of an ideal FSR 402, and mean nothing.
+# samples belong to an ideal FSR 402, and mean nothing.
 POUND_FORCE = 4.4482
 INCH = 0.0254
 SMART_CAREGIVER = (
@@ -527,8 +534,8 @@ PRESETS: tuple[Preset, ...] = (
             "subtract_own_weight": True,
             "noise_sigma": 0.0,
         },
-        "no part: the pad of the thesis, of any size, which tells each force; the resistor is an "
-        "ideal FSR 402",
+        "no product: a pad of any size that measures every force, from the thesis behind this "
+        "extension; the resistor is an ideal FSR 402",
     ),
     _switch_pad("SMART_CAREGIVER_CHAIR", "Smart Caregiver chair pad (25 × 38 cm)", (10, 15)),
     _switch_pad("SMART_CAREGIVER_MAT", "Smart Caregiver floor mat (61 × 122 cm)", (24, 48)),

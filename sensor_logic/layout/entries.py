@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read a layout, and check what can be checked without the home.
+"""Read a layout, and check what can be checked without the blend file of the home.
 
-A layout is a list of sensors, or an object that has such a list under the key `sensors`. If a key
-of a sensor is left out, an existing sensor keeps its value, and a new sensor gets the default.
-`others_enabled` switches on or off all sensors of the home that are not in the layout.
+A layout is a list of sensors, or an object with such a list under the key `sensors`. A key without
+a value keeps the value of an existing sensor, and gives a new sensor the default. `others_enabled`
+switches on or off all sensors of the home that are not in the layout.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _text(value: Any) -> str:
     try:
         value.encode()
     except UnicodeEncodeError:
-        return "has half of a character (a lone surrogate)"
+        return "has an incomplete character (a lone surrogate)"
     return ""
 
 
@@ -74,7 +74,7 @@ def _vector(value: Any) -> str:
 
 def _direction(value: Any) -> str:
     return _vector(value) or (
-        "" if any(value) else "is no direction: one of x, y and z must not be 0"
+        "" if any(value) else "is not a direction: at least one of x, y and z must not be 0"
     )
 
 
@@ -84,7 +84,7 @@ def _bounds(value: Any) -> str:
     if not isinstance(value, list) or len(value) != 2 or any(map(_vector, value)):
         return "must be null, or a list of two corners, each a list of x, y and z"
     sound = all(low <= high for low, high in zip(*value, strict=True))
-    return "" if sound else "must name the corner of the least x, y and z first"
+    return "" if sound else "must have the corner with the smallest x, y and z first"
 
 
 def _kind(value: Any) -> str:
@@ -129,8 +129,14 @@ KEYS: dict[str, Callable[[Any], str]] = {
 class LayoutEntry:
     """A sensor in a layout.
 
-    `values` has the values of its keys, which are in KEYS. `lines` has the line of each value in
-    the file, by path.
+    Attributes
+    ----------
+    file
+        The name of the layout file.
+    values
+        The values of the sensor's keys, which are in KEYS.
+    lines
+        The line of each value in the file, by the path of keys that leads to the value.
     """
 
     file: str
@@ -143,16 +149,16 @@ class LayoutEntry:
         return str(self.values["name"])
 
     def where(self, *key: str) -> str:
-        """Return the file, the line of the value at the path `key` in this sensor, and its name."""
+        """Return the file, the line of the value at the path `key`, and the sensor's name."""
         line, name = self.lines.get(key, self.lines[()]), self.values.get("name")
         return f"{self.file}, line {line}" + (f": '{name}'" if isinstance(name, str) else "")
 
     def error(self, text: str, *key: str) -> InputError:
-        """Return an error that names the place of the value at the path `key` in this sensor."""
+        """Return an error whose text names the line of the value at the path `key`."""
         return InputError(f"{self.where(*key)}: {text}")
 
     def settings(self, kind: Kind) -> dict[str, Any]:
-        """Return the parameters that this sensor gets from the keys `preset` and `parameters`.
+        """Return the parameters that the keys `preset` and `parameters` set, by name.
 
         Values have the types of the kind's parameters. Raise InputError for an unknown preset or
         parameter, or for an invalid value.
@@ -167,20 +173,20 @@ class LayoutEntry:
         types, known_specs = defaults(kind.parameters), specs(kind.parameters)
         for name, value in self.values.get("parameters", {}).items():
             if name not in known_specs:
-                text = f"'{name}' is no parameter of a {kind.identifier}: {hint(name, known_specs)}"
+                text = f"{kind.identifier} has no parameter '{name}': {hint(name, known_specs)}"
                 raise self.error(text, "parameters", name)
             former = former_choice(known_specs[name], value)
             value = value if former is None else former.now
-            problem = _of_type(types[name], known_specs[name], value)
+            problem = _type_problem(types[name], known_specs[name], value)
             if problem:
                 raise self.error(f"{name} {problem}", "parameters", name)
             found[name] = type(types[name])(value) if _is_number(types[name]) else value
         return found
 
     def former_choices(self, kind: Kind) -> list[tuple[str, str, FormerChoice]]:
-        """Return the former choices in `parameters`, which `settings` replaces.
+        """Return the removed choices in `parameters`, as arguments of `former_text`.
 
-        They are in the form that `former_text` needs.
+        `settings` replaces these choices.
         """
         known, given = specs(kind.parameters), self.values.get("parameters", {})
         found = ((name, former_choice(known[name], value)) for name, value in given.items())
@@ -191,7 +197,7 @@ def _is_number(default: Any) -> bool:
     return isinstance(default, (int, float)) and not isinstance(default, bool)
 
 
-def _of_type(default: Any, spec: Spec, value: Any) -> str:
+def _type_problem(default: Any, spec: Spec, value: Any) -> str:
     """Return why a value is not valid for this parameter; "" if it is valid."""
     if spec.pointer:
         return _no_or_name(value)
@@ -209,8 +215,8 @@ def _of_type(default: Any, spec: Spec, value: Any) -> str:
 class Layout:
     """The content of a layout.
 
-    `others` is an entry without a name that applies to all sensors of the home that are not in
-    `sensors`. It is None if these stay as they are.
+    `others` is an entry without a name, for all sensors of the home that are not in `sensors`. If
+    it is None, these sensors stay as they are.
     """
 
     sensors: list[LayoutEntry]
@@ -218,7 +224,7 @@ class Layout:
 
 
 def read_layout(path: Path) -> Layout:
-    """Read a layout file, and check each sensor on its own. Raise InputError."""
+    """Read a layout file, and check each sensor on its own. Raise InputError if it is not valid."""
     found, lines = read_json(read_text(path), path.name)
     top: KeyPath = ()
     others = None
@@ -244,14 +250,14 @@ def read_layout(path: Path) -> Layout:
         if key[:depth] == top and len(key) > depth:
             entry_lines[int(key[depth])][key[depth + 1 :]] = line
     entries = [
-        _checked(LayoutEntry(path.name, *pair)) for pair in zip(found, entry_lines, strict=True)
+        _check_entry(LayoutEntry(path.name, *pair)) for pair in zip(found, entry_lines, strict=True)
     ]
     _check_names(entries)
     return Layout(entries, others)
 
 
-def _checked(entry: LayoutEntry) -> LayoutEntry:
-    """Return the entry, with all checked that can be without the home. Raise InputError."""
+def _check_entry(entry: LayoutEntry) -> LayoutEntry:
+    """Return the entry, or raise InputError if it is not valid."""
     if not isinstance(entry.values, dict):
         raise LayoutEntry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
     for key, value in entry.values.items():
@@ -279,5 +285,8 @@ def _check_names(entries: Iterable[LayoutEntry]) -> None:
     for entry in entries:
         key = entry.name, entry.values.get("library", "")
         if key in seen:
-            raise entry.error(f"it is also in line {seen[key].lines[()]}: give it one name alone")
+            raise entry.error(
+                f"line {seen[key].lines[()]} has the same sensor: remove one of the "
+                "two, or give it another name"
+            )
         seen[key] = entry

@@ -57,7 +57,7 @@ class _Packed(NamedTuple):
     Attributes
     ----------
     values
-        A pattern to repeat, up to `size` values. With `lengths`: the values of runs.
+        A pattern to repeat, up to `size` values. If `lengths` are given: the values of runs.
     lengths
         The lengths of the runs.
     start

@@ -250,7 +250,7 @@ class _Writer:
 def _tracks(recording: Recording) -> list[Track]:
     for name, track in recording.tracks.items():
         if name != track.sensor:
-            raise ValueError(f"the track of '{track.sensor}' has the key '{name}'")
+            raise ValueError(f"the track of '{track.sensor}' is stored under the name '{name}'")
     return list(recording.tracks.values())
 
 

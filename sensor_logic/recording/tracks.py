@@ -104,9 +104,10 @@ class Track:
         return [self.sensor, self.kind_name, self.uid, self.steps, list(self.columns), *columns]
 
     def reading_at(self, index: int) -> Field:
-        """Return the main field at an update: the first field with a number that was measured.
+        """Return the main field at an update: the first numeric field that was measured.
 
-        `index` is that of the update. The field depends on how the sensor measured at this update.
+        `index` is the index of the update. The field depends on how the sensor measured at this
+        update.
         """
         numbers = [f for f in self.kind.samples if f.type is float]
         measured = (f for f in numbers if not math.isnan(self.columns[f.name][index]))

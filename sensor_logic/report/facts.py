@@ -87,8 +87,9 @@ class SensorInPlan:
 class PlanStorey:
     """A storey of the home in the plan.
 
-    `floor` is the height of the floor, and `cut` that of the plane which cuts the walls, in m.
-    `view` (2, 2) has the lower left and the upper right corner of the area that the plan shows.
+    `floor` is the height of the floor in m. `cut` is the height in m of the plane that cuts the
+    walls. `view` (2, 2) has the lower left and the upper right corner of the area that the plan
+    shows.
     """
 
     floor: float
@@ -211,9 +212,9 @@ def figures(track: Track) -> Figures:
 
 
 def quantity(track: Track) -> tuple[str, Array]:
-    """Return the name and the values (n,) of the first field with a number that was measured.
+    """Return the name and the values (n,) of the first numeric field that was ever measured.
 
-    Only fields whose changes are events are considered. If none has a number, as for a switch,
+    Only fields whose changes are events are considered. If none was measured, as for a switch,
     return "" and an empty array.
     """
     names = [field.name for field in track.kind.events if field.type is float]

@@ -163,8 +163,9 @@ def _about(report: Report, storey: PlanStorey) -> str:
     return (
         f"Frame {report.plan_frame}; cut {above:.2f} m above the floor at z = "
         f"{shown_number(round(storey.floor, 3))} m. Filled: what is cut; outlined: what is below; "
-        "dashed: what moves. Coloured areas are the sensors' own rays up to what they meet, seen "
-        "from above, each fan by itself: the more fans cover a place, the stronger the colour."
+        "dashed: what moves. Coloured areas are the sensors' own rays up to the surfaces that "
+        "they hit, seen from above, each fan drawn separately: the more fans cover a place, the "
+        "stronger the colour."
     )
 
 

@@ -140,7 +140,7 @@ def _chained(places: Array, segments: Indices) -> list[Line]:
     """Return polylines made of directed segments.
 
     `segments` (n, 2) has, for each segment, the indices of its start and its end in `places`. Each
-    polyline is as long as possible. Its direction is that of most of its segments.
+    polyline is as long as possible. It has the direction of most of its segments.
     """
     at: dict[int, list[int]] = defaultdict(list)
     ends = segments[segments[:, 0] != segments[:, 1]].tolist()

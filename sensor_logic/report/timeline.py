@@ -371,7 +371,10 @@ def legend(report: Report, name: str, y: float) -> str:
     y += 20
     signs = (
         ('<path class="bar1" stroke-width="12" d="M0 6h22"/>', "active"),
-        ('<path class="bar1" stroke-width="6" d="M0 9h22"/>', "on and off within a moment"),
+        (
+            '<path class="bar1" stroke-width="6" d="M0 9h22"/>',
+            "on for a very short time",
+        ),
         (f'<rect width="22" height="12" fill="url(#{name}-invalid)"/>', "reading not valid"),
         (f'<rect width="22" height="12" fill="url(#{name}-off)"/>', "not simulated"),
         (

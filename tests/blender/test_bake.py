@@ -129,7 +129,7 @@ def test_a_driven_output_is_told(door, capfd):
     door.switch("Back door")
     door.update()
     bake()
-    assert "'Front door' was not keyed: a driver sets its outputs" in capfd.readouterr().out
+    assert "'Front door' got no keyframes: a driver sets its outputs" in capfd.readouterr().out
     assert sensor().animation_data.action is None
 
 
@@ -174,7 +174,7 @@ def test_keys_that_would_not_play_are_told(door, fcurves, capfd):
     assert sensor().angen_sensor.value == pytest.approx(0.5)
     group = curve(fcurves, sensor(), VALUE).group
     group.mute = True
-    with pytest.raises(RuntimeError, match="No sensor could be keyed"):
+    with pytest.raises(RuntimeError, match="No sensor could get keyframes"):
         ops.bake_keyframes()
     assert "group of F-curves 'Readings' is muted: unmute it" in "".join(capfd.readouterr())
     group.mute = False
@@ -182,6 +182,6 @@ def test_keys_that_would_not_play_are_told(door, fcurves, capfd):
     tracks.new().strips.new("other", 1, bpy.data.actions.new("other"))
     tracks[0].is_solo = True
     ops.simulate()
-    with pytest.raises(RuntimeError, match="No sensor could be keyed"):
+    with pytest.raises(RuntimeError, match="No sensor could get keyframes"):
         ops.bake_keyframes()
     assert "an NLA track plays alone: end its solo" in "".join(capfd.readouterr())

@@ -162,12 +162,12 @@ def test_bad_arguments(home, command, arguments, words):
     [
         (["simulate", "--sensor", "Dorr"], ["'Dorr'", "did you mean Dörr"]),
         (["simulate", "--sensor", "???"], ["'???'", "Hall, PIR"]),
-        (["simulate", "--sensor", "Hal*PRI"], ["no sensor fits 'Hal*PRI'", "mean Hall, PIR?"]),
-        (["simulate", "--sensor", "D*", "--kind", "PIR"], ["no sensor is left", "Dörr"]),
+        (["simulate", "--sensor", "Hal*PRI"], ["no sensor matches 'Hal*PRI'", "mean Hall, PIR?"]),
+        (["simulate", "--sensor", "D*", "--kind", "PIR"], ["no sensor matches", "Dörr"]),
         (["simulate", "--kind", "PRI"], ["--kind", "'PRI'", "'PIR'"]),
         (
             ["day", "--sensor", "X*", "--routine", "a", "--start", "2026-03-02", "--out", "b"],
-            ["no sensor fits 'X*'"],
+            ["no sensor matches 'X*'"],
         ),
         (
             ["explain", "--sensor", "*", "--time", "1"],
@@ -272,7 +272,7 @@ def test_logs_tell_the_time_of_day_where_the_start_is_given(home, command):
     assert status == 0 and rows[0][-1] == "time"
     assert [row[-1] for row in rows[1:] if row[1] == "13"] == ["2026-03-01T08:00:00.500"]
     status, _, told = command("simulate", "--start", "noon")
-    assert status == 2 and "'noon' is no date and time in ISO 8601" in told
+    assert status == 2 and "'noon' is not a date and time in ISO 8601" in told
 
 
 # Simulating part of the frames, and the choices of exports
@@ -357,7 +357,7 @@ def test_the_time_of_day(two_switches, tmp_path):
     assert (samples[0][-1], samples[13][-1]) == ("time", "2026-03-02T00:00:00.000")
     ops.export_report(filepath=str(page), start="2026-03-01T08:00")
     assert "2026-03-01 08:00:00" in page.read_text(encoding="utf-8")
-    with pytest.raises(RuntimeError, match=r"Start Time: 'noon' is no date and time"):
+    with pytest.raises(RuntimeError, match=r"Start Time: 'noon' is not a date and time"):
         ops.export_events(filepath=str(path), start="noon")
 
 
@@ -380,7 +380,7 @@ def test_the_scenes_start_is_that_of_all_exports(two_switches, tmp_path):
     bpy.context.view_layer.objects.active = bpy.data.objects["Front"]
     assert "08:00:00.0: " in drawn("ANGEN_PT_events").text
     scene.angen_start = "noon"
-    with pytest.raises(RuntimeError, match=r"Start Time: 'noon' is no date and time"):
+    with pytest.raises(RuntimeError, match=r"Start Time: 'noon' is not a date and time"):
         ops.export_events(filepath=str(path))
 
 

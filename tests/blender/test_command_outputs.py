@@ -93,7 +93,7 @@ def test_nothing_may_be_written_twice_into_no_file_at_all(home, command, tmp_pat
 def test_exports_of_the_window_spare_the_home_too(home, tmp_path):
     assert bpy.ops.angen.simulate() == {"FINISHED"}
     before = home.read_bytes()
-    with pytest.raises(RuntimeError, match="the open file itself, which would be overwritten"):
+    with pytest.raises(RuntimeError, match="would be overwritten, and is the open file itself"):
         bpy.ops.angen.export_events(filepath=str(home))
     assert home.read_bytes() == before
 

@@ -146,7 +146,7 @@ def test_cells_are_free_floor_alone(mapped: Any) -> None:
         apart = np.hypot(
             np.maximum(np.maximum(x0 - x, x - x1), 0), np.maximum(np.maximum(y0 - y, y - y1), 0)
         )
-        assert apart.min() >= 0.2 - 1e-6, "a body of 0.2 m stands beside furniture, not in it"
+        assert apart.min() >= 0.2 - 1e-6, "a body of 0.2 m stands beside furniture, not recorded"
     assert x.min() >= 0.2 and x.max() <= 3.8 and y.min() >= 0.2 and y.max() <= 2.8
     # All free floor is mapped: the room without its margins and furniture, counted by hand.
     expected = {

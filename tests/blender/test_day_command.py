@@ -223,9 +223,10 @@ def test_the_day_of_a_process_that_is_killed_is_made_by_another(
     status, told = day("--jobs", 2, out="both")
     first, *_, last = told.splitlines()
     assert first == (
-        "angen: a process of --jobs was ended by SIGKILL; another one makes 2026-03-03"
+        "angen: a process of --jobs was ended by the signal SIGKILL; another process "
+        "simulates 2026-03-03 again"
     )
-    assert status == 0 and "2 of 2 days are in" in last and "2 made in" in last
+    assert status == 0 and "2 of 2 days are in" in last and "2 simulated in" in last
     assert content(home.parent / "both") == LIVED[2]
 
 
@@ -279,7 +280,7 @@ def test_ctrl_c_in_the_first_day_ends_all_processes_with_a_line(home: Path) -> N
         told = run.communicate()[1]
     assert run.returncode == 1
     kept = f"0 of 4 days are in {home.parent / 'both'}"
-    assert told == f"angen: {kept}; the same command goes on with the first\n"
+    assert told == f"angen: {kept}; give the same command again to continue with the first\n"
     assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
 
 
@@ -363,4 +364,4 @@ def test_a_process_that_fails_ends_the_run_with_the_days_that_are_made(
     status, told = day("--jobs", 2, out="both", days=3)
     assert status == 1
     kept = f"1 of 3 days are in {home.parent / 'both'}"
-    assert told.endswith(f"angen: {kept}; the same command goes on with the next\n")
+    assert told.endswith(f"angen: {kept}; give the same command again to continue with the next\n")

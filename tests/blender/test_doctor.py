@@ -187,24 +187,26 @@ sixty_watts, dark = setting("Lamp", "data.energy", 60.0), setting("Lamp", "data.
 weightless = setting("Person", "angen_load.mass", 0.0)
 in_the_air = setting("Mat", "location", (0.0, 0.0, 0.6))
 BAD = {
-    "flattened": (flat, "Scale 0 along an axis, so that rays and light pass: 'Chair 1'", "Ctrl+A"),
+    "flattened": (flat, "Objects whose scale is 0 along an axis, so that rays and light pass "
+                        "through them: 'Chair 1'", "Ctrl+A"),
     "background": (background, "of the background set 'Street': 'House'", "Clear Background Set"),
     "unreachable": (beam_of_nothing, "'Switch': the threshold (0.001 m) is not", "Raise"),
     "names_none": (no_magnet, "'Switch' has no magnet", "Choose its Magnet"),
-    "hidden": (hidden, "'Chair 1'", "Show it"),
+    "hidden": (hidden, "'Chair 1'", "Show them"),
     "no_faces": (bare, "'Chair 1'", "Fill the edges with faces"),
-    "holes": (no_ceiling, "open above, seen from 'Detector', 'Light'", "a ceiling"),
-    "doors": (middle, "origin is in their middle: 'Door'", "Set Origin"),
-    "still_doors": (shut, "'Door'", "Key the leaf's rotation"),
-    "inside": (walled_in, "'Detector' is inside 'Chair 1'", "Move it out"),
-    "too_near": (against, "looks into 'Chair 1', nearer than its range min of 20 cm", "turn"),
+    "holes": (no_ceiling, "The room of 'Detector', 'Light' is open above", "a ceiling"),
+    "doors": (middle, "origin is not at the hinge: 'Door'", "Set Origin"),
+    "still_doors": (shut, "'Door'", "Insert keyframes of the leaf's rotation"),
+    "inside": (walled_in, "'Detector' is inside the object 'Chair 1'", "Move it out"),
+    "too_near": (against, "looks into 'Chair 1', which is nearer than its parameter Range min of "
+                          "20 cm", "turn"),
     "warmth": (cold, "Nothing in the scene has a temperature", "Set Usual, Person"),
-    "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "divide lumens by 683"),
+    "watts": (sixty_watts, "'Lamp' shines with 60 W of light, 40,980 lm", "lumens divided by 683"),
     "slits": (slit, "'Detector' sees through a slit between 'Board' and 'Upper board'", "overlap"),
-    "glass": (thick_glass, "through the glass 'Crystal' of 'Chair 1'", "Make it a pane"),
+    "glass": (thick_glass, "through the glass 'Crystal' of 'Chair 1'", "Make it a flat pane"),
     "dark": (dark, "lights 'Light'", "Add a lamp"),
     "pads": (weightless, "'Mat': nothing in this scene has a weight", "give an animated person"),
-    "pads_in_air": (in_the_air, "'Mat' hangs in the air", "Lower it onto the floor"),
+    "pads_in_air": (in_the_air, "'Mat' hangs in the air", "Lower the pad onto the floor"),
     "names": (twins, "2 sensors are called 'A/Door switch'", "Rename one"),
 }  # fmt: skip
 
@@ -282,7 +284,7 @@ def test_a_short_rigid_body_cache_is_told(home, physics, examine):
 def test_an_active_mesh_is_told_with_its_margin(home, physics, examine):
     crate = physics.body("Crate", (0.1, 0.1, 0.1), (0, 1, 1), 5.0, shape="MESH")
     (finding,) = [one for one in examine() if one.check == "margins"]
-    assert "bounce on pads within their collision margin (up to 40 mm): 'Crate'" in finding.text
+    assert "bounce on pads because of their collision margin (up to 40 mm): 'Crate'" in finding.text
     crate.rigid_body.collision_shape = "CONVEX_HULL"
     assert "margins" not in {one.check for one in examine()}
 
@@ -307,11 +309,11 @@ def test_the_command_tells_and_ends_with_its_status(home, tmp_path, capsys):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "home.blend"))
     capsys.readouterr()
     assert command(["doctor"]) == 0
-    assert capsys.readouterr() == ("", "angen: nothing to mend was found\n")
+    assert capsys.readouterr() == ("", "angen: no problem was found\n")
     sixty_watts()
     assert command(["doctor"]) == 1
     out, told = capsys.readouterr()
-    assert out.startswith("watts: 'Lamp' shines") and "1 thing to mend" in told
+    assert out.startswith("watts: 'Lamp' shines") and "1 problem found" in told
     assert command(["doctor", "--json"]) == 1
     (finding,) = json.loads(capsys.readouterr().out)
     assert set(finding) == {"check", "text", "mend", "objects"} and finding["check"] == "watts"
@@ -343,7 +345,7 @@ def test_nothing_is_wrong_with_a_good_home_in_an_instance(home, examine):
     (finding,) = examine()
     assert (finding.check, finding.text) == (
         "still_doors",
-        "No door with a switch is animated: 'Door'",
+        "Doors with a switch on them that are not animated: 'Door'",
     )
 
 

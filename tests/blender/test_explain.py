@@ -87,7 +87,7 @@ def test_noise_alone_and_the_sensors_own_movement(world, explained):
     obj.angen_sensor.pir.noise_sigma = 0.0
     world.key(obj, "location", {1: (0, 0, 0), 20: (0, 0, 0.3)}, "CONSTANT")
     _, found = explained(obj, 19)
-    assert "moved itself by 0.300 m" in dict(found.facts)["Sensor"]
+    assert "the sensor itself moved by 0.300 m" in dict(found.facts)["Sensor"]
 
 
 def stage(world, seed):
@@ -404,7 +404,7 @@ def test_the_warm_thing_that_moves_is_named(world, explained):
     assert abs(found.cause.signal) > 1.0
     assert found.cause.things[0].name == "Walker"
     assert found.cause.things[0].temperature == pytest.approx(34 + 273.15)
-    assert found.headline.startswith("Motion: 'Walker' changed the power")
+    assert found.headline.startswith("Motion: 'Walker' changed the radiation")
     _, before = explained(obj, 8, recording)
     assert abs(before.cause.signal) < 1.0
     assert "nothing warmer or colder" in before.headline

@@ -129,9 +129,9 @@ def test_something_that_is_gone_from_a_library(linked, tmp_path, panel):
     done = told_by("list", linked)
     assert done.returncode == 0
     (line,) = told(done)
-    assert "'door.blend' no longer holds 'door'" in line
+    assert "'door.blend' no longer contains 'door'" in line
     bpy.ops.wm.open_mainfile(filepath=str(linked))
-    assert "no longer holds" in panel()
+    assert "no longer contains" in panel()
 
 
 @pytest.mark.parametrize("light", mostly_slow([True, False], True))

@@ -439,10 +439,10 @@ def test_what_takes_long_is_told_before_and_can_be_left(sensed_room):
         for progress in simulate(sensed_room.scene, sensed_room.sensors(), 1, 2, Recording())
     ]
     told = list(dict.fromkeys(doing))
-    assert told[0] == "Cycles takes the scene in" and doing[-1] == ""
-    assert any("the light's reference" in text for text in told)
+    assert told[0] == "Cycles is loading the scene" and doing[-1] == ""
+    assert any("reference of the light" in text for text in told)
     # Two methods, for each of which the first frame is traced and then the present one.
-    assert doing.count("Cycles takes the scene in") == 1 and len(doing) > 6
+    assert doing.count("Cycles is loading the scene") == 1 and len(doing) > 6
     for steps in range(1, len(doing)):
         run = simulate(sensed_room.scene, sensed_room.sensors(), 1, 2, Recording())
         for _ in range(steps):

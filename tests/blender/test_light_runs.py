@@ -131,7 +131,7 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     world.scene.frame_set(5)
     waiting = told(world)
     assert (waiting.text, waiting.short) == ("Measured at rest", "at rest")
-    assert "once the playhead rests" in waiting.old
+    assert "when the playhead stops" in waiting.old
     label = labels._texts(bpy.context, "lux", waiting, False)
     assert label == ("lux", "at rest"), "it says why it has no value"
     assert not lamp.angen_sensor.active and not calls
@@ -147,7 +147,7 @@ def test_scrubbing_shows_what_was_measured_and_how_old_it_is(world, lamp, monkey
     world.scene.frame_set(24)
     old = told(world)
     assert old.text == f"{measured.text}, 0.8 s ago" and old.icon == readings.OLD
-    assert "once the playhead rests" in old.old
+    assert "when the playhead stops" in old.old
     assert lamp.angen_sensor.active, "what was measured last"
     world.scene.frame_set(2)
     assert told(world).text == f"{measured.text}, at frame 5"

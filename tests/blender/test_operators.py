@@ -224,7 +224,7 @@ def test_nothing_to_copy_to_is_told(world, sensors):
     with pytest.raises(RuntimeError, match="to 0 sensors; left out: 'pir'"):
         ops.copy_to_selected()
     pir.select_set(False)
-    with pytest.raises(RuntimeError, match="the active one last"):
+    with pytest.raises(RuntimeError, match="then the sensor to copy from"):
         ops.copy_to_selected()
     bpy.context.view_layer.objects.active = world.box((1, 1, 1))
     with pytest.raises(RuntimeError, match="Select the sensor to copy from"):

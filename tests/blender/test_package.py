@@ -160,7 +160,7 @@ WRONG = [
     ("setattr(home.sensor('PIR hall'), 'reach', 1.0)", ["reach", "range_max"]),
     ("setattr(home.sensor('PIR hall'), 'model', 'SONAR')", ["model", "SONAR"]),
     ("setattr(home.sensor('PIR hall'), 'update_rate', 'fast')", ["update_rate"]),
-    ("home.apply('script.py')", ["script.py, line 1: no JSON at column 1"]),
+    ("home.apply('script.py')", ["script.py, line 1: not valid JSON at column 1"]),
     ("home.simulate(frames=(5, 1))", ["frames 5 to 1"]),
     ("home.simulate(sensors=['no'])", ["'no'"]),
     ("home.simulate().samples('no')", ["'no'", "PIR hall"]),
@@ -202,7 +202,7 @@ def test_the_home_by_script_of_the_docs_runs_as_it_stands(run, tmp_path) -> None
     [
         ("home.mark('Sofa', 'SIT')", "the home has no object 'Sofa'"),
         ("home.mark('PIR hall', 'NAP')", "use 'NAP' is unknown"),
-        ("home.mark('PIR hall', 'SIT', angel=1)", "a mark has no 'angel'"),
+        ("home.mark('PIR hall', 'SIT', angel=1)", "the property 'angel' of a mark is unknown"),
         ("home.add_resident('DOG')", "sort 'DOG' is unknown"),
         ("home.places()", "nothing is marked"),
         ("home.live('none.toml')", "cannot read none.toml"),

@@ -24,9 +24,9 @@ def physics(world):
 def test_what_has_no_surface_is_told(world):
     for obj in (world.link("empty", None), world.link("lines", world.mesh([(0, 0, 0)], []))):
         activate(world, obj).angen_sensor.kind = "PRESSURE"
-        assert "that anything could press on" in drawn("ANGEN_PT_physics").text
+        assert "to press on" in drawn("ANGEN_PT_physics").text
     activate(world, world.box((1, 1, 1))).angen_sensor.kind = "PRESSURE"
-    assert "that anything could press on" not in drawn("ANGEN_PT_physics").text
+    assert "to press on" not in drawn("ANGEN_PT_physics").text
 
 
 def test_a_light_active_pad_is_warned_of(physics):
@@ -34,7 +34,7 @@ def test_a_light_active_pad_is_warned_of(physics):
     bpy.ops.rigidbody.object_add(type="ACTIVE")
     pad().rigid_body.mass = 0.2
     layout = drawn("ANGEN_PT_physics")
-    assert "of 0.2 kg: it sinks under heavier ones, such as 'box' (5 kg)" in layout.text
+    assert "of 0.2 kg: it sinks under heavier bodies, such as 'box' (5 kg)" in layout.text
     assert "type" in layout.props, "the way out is at hand"
     pad().rigid_body.type = "PASSIVE"
     assert "sinks" not in drawn("ANGEN_PT_physics").text
@@ -113,12 +113,12 @@ def test_the_weight_panel_says_what_is_weighed(world):
     assert "The weight presses" in layout.text and "'hair', 'skin'" in layout.text
     assert "ERROR" not in layout.icons
     activate(world, skin)
-    assert "It weighs with 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text
+    assert "Its weight is part of 'rig' (70 kg)" in drawn("ANGEN_PT_sidebar_weight").text
     skin.angen_load.mass = 60.0
     assert "Counted twice? 'rig'" in drawn("ANGEN_PT_sidebar_weight").text
     rig.angen_load.mass = 0.0
     activate(world, rig)
-    assert "On it, 'skin' has a mass already" in drawn("ANGEN_PT_sidebar_weight").text
+    assert "'skin' on it has a mass already" in drawn("ANGEN_PT_sidebar_weight").text
     rig.angen_load.mass = 70.0
     activate(world, rig)
     layout = drawn("ANGEN_PT_sidebar_weight")

@@ -112,10 +112,10 @@ def test_the_doctor_tells_what_to_mend(world):
     lines = [(text, item.index) for text, _, item in layout.operators if text]
     assert "'Lamp' shines with 100 W of light" in " ".join(text for text, _ in lines)
     assert {index for _, index in lines} == {0}
-    assert "divide lumens by 683" in layout.text
+    assert "lumens divided by 683" in layout.text
     lamp.data.energy = 1.0
     ops.doctor()
-    assert "Nothing to mend" in drawn("ANGEN_PT_doctor").text
+    assert "No problem found" in drawn("ANGEN_PT_doctor").text
 
 
 def test_sensors_in_instances_have_rows_and_say_what_they_share(world):
@@ -139,9 +139,9 @@ def test_beyond_the_recording_values_are_said_to_be_live(physics):
     physics.scene.frame_set(20)
     assert "live" not in drawn("ANGEN_PT_simulation").text
     physics.scene.frame_set(21)
-    assert "This frame is not in it: live values" in drawn("ANGEN_PT_simulation").text
+    assert "This frame is not recorded: live values" in drawn("ANGEN_PT_simulation").text
     physics.scene.angen_live = False
-    assert "This frame is not in it: no values" in drawn("ANGEN_PT_simulation").text
+    assert "This frame is not recorded: no values" in drawn("ANGEN_PT_simulation").text
     pad().location.z += 1.0
     physics.update()
     assert "Live is off: no values are shown" in drawn("ANGEN_PT_simulation").text
@@ -197,7 +197,8 @@ def test_what_is_not_valid_says_why(physics):
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0] == "Not yet sure, 49.05 N" and layout.icons[0] == "SORTTIME"
     reason = (
-        "Not yet sure: three frames in a row are not known. The force is that of bodies at rest"
+        "Not yet sure: three frames in a row are not known. The force is computed as if all "
+        "bodies were at rest"
     )
     assert reason in layout.text and "simulate" not in layout.text
     assert not {"QUESTION", "ERROR"} & set(layout.icons)
@@ -214,7 +215,10 @@ def test_a_live_pad_is_shown_in_full(physics):
     physics.scene.frame_set(20)
     layout = drawn("ANGEN_PT_physics")
     assert layout.labels[0] == "Not yet sure, 49.05 N" and layout.icons[0] == "SORTTIME"
-    assert "The force is that of bodies at rest. Play the animation, or simulate" in layout.text
+    assert (
+        "The force is computed as if all bodies were at rest. Play the animation, or simulate"
+        in layout.text
+    )
     pad().angen_sensor.pressure.force_min = 30.0
     physics.scene.frame_set(21)
     layout = drawn("ANGEN_PT_physics")

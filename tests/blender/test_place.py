@@ -398,6 +398,16 @@ def test_bodies_are_closed_and_face_outwards(housing):
         assert volume > 0, "outwards"
 
 
+def test_an_object_is_selected_in_a_file_without_a_window(world, addon_part):
+    """`context.selected_objects` is missing there, as in files that a script saved."""
+    first, second = world.box((1, 1, 1)), world.box((1, 1, 1))
+    first.select_set(True)
+    context = types.SimpleNamespace(view_layer=bpy.context.view_layer)
+    addon_part("angen_addon.authoring.presets").select_only(context, second)
+    assert (first.select_get(), second.select_get()) == (False, True)
+    assert bpy.context.view_layer.objects.active == second
+
+
 @pytest.mark.parametrize("scale", [1.0, 0.01])
 @pytest.mark.parametrize("kind", ["PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT"])
 def test_a_new_sensor_has_its_real_size_in_every_unit(world, housing_of, kind, scale):

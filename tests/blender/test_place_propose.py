@@ -42,8 +42,8 @@ def search(flat: Any) -> Any:
     motion = MOTIONS["STEP"]
 
     def make(count: int, cell: float = CELL, **wish: Any) -> Any:
-        parameters, rate = shown.pattern(flat.sensors()[0], "")
-        asked = module.Wish(count, parameters, rate, **{"spacing": 1.0, **wish})
+        pattern = shown.pattern(flat.sensors()[0], "")
+        asked = module.Wish(count, *pattern, **{"spacing": 1.0, **wish})
         return module.propose(flat.update(), flat.sensors(), asked, motion, cell)
 
     return make
@@ -166,7 +166,7 @@ CHANGES = {
     "off": (lambda w: setattr(named("pir").angen_sensor, "enabled", False), "'pir'"),
     "furniture": (lambda w: setattr(named("shelf"), "location", (1, 1, 1.1)), "'shelf'"),
     "new box": (lambda w: w.box((1, 1, 1), (1, 1, 0.5), "chest"), "'chest' (new)"),
-    "hidden": (lambda w: named("shelf").hide_set(True), "what is shown or hidden"),
+    "hidden": (lambda w: named("shelf").hide_set(True), "which objects are shown"),
     "setting": (lambda w: setattr(w.scene.angen_coverage, "motion", "CAT"), "Motion"),
 }
 
@@ -231,7 +231,7 @@ def test_discarding_a_proposal_brings_back_the_map_before(flat: Any) -> None:
     for count in (2, 1):
         flat.scene.angen_coverage.count = count
         ops.place_propose()
-    assert "With the proposed places" in _panel()
+    assert "Only the proposed places" in _panel()
     assert shown.summary(flat.scene)["rooms"] != before[2]["rooms"]
     ops.place_discard()
     assert (_map(flat).name, len(_map(flat).data.polygons), shown.summary(flat.scene)) == before
@@ -308,13 +308,13 @@ def test_place_saves_a_file_with_the_sensors(command: Any, tmp_path: Path) -> No
         (("coverage", "--cell", "0"), 2, "length above 0"),
         (("coverage", "--cell", "9"), 1, "from 0.05 m to 2 m"),
         (("coverage", "--sensor", "nobody"), 2, "no sensor is called 'nobody'"),
-        (("coverage", "--room", "cellar"), 1, "there are den"),
+        (("coverage", "--room", "cellar"), 1, "the rooms are den"),
         (("coverage", "--picture", "map.png"), 2, "must end in .svg"),
         (("coverage", "--motion", "DOG"), 2, "invalid choice"),
         (("coverage", "--height", "4"), 1, "above 0 and below"),
         (("place", "--count", "0"), 2, "1 or more"),
         (("place", "--preset", "NONE"), 1, "no preset"),
-        (("place", "--mounting-height", "9"), 1, "take another height"),
+        (("place", "--mounting-height", "9"), 1, "set another height"),
         (("coverage", "--csv", "/nowhere/x.csv"), 2, "does not exist"),
     ],
 )

@@ -89,7 +89,7 @@ def test_an_edit_makes_live_readings_old(door):
     leaf().location = (0, 0, -0.02)
     door.update()
     assert told().text.endswith(", old") and told().icon == readings.OLD
-    assert "edited since" in told().old
+    assert "edited after" in told().old
     door.scene.frame_set(20)
     assert told().old == ""
 
@@ -237,7 +237,7 @@ def test_unbake_of_the_selected_alone_and_its_undo(door, fcurves, capfd):
     bpy.context.view_layer.objects.active = sensor()
     bpy.ops.ed.undo_push(message="baked")
     assert ops.unbake_keyframes(selected=True) == {"FINISHED"}
-    assert "Removed the keys of 1 sensor" in capfd.readouterr().out
+    assert "Removed the keyframes of 1 sensor" in capfd.readouterr().out
     assert told().keys == "" and told("Back door").keys
     bpy.ops.ed.undo_push(message="unbaked")
     bpy.ops.ed.undo()

@@ -231,7 +231,7 @@ def test_hovering_is_not_a_silent_zero(physics, figure, height):
     physics.carried("Person", (0.15, 0.1, 0.85), (0, 0, 0.86 + height), 70.0)
     plate = physics.read("plate")
     figure(plate.valid.sum(), "valid updates")
-    plate.never_valid("nothing holds", "Person", after=0)
+    plate.never_valid("nothing supports", "Person", after=0)
 
 
 def test_the_tolerance_is_the_users(physics):
@@ -241,7 +241,7 @@ def test_the_tolerance_is_the_users(physics):
     person = physics.carried("Person", (0.15, 0.1, 0.85), (0, 0, 0.90), 70.0, tolerance=0.05)
     assert physics.read("plate").known() == pytest.approx(70 * G, rel=SUM)
     person.angen_load.tolerance = 0.03
-    physics.read("plate").never_valid("nothing holds", "Person")
+    physics.read("plate").never_valid("nothing supports", "Person")
 
 
 def test_someone_who_stands_elsewhere_is_no_problem(physics):

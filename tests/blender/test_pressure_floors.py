@@ -111,7 +111,7 @@ def test_what_lies_on_the_pad_without_a_mass(physics, floor, cover, kind):
     lid = COVERS[cover](physics)
     top = lid.location.z + max(v.co.z for v in lid.data.vertices)
     physics.carried("Person", (0.1, 0.1, 0.4), (0, 0, top + 0.4), 70.0)
-    physics.read().never_valid("'Person' ends in 'cover'", "no mass")
+    physics.read().never_valid("'Person' stands on 'cover'", "no mass")
     if cover != "in a mattress":
         lid.angen_load.mass, lid.angen_load.tolerance = 2.0, 0.001
         assert physics.read().known() == pytest.approx(72 * G, rel=SUM)
@@ -126,7 +126,7 @@ def test_a_carpet_over_a_pad_is_stood_on_elsewhere(physics):
     someone = person(physics, (2, 0, 0.01))
     assert physics.read().known() == pytest.approx(0.0, abs=1e-9)
     someone.location.x = 0.15
-    physics.read().never_valid("'Person' ends in 'carpet'")
+    physics.read().never_valid("'Person' stands on 'carpet'")
 
 
 @pytest.mark.parametrize("shape", mostly_slow(["BOX", "CONVEX_HULL", "CYLINDER"], "BOX"))
@@ -353,5 +353,6 @@ def test_an_active_mesh_that_hops_at_its_margin(physics, drop):
     assert (late & found.valid).sum() > 10
     why = set(np.array(found.problem)[late & ~found.valid])
     assert all(
-        "'crate' 40 mm off by its collision margin" in one or "explain" in one for one in why
+        "collision margin of 40 mm keeps the active mesh 'crate' off" in one or "explain" in one
+        for one in why
     )

@@ -50,7 +50,7 @@ def add_a_collection(world):
     world.scene.collection.children.link(bpy.data.collections.new("inner"))
 
 
-SETTINGS, SHOWN = "the scene's settings", "what is shown or hidden"
+SETTINGS, SHOWN = "the scene's settings", "which objects are shown"
 # The edit, and the name in the reason.
 EDITS = {
     "move": (lambda w: move(named("shelf")), "'shelf'"),

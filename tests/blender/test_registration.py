@@ -48,9 +48,11 @@ def test_on_and_off_three_times(empty_scene):
     on = what_is_registered()
     assert len(ours(on["handlers"])) == HANDLERS
     assert on["object"] == [
+        "angen_breathing",
         "angen_ignored",
         "angen_load",
         "angen_place",
+        "angen_radar",
         "angen_resident",
         "angen_sensor",
         "angen_warmth",
@@ -180,6 +182,7 @@ def test_enum_numbers_in_files(world):
         "LIGHT": 4,
         "DISTANCE": 5,
         "CONTACT": 6,
+        "PRESENCE_RADAR": 8,
         "THERMAL_ARRAY": 7,
     }
 

@@ -205,7 +205,7 @@ def test_a_run_without_light_says_so_and_claims_nothing_of_it(lit, tmp_path, cap
     assert "frames 1 to 20, without light sensors" in capfd.readouterr().out
     assert sorted(kept().recording.tracks) == ["PIR", "Switch"]
     lit.scene.frame_set(10)
-    assert "Light sensors are not in it" in drawn("ANGEN_PT_simulation").text
+    assert "Light sensors are not recorded" in drawn("ANGEN_PT_simulation").text
     assert drawn("ANGEN_PT_events").text == "Light is not in this recording: simulate with light"
     sensor = next(s for s in lit.sensors() if s.name == "Light")
     assert reading_text(sensor, lit.scene).text == "No reading"
@@ -221,7 +221,7 @@ def test_a_run_without_light_says_so_and_claims_nothing_of_it(lit, tmp_path, cap
     assert kept().stale == ""
     assert simulate(1, 20) == {"FINISHED"}
     assert "Light" in kept().recording.tracks
-    assert "not in it" not in drawn("ANGEN_PT_simulation").text
+    assert "not recorded" not in drawn("ANGEN_PT_simulation").text
 
 
 def test_the_button_without_light_is_there_where_light_is_sensed(lit):
@@ -348,7 +348,7 @@ def test_the_panel_has_the_bar_of_the_operator_at_work(home, monkeypatch):
 
     def execute(operator, _context):
         operator._left = TimeLeft()
-        operator._show(context, Doing(0.5, "frame 3, path-tracing the light's reference"))
+        operator._show(context, Doing(0.5, "frame 3, path-tracing the reference of the light"))
         return {"FINISHED"}
 
     monkeypatch.setattr(ANGEN_OT_simulate, "execute", execute)
@@ -358,4 +358,4 @@ def test_the_panel_has_the_bar_of_the_operator_at_work(home, monkeypatch):
         text = drawn("ANGEN_PT_simulation").text
     finally:
         CACHE.running, CACHE.working = False, None
-    assert "50 %. Esc ends" in text and "Frame 3, path-tracing the light's reference" in text
+    assert "50 %. Esc ends" in text and "Frame 3, path-tracing the reference of the light" in text

@@ -74,4 +74,4 @@ def test_a_routine_that_this_home_cannot_live_is_a_row_with_its_error(home: Path
     )
     run(folder, "--jobs", "1", status=1)
     (row,) = results(folder)
-    assert "the home has no resident 'Ada'; there are Adult" in row["error"]
+    assert "the home has no resident 'Ada'; its residents are Adult" in row["error"]

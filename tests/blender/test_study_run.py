@@ -187,7 +187,7 @@ def test_a_log_that_is_kept_is_that_of_the_command_line(folder, command) -> None
     assert len(workers) == 1
     (log,) = (folder / "out" / "logs").iterdir()
     assert log.read_bytes().decode() == command("simulate", "--quiet")[1]
-    assert "1 of 1 run is there already" in run(folder, "--jobs", "1")
+    assert "1 of 1 run is already done" in run(folder, "--jobs", "1")
 
 
 @pytest.mark.slow
@@ -227,7 +227,7 @@ def test_a_measure_that_fails_leaves_the_other_measures_of_its_row(folder) -> No
     (folder / "score.py").write_text(
         SCORE.replace("PAUSE", "0.0") + "def broken(recording, truth):\n    return 1 / 0\n"
     )
-    assert "no sensor fits 'Pri*'" in run(folder, "--jobs", "1", "--sensor", "Pri*", status=2)
+    assert "no sensor matches 'Pri*'" in run(folder, "--jobs", "1", "--sensor", "Pri*", status=2)
     told = run(folder, "--jobs", "1", "--no-light", status=1)
     assert "1 of 1 run failed" in told
     (row,) = results(folder)
@@ -242,10 +242,10 @@ def test_a_measure_that_fails_leaves_the_other_measures_of_its_row(folder) -> No
 @pytest.mark.parametrize(
     ("body", "error"),
     [
-        ('return {"own": 1, "events": 7}', "gives 'events', which is another column"),
+        ('return {"own": 1, "events": 7}', "returns 'events', which is the name of another column"),
         pytest.param(
             'return {"seed": 7}',
-            "gives 'seed', which is another column",
+            "returns 'seed', which is the name of another column",
             marks=pytest.mark.slow,
         ),
         # A change of it would go unnoticed.
@@ -295,7 +295,7 @@ def test_killed_workers_and_a_killed_driver_lose_nothing(folder) -> None:
     with open(folder / "out" / "runs.jsonl", "ab") as file:
         file.write(b'{"digest": "ha')
     told = run(folder, "--jobs", "2")
-    assert f"{kept} of {RUNS} runs are there already" in told
+    assert f"{kept} of {RUNS} runs are already done" in told
     assert everything(folder) == whole
 
 
@@ -325,9 +325,9 @@ def test_what_is_done_stays_where_the_scheduler_is_lost(folder, daemon, schedule
     assert driver.returncode == 1, told
     kept = lines_at(folder)
     assert 2 <= kept < RUNS and len(results(folder)) == kept
-    assert f"{kept} of {RUNS} runs are done: the scheduler is lost;" in told
+    assert f"{kept} of {RUNS} runs are done: the connection to the scheduler is lost;" in told
     assert "Traceback" not in told, told
-    assert f"{kept} of {RUNS} runs are there already" in run(folder, "--jobs", "1")
+    assert f"{kept} of {RUNS} runs are already done" in run(folder, "--jobs", "1")
     assert len(results(folder)) == RUNS
 
 
@@ -349,7 +349,11 @@ def test_workers_that_are_not_alike_are_refused(folder, daemon, scheduler, packa
     with distributed.Client(address) as client:
         client.wait_for_workers(2, timeout=60)
     told = run(folder, "--scheduler", address, status=2)
-    assert "differ: angen_sensors" in told and " 9." in told and told.count("tcp://") == 2
+    assert (
+        "have different versions: angen_sensors" in told
+        and " 9." in told
+        and told.count("tcp://") == 2
+    )
     assert told.count("\n") == 1
 
 
@@ -369,7 +373,9 @@ def test_a_worker_of_another_python_is_one_clear_line(addon_part) -> None:
 
     with pytest.raises(addon_part("sensor_logic.error").InputError) as told:
         addon_part("studies.engine").check_workers(Client())
-    assert str(told.value).startswith("the worker tcp://one:1 has Python 3.2.1, and this is Python")
+    assert str(told.value).startswith(
+        "the worker tcp://one:1 has Python 3.2.1, and this program has Python"
+    )
 
 
 @pytest.mark.slow
@@ -388,7 +394,7 @@ def test_a_worker_without_blenders_module_is_one_clear_line(
         told = run(folder, "--scheduler", address, status=2)
     (line,) = set(told.splitlines()) - {"angen: waiting for workers; Ctrl-C ends this"}
     assert "lacks Blender's Python module" in line and line.count("pip install") == 1
-    assert line.endswith("pip install bpy there")
+    assert line.endswith("install it there with pip install bpy")
 
 
 @pytest.mark.parametrize(
@@ -425,7 +431,7 @@ def test_a_full_disk_is_one_clear_line_and_keeps_what_is_done(folder) -> None:
     assert "runs are done: cannot write in" in told, told
     kept = lines_at(folder)
     assert 0 < kept < RUNS
-    assert f"{kept} of {RUNS} runs are there already" in run(folder, "--jobs", "1")
+    assert f"{kept} of {RUNS} runs are already done" in run(folder, "--jobs", "1")
     assert len(results(folder)) == RUNS
 
 
@@ -433,7 +439,7 @@ def test_a_worker_that_does_not_see_the_drivers_files_gets_them(tmp_path, addon_
     tasks = addon_part("studies.tasks")
     home = tasks.File(str(tmp_path / "home.blend"), tasks.digest_of_bytes(b"BLENDER"))
     (tmp_path / "home.blend").write_bytes(b"another home of that name")
-    with pytest.raises(Exception, match=r"has no file .*home\.blend as it is at the driver"):
+    with pytest.raises(Exception, match=r"file .*home\.blend is missing or is not the same"):
         tasks.local_path(home)
     plugin = tasks.FilesOfStudy("files", {home: b"BLENDER"})
     pickle.loads(pickle.dumps(plugin)).setup(None)

@@ -140,7 +140,7 @@ def test_days_that_cannot_be_lived_are_told_with_the_reason(
     text = DAYS.split("measure")[0].replace("days = 1", "days = 1\nseeds = [1]")
     (life,) = lives_of(lived_home, text, addon_part)
     (done,) = addon_part("studies.runs").run(life)
-    assert "the home has no resident 'Ada'; there are Adult" in done.error
+    assert "the home has no resident 'Ada'; its residents are Adult" in done.error
 
 
 def test_one_that_fails_is_told_and_the_others_go_on(

@@ -164,7 +164,7 @@ def test_rows_keep_within_the_region_and_what_does_not_fit_is_told(drawn, count)
         left_out = count - len(strips)
         what = "more" if strips else "sensors"
         has_room = strips or top - 10.0 >= 2 * layout.LETTER
-        text = f"{left_out} {what}: make this editor higher"
+        text = f"{left_out} {what} not shown: make this editor higher"
         assert told == ([text] if left_out and has_room else [])
         assert len(names.words) in (0, len(strips))
 

@@ -49,7 +49,7 @@ def test_a_detector_that_warms_up_says_so_everywhere(world, passing):
     panel = drawn("ANGEN_PT_active_sensor")
     assert panel.labels[1] == "Warming up, 59 s left"
     assert "Warm-up" in drawn("ANGEN_PT_table").labels
-    text = "Its warm-up time of 60 s outlasts the animation of 2 s: it reports nothing"
+    text = "Its warm-up time of 60 s is longer than the animation of 2 s, so it reports nothing"
     assert text in panel.text
     ((_, _, button),) = (o for o in panel.operators if o[0] == "Set to 0 s")
     assert asked(25).startswith("0 of 0 events")
@@ -70,7 +70,7 @@ def test_the_command_line_says_so_too(world, passing, capsys, tmp_path):
         return capsys.readouterr()
 
     told = run("simulate", "--events", str(tmp_path / "events.csv")).err
-    text = "its warm-up time of 60 s outlasts the animation of 2 s: it reports nothing"
+    text = "its warm-up time of 60 s is longer than the animation of 2 s, so it reports nothing"
     assert f"'{passing.name}': {text}" in told
     told = run("explain", "--sensor", passing.name, "--time", "1.5", "--now").out
     assert told.startswith(f"{passing.name}, frame 37 (1.500 s)")
@@ -114,7 +114,7 @@ def test_what_is_seen_moving_too_little_is_not_called_hidden(world):
     activate(world.pir())
     ops.simulate()
     told = asked(20)
-    assert "'Creeping', 2.298 m away: seen, but it changes too little" in told
+    assert "'Creeping', 2.298 m away: seen, but the readings change too little" in told
     assert "hidden" not in told
 
 
@@ -126,8 +126,8 @@ def test_nor_is_who_is_warm_and_too_weak_for_the_threshold(world):
     activate(world.sensor("PIR", "pir", model="PYROELECTRIC"))
     ops.simulate()
     told = asked(25)
-    assert "changed the power" in told and "rays now" in told
-    assert "'Person', 1.650 m away: seen, but it changes too little" in told
+    assert "changed the radiation" in told and "rays now" in told
+    assert "'Person', 1.650 m away: seen, but the readings change too little" in told
 
 
 def test_a_shut_switch_tells_how_far_the_beam_must_be_clear(world):
@@ -135,7 +135,7 @@ def test_a_shut_switch_tells_how_far_the_beam_must_be_clear(world):
     activate(world.switch())
     ops.simulate()
     told = asked(5)
-    assert "the beam must be free up to 0.05 m: 'Flag' ends it 0.038 m before that" in told
+    assert "the beam must be free up to 0.05 m: 'Flag' blocks it 0.038 m before that" in told
 
 
 def test_a_pad_tells_what_is_above_it_and_its_threshold(world):

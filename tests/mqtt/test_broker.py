@@ -145,7 +145,7 @@ def test_ctrl_c_ends_it_cleanly(broker, start, endless, number, options, status)
         _, err = replay.communicate()
         assert listener.all()[-1] == ("angen/status", "offline")
     assert replay.returncode == status
-    assert "interrupted; the sensors are marked unavailable" in the_line(err)
+    assert "interrupted: the broker now shows the sensors as unavailable" in the_line(err)
 
 
 def test_a_loop_begins_again_with_the_states_of_its_begin(broker, start, events) -> None:

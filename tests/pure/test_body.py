@@ -326,7 +326,7 @@ def test_where_there_is_no_way_the_nearest_place_is_told() -> None:
     with pytest.raises(NoPath) as caught:
         find_path(floor, start, goal, 0.1)
     assert caught.value.nearest[0] == pytest.approx(0.875)
-    with pytest.raises(NoPath, match="no room"):
+    with pytest.raises(NoPath, match="no floor is wide enough"):
         find_path(floor, start, goal, 2.0)
     # Who stands at a basin gets away from it.
     start = np.array([0.02, 0.5])

@@ -120,7 +120,7 @@ def test_a_log_of_one_moment_is_refused(tmp_path, compare) -> None:
     moment = log(tmp_path, [(5, "A", 1)], "moment.csv")
     status, out, told = compare(moment, moment)
     assert (status, out) == (2, "")
-    assert "moment.csv has changes at one time only" in told
+    assert "moment.csv are at the same time" in told
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_files_of_casas_are_read_with_their_labels(tmp_path, separator) -> None:
     ("text", "words"),
     [
         ("hello\n", ["bad", "line 1"]),
-        (HEADER, ["bad", "no sensor that is on or off"]),
+        (HEADER, ["bad", "no sensor with the states on and off"]),
         ("2010-11-04 00:03:50.2 M003 ON\nrubbish\n", ["bad", "line 2", "CASAS"]),
         (None, ["cannot read", "bad"]),
     ],

@@ -203,6 +203,17 @@ def test_coverage_ends_at_walls():
     assert signals[0] == 0.0 and signals[1] > 0.0
 
 
+def test_no_motion_detector_notices_who_only_breathes():
+    still = MOTIONS["STILL"]
+    lengths = still.lengths(np.full((1, 8), 0.25))
+    assert (lengths > 0.0).all() and (still.lengths(np.full((1, 8), 0.15)) == 0.0).all()
+    start = one(0.0, 1.0, length=float(lengths[0, 0]))
+    assert still.seconds(start) == 0.0
+    for looking in (view(towards(0.0, 0.8, 1.0)[None]), warm_view(pyro(), level_at(1.0))):
+        assert not looking.may_notice(still, start).any()
+        assert (looking.strengths(still, start) == 0.0).all()
+
+
 def test_lengths_end_at_what_stands_in_the_way_and_heights_are_checked():
     chest = MOTIONS["CHEST"].at_height(1.0)
     assert (chest.bottom, chest.top) == pytest.approx((0.775, 1.225))

@@ -269,8 +269,11 @@ def test_the_page_has_an_example_that_works_and_tells_every_key(plan) -> None:
         ("x = [", ["Invalid value"]),
         ("seed = -1\n[[fault]]\nlost = 1", ["line 1", "seed is -1"]),
         ("", ["[[fault]]"]),
-        ("[[fault]]\n", ["line 1", "names no fault"]),
-        ('[[fault]]\nlost = 0.1\n[[fault]]\nsensors = "*"\n', ["line 4", "names no fault"]),
+        ("[[fault]]\n", ["line 1", "this table has no fault"]),
+        (
+            '[[fault]]\nlost = 0.1\n[[fault]]\nsensors = "*"\n',
+            ["line 4", "this table has no fault"],
+        ),
         ("sead = 1\n[[fault]]\nlost = 0.1\n", ["line 1", "'sead'", "seed"]),
         ("[[fault]]\nlost = 0.1\n\n[[fault]]\nlots = 0.1\n", ["line 5", "'lots'", "lost"]),
         ("[[fault]]\nlost = 1.5\n", ["line 2", "lost is 1.5", "0 to 1"]),
@@ -352,5 +355,5 @@ def test_the_truth_of_another_log_is_refused(convert, tmp_path) -> None:
     rows = (tmp_path / "faulty.csv").read_text().splitlines(keepends=True)
     (tmp_path / "faulty.csv").write_text("".join(rows[:1] + rows[2:]), newline="")
     status, err = convert(*UNDO, "--undo-faults", "OUT/truth.csv")
-    assert status == 2 and "does not fit the log" in err
+    assert status == 2 and "does not match the log" in err
     assert not (tmp_path / "back.csv").exists()

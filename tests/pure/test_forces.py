@@ -156,7 +156,7 @@ def joined_to_the_ground(boxes):
     [
         (unexplained, ["body 2", "explain"]),
         (unknown, ["'body 2' has just appeared"]),
-        (hovering, ["nothing holds the weight of 'body 2'"]),
+        (hovering, ["nothing supports 'body 2'"]),
         (joined_to_the_ground, ["'glue'"]),
     ],
 )

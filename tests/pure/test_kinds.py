@@ -27,7 +27,10 @@ from angen_sensors.sensor_logic.wording import Lengths, measured, percent, short
 
 ROOT = Path(__file__).resolve().parents[2]
 # Numbers are in saved files: they never change and are never reused.
-NUMBERS = ["PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT", "DISTANCE", "CONTACT", "THERMAL_ARRAY"]
+NUMBERS = [
+    *("PIR", "OPTICAL_SWITCH", "PRESSURE", "LIGHT", "DISTANCE", "CONTACT"),
+    *("THERMAL_ARRAY", "PRESENCE_RADAR"),
+]
 CHOICES = {
     ("PIR", "model"): ["RANGE_SCAN", "PYROELECTRIC"],
     ("PIR", "sweep"): ["SAWTOOTH", "ALL"],

@@ -56,7 +56,7 @@ def test_numbers_of_the_lenses_and_too_many_rays():
     assert [lens.number for lens in LENSES.values()] == list(range(len(NUMBERS)))
     parameters = PirParameters(model="PYROELECTRIC", lens="CEILING", zone_rays=1000)
     assert parameters.problems() == [
-        "1000 rays in each of 140 zones are more than 100000: take fewer rays a zone"
+        "1000 rays in each of 140 zones are more than 100000: set fewer rays per zone"
     ]
 
 

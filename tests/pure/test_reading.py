@@ -123,7 +123,7 @@ ROW = EVENTS_HEAD + b"0,1,A,PIR,moved,1\n"
         (b"a,b\n1,2\n", ["line 1", "time_s,frame", "pyadlml"]),
         (ROW + b"1,1,A,PIR,moved,1\n0,1,A,PIR,moved,0\n", ["line 4", "sort the events by time"]),
         (EVENTS_HEAD + b"0,1,A,PIR,moved,perhaps\n", ["line 2", "'moved'", "0 or 1"]),
-        (EVENTS_HEAD + b"0,1,A,LIGHT,illuminance_lux,bright\n", ["line 2", "a number"]),
+        (EVENTS_HEAD + b"0,1,A,LIGHT,illuminance_lux,bright\n", ["line 2", "a finite number"]),
         (EVENTS_HEAD + b"0,1,A,SONAR,moved,1\n", ["line 2", "SONAR", "PIR"]),
         (EVENTS_HEAD + b"0,1,A,PIR,open,1\n", ["line 2", "'open'", "moved"]),
         (ROW + b"0,1,A,LIGHT,lit,1\n", ["line 3", "'A'", "PIR", "LIGHT"]),
@@ -214,12 +214,13 @@ def test_what_casas_cannot_have_is_told(run) -> None:
     status, told, out = run(of_casas("FrontDoor OPEN", "D001 CLOSE"))
     assert status == 0
     assert told == [
-        "sensors without a name of CASAS are renamed, as OUT.sensors.csv lists: FrontDoor is D002"
+        "sensors whose names do not fit CASAS were renamed, as the file OUT.sensors.csv "
+        "lists: FrontDoor is D002"
     ]
     assert [line.split()[2] for line in out.splitlines()] == ["D002", "D001"]
     status, told, out = run(HEAD + "0,1,A,PIR,moved,0\n", "casas", "--start", "2026-03-02")
     assert (status, out) == (0, "")
-    assert told == ["no sensor changed: the file is empty, as CASAS lists changes alone"]
+    assert told == ["the file is empty, since CASAS lists only changes, and no sensor changed"]
     status, told, _ = run("", "casas")
     assert status == 2 and told[0].endswith("is empty: no sensor changed, or it was not written")
 
@@ -244,8 +245,8 @@ def test_what_is_out_of_order_is_told_by_line_and_time_and_sorted(run, text) -> 
     assert any(f"line {n}: " in told[0] for n in (3, 4)) and "--sort" in told[0]
     status, told, out = run(text, "events", "--sort", "--start", "2010-11-04")
     assert status == 0 and told == [
-        f"sorted by time, which went back {'2' if 'because' in text else '1'} ×; "
-        "repeated rows left out: 2"
+        f"sorted by time; rows out of order: {'2' if 'because' in text else '1'}; "
+        "repeated rows, left out: 2"
     ]
     assert [(row[:8], row.split(",")[5]) for row in out.splitlines()[1:]] == [
         ("0.000000", "1"), ("1.000000", "0"), ("2.000000", "1")
@@ -267,7 +268,7 @@ def test_a_number_that_is_not_finite_is_told_alike_in_all_formats(run, name, val
     text = HEAD + f"0,1,T,DISTANCE,distance_m,1\n1,1,T,DISTANCE,distance_m,{value}\n"
     status, told, _ = run(text, name)
     assert status == 2
-    assert told[-1] == f"line 3: 'distance_m' is '{value}', not a number, which is finite"
+    assert told[-1] == f"line 3: 'distance_m' is '{value}', not a finite number"
 
 
 @pytest.mark.parametrize(
@@ -302,7 +303,7 @@ def test_a_date_that_a_format_cannot_hold_is_one_line(run, tmp_path, name, start
 def test_a_start_too_near_the_ends_of_the_calendar_is_told(run, start) -> None:
     status, told, _ = run(HEAD, "casas", "--start", start, "--timezone", "Europe/Stockholm")
     assert (status, len(told)) == (2, 1)
-    assert "a start lies between 0001-01-03 and 9890-01-01" in told[0]
+    assert "a start must lie between 0001-01-03 and 9890-01-01" in told[0]
 
 
 def test_dates_are_checked_before_a_run() -> None:
@@ -394,7 +395,7 @@ def test_the_history_of_home_assistant_is_read(run, tmp_path) -> None:
     assert status == 0
     assert told == ["2 states left out, first line 3: 'binary_sensor.front_door unavailable'"]
     status, told, _ = run(HISTORY.replace("2024-03-01T10:05:00.500Z", "noon"), "xes")
-    assert status == 2 and "line 4: 'noon' is no time" in told[0]
+    assert status == 2 and "line 4: 'noon' is not a time" in told[0]
     (tmp_path / "source").write_text(HISTORY)
     read = read_log(tmp_path / "source")
     assert read.start == datetime(2024, 3, 1, 10)

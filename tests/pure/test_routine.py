@@ -137,23 +137,31 @@ def test_a_date_is_drawn_the_same_whichever_day_the_run_begins_with() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("schema = 1", "schema = 2", "this version reads schema = 1"),
-        ("schema = 1", "schema = 1\nseed = 3 #", "'seed' means nothing here"),
+        ("schema = 1", "schema = 2", "this version of Ängen Sensors reads only schema = 1"),
+        ("schema = 1", "schema = 1\nseed = 3 #", "the key 'seed' is unknown here"),
         (
             'begins = "Sleep"',
             'begins = "Slep"',
-            "begins: 'Slep' is not known; did you mean 'Sleep'?",
+            "begins: 'Slep' is unknown; did you mean 'Sleep'?",
         ),
         ("[person.anna]\nbegins", "[person.anna]\n#", "'begins' is missing"),
-        ('every = "25 min"', 'every = "25 mins"', "every: '25 mins' is no duration"),
-        ('at = "18:00"', 'at = "18:60"', "at: '18:60' is no time of day"),
-        ('activity = "Visit", lasts', 'activity = "Vist", lasts', "activity: 'Vist' is not known"),
-        ("chance = 0.9", "chance = 1.9", "chance: 1.9 is no number from 0 to 1"),
-        ('"40 min"', '"40 min", until = "19:00"', "an entry has either 'lasts' or 'until'"),
-        ('on = "weekend"', 'on = "weekends"', "on: 'weekends' is no day; did you mean 'weekend'?"),
+        ('every = "25 min"', 'every = "25 mins"', "every: '25 mins' is not a duration"),
+        ('at = "18:00"', 'at = "18:60"', "at: '18:60' is not a time of day"),
+        ('activity = "Visit", lasts', 'activity = "Vist", lasts', "activity: 'Vist' is unknown"),
+        ("chance = 0.9", "chance = 1.9", "chance: 1.9 is not a number from 0 to 1"),
+        (
+            '"40 min"',
+            '"40 min", until = "19:00"',
+            "an entry must have either 'lasts' or 'until', and not both",
+        ),
+        (
+            'on = "weekend"',
+            'on = "weekends"',
+            "on: 'weekends' is not a day; did you mean 'weekend'?",
+        ),
         ("{ weight = 6", "{ wight = 6", "'weight' is missing"),
-        ("times = 1.5", "times = -1", "times: -1 is no number"),
-        ("to = 2026-03-15", "to = 2026-03-13", "'to' is not after 'from'"),
+        ("times = 1.5", "times = -1", "times: -1 is not a number"),
+        ("to = 2026-03-15", "to = 2026-03-13", "'to' must be after 'from'"),
         (
             'at = "18:00", spread = "20 min", activity = "Meal", lasts = "40 min"',
             'at = "18:00", activity = "Meal", lasts = "30 h"',
@@ -181,7 +189,7 @@ def test_what_is_wrong_is_told_with_its_line(old: str, new: str, told: str) -> N
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("schema = 1", "line 1: there is nobody"),
+        ("schema = 1", "line 1: the routine has no person"),
         ("schema = 1\n[person.a\n", "line 2: Expected ']'"),
     ],
 )
@@ -207,7 +215,7 @@ def test_two_persons_have_two_bodies(anna: str, nurse: str, line: int) -> None:
         file.read(text, "week.toml")
     body = anna or nurse
     assert str(caught.value) == (
-        f"week.toml, line {line}: '{body}' is the body of 'anna' already; give 'nurse' another "
+        f"week.toml, line {line}: '{body}' is already the resident of 'anna'; give 'nurse' another "
         "resident"
     )
 
@@ -237,9 +245,9 @@ def test_a_diary_is_taken_as_it_stands() -> None:
     [
         ("person,", "who,", "line 1: the column 'person' is missing"),
         ("07:10:30.5", "07:09:00", "line 3: 'anna' cannot do two things at once: 'Toilet'"),
-        ("07:40:00", "07:10:00", "line 3: the end is not after the start"),
+        ("07:40:00", "07:10:00", "line 3: the end must be after the start"),
         ("2026-03-02 07:00", "Monday", "line 2: Invalid isoformat string: 'Monday'"),
-        (",bo,", ",,", "line 4: person and activity must be named"),
+        (",bo,", ",,", "line 4: give a person and an activity"),
     ],
 )
 def test_a_diary_that_cannot_be_is_told_with_its_line(old: str, new: str, told: str) -> None:

@@ -52,50 +52,56 @@ def study(tmp_path: Path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("seeds = 0", "s.toml, line 2: seeds: 0 is no whole number from 1"),
-        ("seeds = [1, 1]", "s.toml, line 2: seeds: give each seed once"),
+        ("seeds = 0", "s.toml, line 2: seeds: 0 is not a whole number from 1"),
+        ("seeds = [1, 1]", "s.toml, line 2: seeds: give at least one seed"),
         ("frames = [9, 1]", "line 2: frames: the first frame, 9, is after the last, 1"),
-        ('draw = "gird"', "line 2: draw: 'gird' is not known; did you mean 'grid'?"),
+        ('draw = "gird"', "line 2: draw: 'gird' is unknown; did you mean 'grid'?"),
         ('draw = "sobol"', "line 1: 'runs' is missing"),
-        ('measure = ["event"]', "line 2: measure: 'event' is no measure; did you mean 'events'?"),
+        (
+            'measure = ["event"]',
+            "line 2: measure: 'event' is not a measure; did you mean 'events'?",
+        ),
         ('measure = "no.py:f"', "line 2: measure: cannot read"),
         ('measure = "score.py:scor"', "has no function 'scor'; did you mean 'score'?"),
-        ('measure = "truth"', "line 2: truth is known of days alone: give a routine"),
+        ('measure = "truth"', "line 2: truth can be measured only for days: give a routine"),
         (
             'measure = "light_error"\nroutine = "score.py"\nstart = 2026-03-02\ndays = 1',
-            "line 2: light_error is measured without a routine",
+            "line 2: light_error can be measured only without a routine",
         ),
         ('routine = "score.py"\nstart = 1\ndays = 1', "line 3: start: 1 is not a date"),
         ('best = "score"', 'line 2: best: \'score\' is not "most MEASURE" or "least MEASURE"'),
-        ('best = "most noticed"', "line 2: 'noticed' is not measured; "),
+        ('best = "most noticed"', "line 2: 'noticed' is not among the measures of this study; "),
         ('measure = "active"\nbest = "most events PIR hall"', "line 3: 'events PIR hall' is not"),
         ("measure = []", "line 2: measure: it names no measure"),
         ('keep = "samples"', "line 2: keep: 'samples' cannot be kept"),
-        ("vari = 1", "line 2: 'vari' means nothing here; did you mean 'vary'?"),
-        ("[vary]\nrays = [1]", "line 3: 'rays' is no parameter: write \"SENSOR.parameter\""),
+        ("vari = 1", "line 2: the key 'vari' is unknown here; did you mean 'vary'?"),
+        ("[vary]\nrays = [1]", "line 3: 'rays' is not a parameter: write \"SENSOR.parameter\""),
         ('[vary]\n"PIR*.rays" = 5', "line 3: PIR*.rays: give a list of values"),
         ('[vary]\n"PIR*.rays" = [[1]]', "line 3: PIR*.rays: [1] is not a number"),
         ('[vary]\n"PIR*.rays" = [nan]', "line 3: PIR*.rays: nan is no number"),
         ('[vary]\n"a.b" = { from = 2, to = 1 }', "line 3: 'to' must be above 'from'"),
         ('[vary]\n"a.b" = { from = 0, to = 1, log = true }', "line 3: with log = true"),
-        ('[vary]\n"a.b" = { from = 0, to = 1 }', "line 3: a grid needs steps"),
+        ('[vary]\n"a.b" = { from = 0, to = 1 }', 'line 3: draw = "grid" needs steps'),
         (
             'draw = "list"\n[vary]\n"a.b" = [1]\n"a.c" = [1, 2]',
-            'line 4: draw = "list" takes lists of one length: a.b has 1, a.c has 2',
+            'line 4: draw = "list" needs lists of the same length: a.b has 1, a.c has 2',
         ),
         ('[vary]\n"a.b" = [1]\n[set]\n"a.b" = 2', "line 5: 'a.b' also varies"),
         ("[vary]\nsensors = { of = [] }", "line 3: it names no sensor"),
         ("[vary]\nsensors.of = []", "line 3: it names no sensor"),
-        ('[vary]\n\nsensors.of = ["a"]\nsensors.least = 2', "line 5: least: 2 is no whole"),
+        ('[vary]\n\nsensors.of = ["a"]\nsensors.least = 2', "line 5: least: 2 is not a whole"),
         (
             '[vary]\nsensors = { of = ["a", "b"], least = 2, most = 1 }',
-            "line 3: 'most', 1, is below 'least', 2",
+            "line 3: 'most' (1) must be at least 'least' (2)",
         ),
         ('[vary]\nsensors = { of = ["a", "a"] }', "line 3: 'a' is given twice"),
-        ('[vary]\nsensors = { of = ["a"], least = 2 }', "least: 2 is no whole number from 1 to 1"),
+        (
+            '[vary]\nsensors = { of = ["a"], least = 2 }',
+            "least: 2 is not a whole number from 1 to 1",
+        ),
         (
             f"[vary]\nsensors = {{ of = {[str(n) for n in range(14)]} }}",
-            "line 3: these are 16383 choices, more than 10000: give fewer sensors",
+            "line 3: there are 16383 combinations of sensors, more than 10000: give fewer sensors",
         ),
         ("[vary", "s.toml, line 2: Expected ']' at the end of a table declaration"),
     ],
@@ -119,7 +125,7 @@ def test_choices_of_sensors_are_all_of_their_sets(study) -> None:
 
 def test_a_home_that_is_missing_is_named(tmp_path) -> None:
     (tmp_path / "s.toml").write_text('home = "none.blend"')
-    with pytest.raises(InputError, match=r"line 1: home: there is no file .*none.blend"):
+    with pytest.raises(InputError, match=r"line 1: home: the file .*none.blend does not exist"):
         read(tmp_path / "s.toml")
     with pytest.raises(InputError, match=r"cannot read .*no\.toml: No such file"):
         read(tmp_path / "no.toml")

@@ -317,6 +317,13 @@ def test_a_person_below_is_covered_also_at_rest(background, moving):
     assert strength(parameters, step, (4.0, 0.0), moving, CEILING) == 0.0
 
 
+def test_who_sits_still_below_is_covered_and_who_is_aside_is_not():
+    parameters = ThermalArrayParameters(**PRESETS["MLX90640_BAA"].values)
+    still = MOTIONS["STILL"]
+    assert strength(parameters, still, (0.0, 0.3), 0.3, CEILING) > 1.0
+    assert strength(parameters, still, (6.0, 0.3), 0.3, CEILING) < 1.0
+
+
 def test_the_strength_is_that_of_the_model():
     """The body of the map, as the model sees it with rays of its own."""
     for place in ((0.9, 0.0), (1.3, 0.2), (1.6, 0.0), (1.8, 0.0), (2.0, 0.3)):

@@ -291,7 +291,7 @@ def _sensor_movement(old: Pose, new: Pose, lengths: Lengths) -> str:
     turn = math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
     if way <= SAME and turn <= 1e-3:
         return ""
-    return f"moved itself by {lengths.text(way)} and turned by {turn:.2f}°"
+    return f"the sensor itself moved by {lengths.text(way)} and turned by {turn:.2f}°"
 
 
 def _doubt(
@@ -372,12 +372,13 @@ class WarmCause:
 
 @dataclass(frozen=True)
 class _WarmUpdate:
-    """The hits of a pyroelectric detector at one update. Arrays have one entry per ray, shape (n,).
+    """The warmth that a pyroelectric detector's n rays hit at one update. Arrays have shape (n,).
 
     Attributes
     ----------
     power
-        The power on the elements above that from surroundings at `ambient`, in W per m² of lenslet.
+        The radiant power on the elements, minus the power that would reach them if every surface
+        had the temperature `ambient`. The unit is W per m² of lenslet.
     temperature
         The temperature of the surface that the ray hits, in K.
     ranges
@@ -396,7 +397,7 @@ class _WarmUpdate:
 
 
 def explain_pyroelectric(replay: Replay, index: int) -> Explanation:
-    """Explain update `index` by the object that changed the power on the elements most.
+    """Explain update `index` by the object that changed the radiation on the elements most.
 
     Raise `AngenError` if the sensor cannot be read.
     """
@@ -498,7 +499,7 @@ def _warm_headline(cause: WarmCause, active: bool) -> str:
     over = abs(cause.signal) > 1.0
     moving = cause.things[0] if cause.things else None
     who = (
-        f"{quoted(moving.name)} changed the power on the elements most"
+        f"{quoted(moving.name)} changed the radiation on the elements most"
         if moving
         else "nothing warmer or colder than the room moved through the zones"
     )
@@ -589,7 +590,7 @@ def _nearest_movement(replay: Replay, index: int, found: Explanation) -> str:
     text = f"{quoted(name)}, {replay.lengths.text(away[name])} away"
     pir = replay.sensor.parameters
     if name in _noticed_names(found):
-        return f"{text}: seen, but it changes too little, or too slowly"
+        return f"{text}: seen, but the readings change too little or too slowly"
     if away[name] > pir.range_max:
         label = label_of(specs(replay.sensor.kind.parameters)["range_max"], pir).lower()
         return f"{text}: beyond the {label} of {replay.lengths.typed(pir.range_max)}"

@@ -139,7 +139,7 @@ def lit_figure(seen: Any, number: int, met: RaysMet, before: Array, metres: floa
     seen
         The `DrawnSensor`.
     number
-        The number of the ray bundle.
+        The number of the ray bundle: rays that the sensor casts together.
     met
         The rays with their ranges.
     before
@@ -225,7 +225,7 @@ def plan_rays(sight: Trace, metres: float) -> SensorRays:
     """Return the rays for the floor plan.
 
     For a range scan, these are its rays. For a lens, they are a horizontal fan for each zone, as
-    wide as the zone and as long as the detection distance. `sight` is the trace with the sensor's
+    wide as the zone and as long as the detection distance. `sight` is the `Trace` with the sensor's
     rays, parameters and pose. `metres` is the length of a Blender unit in m.
     """
     parameters, pose = sight.parameters, sight.pose

@@ -134,8 +134,8 @@ def _context(authority: Path | None) -> ssl.SSLContext:
 def _host_and_port(text: str) -> tuple[str, int | None]:
     if "@" in text:
         raise argparse.ArgumentTypeError(
-            f"the address has a user in it: give --user NAME, and the password in {PASSWORD} or "
-            "with --password-file"
+            "the address contains a user name: give it with --user NAME instead, and the password "
+            f"in {PASSWORD} or with --password-file"
         )
     # An IPv6 address stands in brackets where a port follows.
     found = re.fullmatch(r"\[([0-9a-fA-F:.%\w]+)\](?::(\d+))?|([^\s:/\[\]]+)(?::(\d+))?", text)

@@ -127,7 +127,7 @@ class Link:
     def flush(self, seconds: float = ANSWER_S) -> bool:
         """Wait at most `seconds` until the broker has acknowledged all messages.
 
-        Return whether it has acknowledged all. Raise AngenError if it refuses one.
+        Return whether the broker has acknowledged all. Raise AngenError if it refuses one.
         """
         end = time.monotonic() + seconds
         while self._forget_acknowledged() and not self.is_lost and time.monotonic() < end:
@@ -220,7 +220,7 @@ def _why(address: Address, error: Exception) -> str:
 def _refusal(address: Address, reason: Any, is_closed: bool) -> str:
     if reason is None:
         did = "closed the connection" if is_closed else "does not answer as a broker does"
-        way = "is this its port?" if address.tls else "is this its port, and does it want --tls?"
+        way = "is this its port?" if address.tls else "is this its port, and does it need --tls?"
         return f"{address} {did}: {way}"
     if str(reason) in {"Not authorized", "Bad user name or password"}:
         return (

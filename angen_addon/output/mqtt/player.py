@@ -198,7 +198,7 @@ class Player:
             )
 
     def _remove(self, retained: Mapping[str, str], configs: set[str]) -> None:
-        """Remove the sensors that an earlier replay announced, without those of this one."""
+        """Remove the sensors that only an earlier replay announced, not this one."""
         topics = {*configs, *self._states, self._home.status("").topic}
         gone = [Message(*message) for message in retained.items() if message[0] not in topics]
         names = remove_messages(self._link, gone)

@@ -352,7 +352,7 @@ def read_constraint(
     """Return the constraint of an object, and whether its two bodies may collide.
 
     Return None for a constraint that transmits no force. A limit or a spring counts as transmitting
-    one, since statics cannot separate its force from that of a contact.
+    one, since statics cannot separate its force from the force of a contact.
 
     Parameters
     ----------

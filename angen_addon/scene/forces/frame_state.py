@@ -74,7 +74,7 @@ class FrameState:
             self.hi[row] = np.fmax(self.hi[row], posed.hi + reach)
 
     def overlapping(self, key: Key, widen: float, towards: Array | None = None) -> list[Key]:
-        """Return the keys of the other bodies whose bounds overlap those of a body.
+        """Return the keys of the other bodies whose bounds overlap the bounds of a body.
 
         Parameters
         ----------

@@ -88,7 +88,8 @@ class FrameWorld:
 
     def _settings(self, key: Key) -> BodySettings:
         """Return the settings of a body at the middle frame."""
-        # Stored only for bodies near a pad that was due; for others, those of the present frame.
+        # Stored only for bodies near a pad that published; for other bodies, the present frame's
+        # are used.
         settings = self._states[1].settings
         if key not in settings:
             settings[key] = read_settings(self._evaluated(self._bodies.by_key[key]))
@@ -141,7 +142,7 @@ class FrameWorld:
         )
 
     def near(self, key: Key) -> list[Key]:
-        """Return the keys of the bodies whose bounds overlap those of a body.
+        """Return the keys of the bodies whose bounds overlap the bounds of a body.
 
         Bounds are swept over the three frames.
         """
@@ -319,24 +320,28 @@ class FrameWorld:
         problem = self._force_field_problem(body)
         if collider.depends_on_box and abs(moved.acceleration @ self.up) > HOP * self.gravity:
             problem = (
-                f"Blender holds the active mesh '{body.original.name}' "
-                f"{collider.margin * 1000.0:.3g} mm off by its collision margin and lets it hop: "
-                "choose Convex Hull or Compound as its shape (Physics tab, Collisions)"
+                f"the collision margin of {collider.margin * 1000.0:.3g} mm keeps the active mesh "
+                f"'{body.original.name}' off the surface below, where it bounces: choose Convex "
+                "Hull or Compound as its shape (Physics tab, Collisions)"
             )
         if not np.isfinite(wrench).all():
-            problem = f"'{body.original.name}' is nowhere (NaN)"
+            problem = (
+                f"the position of '{body.original.name}' is not a number (NaN): check its "
+                "keyframes and drivers"
+            )
         return RequiredLoad(load, centres, settings.mass, moved.reach, problem)
 
     def _force_field_problem(self, body: ContactBody) -> str:
-        """Return a text for the user if a force field may push a body; else ""."""
+        """Return a text for the user if a force field may push a body; "" if none may."""
         for obj in self._bodies.fields:
             field = obj.evaluated_get(self._depsgraph).field
             weights = self._depsgraph.scene.rigidbody_world.effector_weights
             strong = field.strength or field.type in {"TEXTURE", "DRAG"}
             if strong and weights.all * getattr(weights, FIELDS[field.type]):
                 return (
-                    f"the force field '{obj.name}' may push '{body.original.name}', by how much is "
-                    "unknown: set its weight to 0 (Scene tab, Rigid Body World, Field Weights)"
+                    f"the force field '{obj.name}' may push '{body.original.name}' with an "
+                    "unknown force: set the weight of this kind of field to 0 (Scene tab, Rigid "
+                    "Body World, Field Weights)"
                 )
         return ""
 
@@ -351,7 +356,7 @@ class FrameWorld:
         acceleration = (centres[2] - 2.0 * centres[1] + centres[0]) / self._frame_time**2
         problem = ""
         if abs(float(acceleration @ self.up)) > JERK or np.linalg.norm(acceleration) > JUMP:
-            problem = f"'{name}' moves too abruptly to have a weight"
+            problem = f"'{name}' moves too abruptly for its weight to be computed"
         push = max(float(mass * (acceleration - self._gravity) @ self.up), 0.0)
         size = max(float(np.linalg.norm(posed[1].hi - posed[1].lo)) / 2.0, 1e-4)
         load = Load(

@@ -36,7 +36,7 @@ class MissingMass:
         self._moved = {body.original for body in self._bodies.by_key.values() if body.rigid}
 
     def problem(self, pad: Key) -> str:
-        """Return a text for the user if a missing weight makes the reading unknown; else ""."""
+        """Return a text for the user if a missing weight makes the reading unknown; "" if not."""
         row = self._solids.row_of(pad)
         if row is None:
             return ""
@@ -46,13 +46,14 @@ class MissingMass:
             for ground in (g for s in supports for g in s.ground) if not body.pad else ():
                 if self._would_reach_pad(solid, self._bodies.by_key[pad].tolerance, ground):
                     return (
-                        f"the weight of '{body.original.name}' ends in '{ground.name}', which "
-                        "lies on the pad and has no mass: give it one (Weight on Sensors)"
+                        f"'{body.original.name}' stands on '{ground.name}', which lies on the pad "
+                        f"and has no mass, so neither is weighed: give '{ground.name}' a mass "
+                        "(Physics tab, Weight on Sensors)"
                     )
         return self._resting_problem(solid, self._bodies.by_key[pad].tolerance)
 
     def _resting_problem(self, pad: Solid, tolerance: float) -> str:
-        """Return a text if an active rigid body on the pad is not simulated; else "".
+        """Return a text if an active rigid body on the pad is not simulated; "" if all are.
 
         The body may lie on the pad itself, or on objects that lie on the pad. `tolerance` is the
         largest gap in m.
@@ -71,7 +72,8 @@ class MissingMass:
                 if self._lies_on(base, solid, tolerance):
                     return (
                         f"the weight of the active rigid body '{body.name}' is missing, since "
-                        f"{why}; or give it a mass (Weight on Sensors), or make it passive"
+                        f"{why}; or give it a mass (Physics tab, Weight on Sensors), or make it "
+                        "passive"
                     )
             lying = [s for s in left if s is not base and self._lies_on(base, s, tolerance)]
             left = [solid for solid in left if solid not in (base, *lying)]
@@ -85,7 +87,7 @@ class MissingMass:
         if world is None or not world.enabled or world.collection is None:
             return "the rigid-body world is off: switch it on (Scene tab)"
         if len(solid.key) > 1 or original not in self._moved:
-            return "physics moves no instances, nor what is outside of its collection"
+            return "physics moves neither instances nor objects outside the rigid-body collection"
         if not body.enabled:
             return "it is not Dynamic: tick that (Physics tab)"
         return "it is Animated: untick that (Physics tab)" if body.kinematic else ""

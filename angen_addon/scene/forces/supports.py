@@ -233,7 +233,8 @@ def _by_support(
     below
         Points (n, 3) in m that the rays from `points` hit.
     areas
-        Areas (n,) in m² that the points represent. They are smaller for wider gaps.
+        Areas (n,) in m² that the points represent, times their `firmness`. This factor falls with
+        the gap between the point and the hit surface, as in an elastic layer.
     met
         Numbers (n,) of the hit solids.
     """

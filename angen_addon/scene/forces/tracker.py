@@ -75,8 +75,8 @@ class ContactTracker:
         pads
             All pads.
         due
-            Identifiers of the pads for which `forces` will be called for this frame, after the next
-            `look`.
+            Identifiers of the pads whose forces at this frame will be queried. The query comes
+            after the next `look`, because these forces also depend on the motion to the next frame.
         """
         last = self._newest if metres == self._metres else None
         if last is None or frame != last.frame + 1:
@@ -116,7 +116,11 @@ class ContactTracker:
         state = self._states[at]
         body = self._bodies.by_key[key]
         if not np.isfinite(state.lo[state.row[key]]).all():
-            return PadForces(problem=f"'{body.original.name}' has no place (NaN)", usable=False)
+            return PadForces(
+                problem=f"the position of '{body.original.name}' is not a number "
+                "(NaN): check its keyframes and drivers",
+                usable=False,
+            )
         scale = state.scales[state.row[key]]
         if body.collider(self._depsgraph, scale, self._metres).empty:
             return PadForces(problem=f"'{body.original.name}' has no surface", usable=False)
@@ -132,7 +136,7 @@ class ContactTracker:
 
 
 def _cache_problem(scene: Any, frame: int) -> str:
-    """Return why the poses at a frame in the rigid-body cache may be wrong; else ""."""
+    """Return why the rigid-body cache may have wrong poses at a frame; "" if it has right ones."""
     world = scene.rigidbody_world
     cache = world.point_cache
     if frame < cache.frame_start:

@@ -56,7 +56,7 @@ from .views import TWICE, Part, Picture, Seen, camera, share_out
 T = TypeVar("T")
 # A generator that yields a text before each picture, empty for short ones, and returns a result.
 Steps = Generator[str, None, T]
-FIRST_PICTURE = "Cycles takes the scene in"
+FIRST_PICTURE = "Cycles is loading the scene"
 # The first number of light paths in a render, and the seconds that a render should last. The time
 # of the last render decides how many pixels are rendered together.
 PATHS, LONGEST_S, SHORTEST_S = 1 << 16, 0.4, 0.15
@@ -133,7 +133,10 @@ class CyclesScene(LightScene):
         self.groups.follow()
 
     def picture(self, method: Any, together: dict[int, Seen]) -> Picture:
-        """Return a new `Picture` of the requests `together`, a dictionary by first pixel."""
+        """Return a new `Picture` of the requests `together`, whose keys are their first pixels.
+
+        `method` is the module that says what the pixels look at: `views` or `faces`.
+        """
         with quietly():
             made = Picture(self, method, together)
         self._pictures.append(made)
@@ -184,7 +187,8 @@ class CyclesScene(LightScene):
         only
             Index of the only request to render; None for all.
         of
-            The total number of paths, if they belong to a reference; else 0. It gives `done`.
+            The total number of paths of a reference, to compute the progress `done`; 0 for other
+            light.
 
         Returns
         -------
@@ -253,13 +257,17 @@ METHODS: dict[str, Any] = {"FOUR_WALL": views, "ILLUMINANCE": faces}
 # The factor of the light paths where light differs much from the reference; and the share of the
 # light that must have come or gone since the first frame for that.
 CLOSER, ALIKE = 16, 0.1
-CLOSELY, REFERENCE = "a closer look at the light", "path-tracing the light's reference"
+CLOSELY, REFERENCE = (
+    "measuring the changed light more closely",
+    ("path-tracing the reference of the light"),
+)
 NOWHERE = np.zeros(0)
-# The frame of the light scene: the present one, that of an earlier update, or of a reference.
+# The frame of the light scene: the present frame, or the frame of an earlier update or of a
+# reference.
 PRESENT, EARLIER = "present", "earlier"
 # The most pictures and references that are stored.
 PICTURES, REFERENCES = 64, 256
-# Datablocks whose drivers may read the frame; those of lamps do not matter.
+# Datablocks whose drivers may read the frame; drivers of lamps do not matter.
 DRIVEN = (
     "armatures",
     "curves",
@@ -412,7 +420,12 @@ class CyclesLight:
         return found, notes
 
     def _distribute(self, method: Any, requests: Sequence[Any]) -> list[dict[int, Seen]]:
-        """Distribute requests over pictures; return the requests of each picture by first pixel."""
+        """Distribute light requests over pictures; return a dictionary for each picture.
+
+        The keys are the first pixels of the requests. `method` is the module that says what the
+        pixels look at: `views` or `faces`. Two requests whose light paths could disturb each other
+        get different pictures.
+        """
         key = method.__name__, *map(request_key, requests)
         if key not in self._together:
             while len(self._together) >= PICTURES:
@@ -468,7 +481,7 @@ class CyclesLight:
         return _light_of(batch, passes, weights, sources)
 
     def _by_few_paths(self, batch: _Batch) -> Steps[Array]:
-        """Return the light (groups, requests, TWICE, views, 3) by few light paths."""
+        """Return the light (groups, requests, 2, views, 3) by few paths; each view has 2 pixels."""
         if batch.pixels not in self._found:
             scene = self._scene_at(PRESENT)
             total = yield from scene.traced(self._picture(batch), 0, batch.few)
@@ -476,9 +489,10 @@ class CyclesLight:
         return self._found[batch.pixels]
 
     def _by_more_paths(self, batch: _Batch, own: Array, index: int) -> Steps[Array]:
-        """Return the light (groups, TWICE, views, 3) of the request `index` by `batch.near` paths.
+        """Return the light (groups, 2, views, 3) of the request `index` by `batch.near` paths.
 
-        They include the few paths that gave `own`, the light of all requests.
+        Each view has 2 pixels. The paths include the few paths that gave `own`, the light of all
+        requests.
         """
         key = batch.pixels, index
         if key not in self._found:
@@ -499,8 +513,8 @@ class CyclesLight:
     ) -> Steps[dict[int, tuple[Array, Array]]]:
         """Return, by index of the request, its light at the frame `begin` by few and by many paths.
 
-        Both arrays have the shape (groups, TWICE, views, 3). Requests whose light differs much from
-        that at `begin` too are left out.
+        Both arrays have the shape (groups, 2, views, 3), since each view has 2 pixels. A request is
+        left out if its present light also differs much from its light at `begin`.
 
         Parameters
         ----------
@@ -513,7 +527,7 @@ class CyclesLight:
         begin
             The frame at which this part of the day begins.
         own
-            Light (groups, requests, TWICE, views, 3) of the present update.
+            Light (groups, requests, 2, views, 3) of the present update.
         far
             Indices of the requests whose light differs much from the first frame.
         """
@@ -552,7 +566,7 @@ class CyclesLight:
         Returns
         -------
         list
-            For each number of paths, light (groups, requests, TWICE, views, 3).
+            For each number of paths, light (groups, requests, 2, views, 3); each view has 2 pixels.
         """
         key = batch.pixels, state, frame, only
         known = self._references.pop(key, {})
@@ -617,7 +631,11 @@ def _reads_frame(curve: Any) -> bool:
 
 
 def _split_pixels(passes: Array) -> Array:
-    """Split the pixels of passes (groups, requests, pixels, 3) into (…, TWICE, views, 3)."""
+    """Reshape passes (groups, requests, pixels, 3) to (groups, requests, 2, views, 3).
+
+    Each view has 2 pixels with independent random numbers: pixels 0 to views − 1 are the first
+    pixels of all views, the others the second ones.
+    """
     return passes.reshape(*passes.shape[:2], TWICE, -1, 3)
 
 
@@ -648,7 +666,9 @@ def _light_of(
 
 
 def _differs_much(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
-    """Return the mask (requests, TWICE) of the pixels whose light differs much from the reference.
+    """Return the mask (requests, 2) of the pixels whose light differs much from the reference.
+
+    The first pixels of all views count together, and so do the second ones.
 
     The errors of update and reference then have little in common. That happens, for example, if a
     person is close to the sensor or its lamp.
@@ -656,7 +676,7 @@ def _differs_much(own: Array, few: Array, weights: Array) -> NDArray[np.bool_]:
     Parameters
     ----------
     own, few
-        Light (groups, requests, TWICE, views, 3) of the update, and of the reference.
+        Light (groups, requests, 2, views, 3) of the update, and of the reference.
     weights
         Factors (groups, 3) of the light groups (`CyclesScene.weights`).
     """

@@ -31,16 +31,19 @@ EEVEE_FACE = 10.0
 
 
 def four_walls(light_scene: Any, requests: Sequence[Any], samples: int) -> list[Array]:
-    """Return the linear radiance (4, 3) for each light request.
+    """Render the four views of each light sensor; return the linear radiance (4, 3) of each.
 
-    It is that of the request's views along −Z, −X, +Z and +X.
+    The views look along the sensor's own axes −Z, −X, +Z and +X, as if at four walls around it.
+    Each view is a row of the result.
     """
     scene = light_scene.scene
     scene.eevee.taa_render_samples = min(EEVEE_SAMPLES, max(1, samples // WALLS))
     cameras = []
     for request in requests:
         if request.field_of_view > WIDEST:
-            light_scene.notes.append(f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most")
+            light_scene.notes.append(
+                f"the field of view of '{request.name}' is limited to {math.degrees(WIDEST):.0f}°"
+            )
         for wall in range(WALLS):
             data = light_scene.own(bpy.data.cameras.new(".angen_light"))
             _set_angle(data, request.field_of_view)

@@ -401,9 +401,9 @@ def _connected(triangles: Any, count: int) -> Any:
 
 
 def _is_sheet(corners: Array, areas: Array) -> bool | None:
-    """Return True for a single flat sheet of glass, False for a thin, flat, closed pane, else None.
+    """Return True for a single flat sheet of glass, and False for a thin, flat, closed pane.
 
-    The parameters are a part as `_parts` returns it.
+    Return None for any other shape. The parameters are a part as `_parts` returns it.
     """
     sizes = np.linalg.norm(areas, axis=1)
     whole = sizes.sum()

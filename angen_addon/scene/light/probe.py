@@ -39,19 +39,19 @@ class LightRequest:
     name
         The name of the sensor.
     matrix
-        Its pose (4, 4) in the world, with orthonormal axes.
+        The sensor's pose (4, 4) in the world, with orthonormal axes.
     method
-        FOUR_WALL or ILLUMINANCE.
+        FOUR_WALL renders four views from the sensor; ILLUMINANCE renders the light on its face.
     engine
         CYCLES or EEVEE.
     samples
         The light paths of a reading.
     clip_start, clip_end
-        The clip distances of a view.
+        The clip distances of each of the four views.
     field_of_view
-        The angle of a view, in radians.
+        The angle of each of the four views, in radians.
     exposure
-        The exposure of the sensor.
+        With FOUR_WALL, a radiance of 1/exposure reads 100 %.
     steady
         Whether nothing in the file animates these settings.
     """
@@ -182,7 +182,7 @@ def _sample(request: LightRequest, light: Light, efficacy: float, note: str) -> 
     colours = light.colours
     if not np.isfinite(colours).all():
         colours = np.nan_to_num(colours, nan=0.0, posinf=0.0, neginf=0.0)
-        note = "; ".join(filter(None, [note, "some of the light is not a number and left out"]))
+        note = "; ".join(filter(None, [note, "light whose strength is not a number was left out"]))
     is_walls = request.method == "FOUR_WALL"
     unit = 100.0 * request.exposure if is_walls else efficacy
     shares = light.shares and tuple(replace(s, light=unit * s.light) for s in light.shares)

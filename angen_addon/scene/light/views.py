@@ -83,7 +83,7 @@ def share_out(
     Returns
     -------
     list
-        For each picture, the requests by their first pixels.
+        A dictionary for each picture: the requests, by the number of their first pixel.
     """
     found = []
     while wanted:
@@ -103,8 +103,9 @@ def share_out(
 class Picture:
     """A square of pixels in a light scene, with the views of some light sensors.
 
-    Each light request has `count` neighbouring pixels: one for each of its views, then a second one
-    for each. The datablocks made for the picture are visible only while it is shown.
+    Each light request has `count` neighbouring pixels: first a pixel for each of its views, then a
+    second pixel for each view. The datablocks made for the picture are visible only while it is
+    shown.
 
     Parameters
     ----------
@@ -298,7 +299,9 @@ def furnish(picture: Picture, scene: Any, together: Sequence[Seen]) -> None:
             corners.append(request.matrix[:3, 3] + request.clip_end * ways)
             reaches.append((request.clip_end - max(request.clip_start, NEAREST_CLIP)) * ways)
         if request.field_of_view > WIDEST:
-            picture.notes.append(f"'{request.name}' sees {math.degrees(WIDEST):.0f}° at most")
+            picture.notes.append(
+                f"the field of view of '{request.name}' is limited to {math.degrees(WIDEST):.0f}°"
+            )
     if corners:
         picture.add_squares(corners, {"angen_reach": reaches}, _lid(picture.own))
 

@@ -255,7 +255,7 @@ class RayCaster:
     ) -> tuple[Array, NDArray[np.int64]]:
         """Return the ranges (n,), and the numbers (n,) of the hit solids (NOTHING for a miss).
 
-        Frame and parameters are those of `cast`.
+        Frame and parameters are as for `cast`.
         """
         last = np.array([len(self.frames) - 1])
         rays = origins, directions, length
@@ -287,8 +287,7 @@ class RayCaster:
     def see_at(self, sensor: Uid, bundle: int, rays: Rays, frames: Index) -> Answers:
         """Return the hits of rays at several frames.
 
-        The parameters are those of `cast_at`. The answers hold a `RayHits` for each frame. Do not
-        write to these.
+        The parameters are as for `cast_at`. The answers hold a read-only `RayHits` for each frame.
         """
         own = self._own_solids(sensor)
         known = self._hits_on_still(sensor, bundle, RayBundle(*rays), own)
@@ -326,7 +325,8 @@ class RayCaster:
     ) -> bool:
         """Replace a bundle's hits on the changed solids `rows`; return whether any hit may differ.
 
-        `hits` has the indices, ranges and faces of rays, by frame and row of the hit solid.
+        `hits` has the indices, ranges and faces of rays, by frame and row of the hit solid. `frame`
+        is the frame's index in the batch.
         """
         dropped = [row for row in rows if bundle.hits.pop(row, None) is not None]
         found = {row: hit for row in rows if (hit := hits.get((frame, row))) is not None}
@@ -376,6 +376,10 @@ class RayCaster:
             self._hit_solids(rows, rays, rays.box(length), seen, by_trees=True)
         return seen.ranges, seen.met
 
+    def _passes(self, sensor: Uid) -> NDArray[np.bool_]:
+        """Return the mask (n,) of the solids that the rays of a sensor pass through."""
+        return self.solids.owned_by(sensor)
+
     def _no_hits(self, length: Array) -> RayHits:
         count = len(length)
         met = np.full(count, NOTHING, np.int64)
@@ -385,7 +389,7 @@ class RayCaster:
         state = self.solids.listing, len(self.solids.gone)
         known = self._own.get(sensor)
         if known is None or known.state != state:
-            mask = self.solids.owned_by(sensor)
+            mask = self._passes(sensor)
             numbers = frozenset(self.solids.solids[i].number for i in np.flatnonzero(mask))
             moving = self.solids.moving
             columns = np.flatnonzero(~mask[self.frames.rows])
@@ -521,8 +525,8 @@ class RayCaster:
     ) -> None:
         """Replace `seen` by nearer hits on the solids `rows`, at the present frame.
 
-        With `by_trees`, meshes that change shape get BVH trees too. A tree pays off if many bundles
-        are cast at the same frame.
+        If `by_trees` is True, meshes that change shape get BVH trees too. A tree pays off if many
+        bundles are cast at the same frame.
         """
         for part in self._overlapping(rows, rays, box):
             enter, leave = _slabs(self.solids.lo[part], self.solids.hi[part], rays)

@@ -212,7 +212,7 @@ class RayPicture:
     def pairs(self, points: Any, corners: Index, matrix: Array) -> tuple[Index, Index, Index]:
         """Return frames (p,), rays (p,) and triangles (p,) that overlap in the picture.
 
-        Every hit is among these triples, but not every triple is a hit. The parameters are those of
+        Every hit is among these triples, but not every triple is a hit. The parameters are as for
         `nearest_hits`.
         """
         turn = self._axes @ matrix[:, :3, :3]
@@ -341,7 +341,7 @@ class RayCells:
     def pairs(self, left: Index, right: Index, below: Index, above: Index) -> tuple[Index, Index]:
         """Return pairs of a rectangle of cells and a ray in it, as indices (p,) of both.
 
-        The parameters are those of `may_hold`.
+        The parameters are as for `may_hold`.
         """
         which, column = _expanded_ranges(left.astype(np.intp), right.astype(np.intp) + 1)
         first = self._start[column * CELLS + below[which]]
@@ -372,8 +372,8 @@ def _hit_distances(
 ) -> Array:
     """Return the ranges (p,) of p rays, each to its own triangle; inf for a miss.
 
-    They are in multiples of the direction's length. The test is Möller and Trumbore's, relative to
-    the triangle's first corner.
+    `frame` (p,) has the index of the ray's frame in `points`. Ranges are in multiples of the
+    direction's length. The test is Möller and Trumbore's, relative to the triangle's first corner.
     """
     corner, one, two = (points[frame, :, at].astype(np.float64) for at in corners)
     one, two, start = one - corner, two - corner, origins - corner

@@ -222,7 +222,7 @@ class Geometry:
         return self._triangles
 
     def read(self, evaluated: Any) -> bool:
-        """Read the surface from the evaluated object; return whether it changed."""
+        """Read the surface from the evaluated object; return whether the surface changed."""
         return self.take_over(read_surface(evaluated, self.deforms))
 
     def take_over(self, surface: Surface) -> bool:
@@ -375,7 +375,7 @@ def uids_of(materials: Iterable[Any]) -> list[int]:
 
 
 def slots_of(evaluated: Any, by_triangle: bool) -> NDArray[np.int32]:
-    """Return the material slot index of each face, or of each triangle with `by_triangle`."""
+    """Return the material slot index of each face; of each triangle if `by_triangle` is True."""
     with surface_mesh(evaluated) as mesh:
         slots = np.zeros(len(mesh.polygons) if mesh else 0, np.int32)
         if not len(slots):
@@ -520,7 +520,7 @@ class MadeByNodes(Geometry):
 
     def tree(self, depsgraph: Any) -> BVHTree | RayTree:
         """Return the tree that `finish` built."""
-        assert self._built.tree is not None, "rays hit only what has a bounding box"
+        assert self._built.tree is not None, "rays hit only objects that have a bounding box"
         return self._built.tree
 
     def material_slots(self, depsgraph: Any) -> NDArray[np.int32]:

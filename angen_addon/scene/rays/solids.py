@@ -291,8 +291,8 @@ class Solids:
     def has_noted(self, uids: set[int]) -> bool:
         """Return whether `note` has stored a change of the scene or of one of the objects `uids`.
 
-        Only changes since the last `sync` or `clear_noted` are stored. One may come from a script
-        that ran before a frame change.
+        Changes are stored until the next `sync` or `clear_noted`. These include changes that a
+        script made just before it changed the frame.
         """
         return self._scene_noted or not uids.isdisjoint(self._touched)
 
@@ -535,7 +535,7 @@ class Solids:
     def _shape(
         self, depsgraph: Any, original: Any, shapes: dict[int, Geometry]
     ) -> tuple[Geometry, bool]:
-        """Return the surface of an object and its instances, and whether it changed."""
+        """Return the surface of an object and its instances, and whether that surface changed."""
         uid = original.session_uid
         if uid in shapes:
             return shapes[uid], uid in self._reshaped
@@ -552,7 +552,7 @@ class Solids:
         return geometry, changed
 
     def _read(self, depsgraph: Any, geometry: Geometry) -> bool:
-        """Read a surface, once for all objects that share its mesh; return whether it changed."""
+        """Read a surface once for all objects with its mesh; return whether the surface changed."""
         mesh = mesh_shared_by(geometry.original)
         first = self._read_now.setdefault(mesh, geometry) if mesh else geometry
         if first is not geometry and not geometry.deforms:

@@ -215,7 +215,10 @@ class Sweeper:
         return joined(found)
 
     def _moves_since(self, before: SolidsAtStep, now: SolidsAtStep) -> SolidMotion:
-        """Return the motion of the solids between two steps, computed once for all sensors."""
+        """Return the motion of the solids from the step `before` to the step `now`.
+
+        It is computed once for all sensors.
+        """
         known = self._moves
         if known is None or known[0] is not before or known[1] is not now:
             known = before, now, self._compare(before, now)
@@ -298,7 +301,8 @@ def _rows_of(numbers: NDArray[np.int64], before: SolidsAtStep) -> Rows:
 def _bulges(before: SolidsAtStep, earlier: Rows, now: SolidsAtStep, moved: Rows) -> Array:
     """Return the largest distance (m,) of points of the moved solids from straight paths.
 
-    It is 0 for a solid that does not rotate.
+    It is 0 for a solid that does not rotate. `earlier` and `moved` are the rows of the m solids in
+    `before` and in `now`.
     """
     change = now.matrix[moved] - before.matrix[earlier]
     turns = (change[:, :3, :3] != 0.0).any(axis=(1, 2))

@@ -9,10 +9,10 @@ from __future__ import annotations
 import pkgutil
 from importlib import import_module
 
-from .probe import MetSurfaces
+from .probe import SurfaceProbe
 
 
-def _probes() -> dict[str, type[MetSurfaces]]:
+def _probes() -> dict[str, type[SurfaceProbe]]:
     """Return the probes in this folder by the names of their queries."""
     modules = [import_module(f"{__name__}.{m.name}") for m in pkgutil.iter_modules(__path__)]
     probes = [module.PROBE for module in modules if hasattr(module, "PROBE")]

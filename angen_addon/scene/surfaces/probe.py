@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The base class of probes that read one property of the surfaces that rays hit."""
+"""Base classes of probes, which read properties of the surfaces that rays hit."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..instances import Uid
 from ..rays.caster import RayCaster, RayHits, Rays
 
 
-class MetSurfaces(ABC):
-    """Reads one property of the surfaces that the rays of a ray caster hit.
+class SurfaceProbe(ABC):
+    """Reads properties of the surfaces that rays hit. Its constructor gets the scene's ray caster.
 
     Attributes
     ----------
     need
         The name of the query, which kinds have in their `needs`.
     reads_shading
-        Whether the property depends on the colours of materials.
+        Whether the properties depend on the colours of materials.
     """
 
     need: ClassVar[str]
@@ -29,8 +29,59 @@ class MetSurfaces(ABC):
 
     @staticmethod
     def changes_by_itself(scene: Any) -> bool:
-        """Return whether the property can change with the frame while nothing moves."""
+        """Return whether the properties can change with the frame while nothing moves."""
         return False
+
+    @abstractmethod
+    def __init__(self, caster: RayCaster) -> None: ...
+
+    @abstractmethod
+    def see(
+        self,
+        depsgraph: Any,
+        sensor: Uid,
+        bundle: int,
+        rays: Rays,
+        frames: Index | None = None,
+        *details: Any,
+    ) -> Answers:
+        """Cast a sensor's rays at some frames, and return the properties of the surfaces hit.
+
+        Call it after the caster was updated. Lengths of rays are in Blender units.
+
+        Parameters
+        ----------
+        depsgraph
+            The evaluated depsgraph.
+        sensor, bundle, rays
+            As for `RayCaster.cast_at`.
+        frames
+            Indices (k,) of the frames of the caster; None for the last one.
+        *details
+            Further arguments of the query.
+
+        Returns
+        -------
+        Answers
+            The properties at each frame.
+        """
+
+    @property
+    @abstractmethod
+    def hits(self) -> Answers:
+        """The hits of the latest call of `see`, as read-only `RayHits` for each frame."""
+
+    @abstractmethod
+    def ranges(self, sensor: Uid, bundle: int) -> Array:
+        """Return the ranges (n,) in Blender units of the rays of the latest call of `see`."""
+
+    def _or_last(self, caster: RayCaster, frames: Index | None) -> Index:
+        """Return `frames`, or the index of the caster's last frame if it is None."""
+        return np.array([len(caster.frames) - 1]) if frames is None else frames
+
+
+class MetSurfaces(SurfaceProbe):
+    """Reads one property of the first surface that each ray hits."""
 
     def __init__(self, caster: RayCaster) -> None:
         self._rays = caster
@@ -43,29 +94,11 @@ class MetSurfaces(ABC):
         bundle: int,
         rays: Rays,
         frames: Index | None = None,
+        *details: Any,
     ) -> Answers:
-        """Cast a sensor's rays at some frames, and return the property of the surfaces hit.
-
-        Call it after the caster was updated. Lengths are in Blender units.
-
-        Parameters
-        ----------
-        depsgraph
-            The evaluated depsgraph.
-        sensor, bundle, rays
-            As for `RayCaster.cast_at`.
-        frames
-            Indices (k,) of the frames of the caster; None for the last one.
-
-        Returns
-        -------
-        Answers
-            The property at each frame, in the form that `_values_at` returns.
-        """
+        """Return the property at each frame, in the form that `_values_at` returns."""
         self._update(depsgraph)
-        if frames is None:
-            frames = np.array([len(self._rays.frames) - 1])
-        found = self._rays.see_at(sensor, bundle, rays, frames)
+        found = self._rays.see_at(sensor, bundle, rays, self._or_last(self._rays, frames))
         return Answers([self._values_at(depsgraph, seen) for seen in found.table], found.rows)
 
     @property
@@ -74,7 +107,7 @@ class MetSurfaces(ABC):
         return self._rays.seen
 
     def ranges(self, sensor: Uid, bundle: int) -> Array:
-        """Return the ranges (n,) of the rays of the latest call of `see`."""
+        """Return the ranges (n,) in Blender units of the rays of the latest call of `see`."""
         return self._rays.last_ranges(sensor, bundle)
 
     @abstractmethod

@@ -42,7 +42,7 @@ def _sensors_to_draw(context: Any) -> DrawnSensors | None:
 def rows_to_draw(drawn: DrawnSensors, scene: Any, space: Any) -> list[SensorRow]:
     """Return the sensors of `drawn` that the 3D view `space` shows.
 
-    Each has its reading, and whether it is selected.
+    Each `SensorRow` also has the reading, and whether the sensor is selected.
     """
     readings, found = ReadingTexts(scene), []
     active = bpy.context.view_layer.objects.active

@@ -308,7 +308,10 @@ def draw(context: Any, drawn: DrawnSensors, shown: list[SensorRow]) -> None:
 def _visible_rows(
     context: Any, board: RegionLabels, drawn: DrawnSensors, shown: list[SensorRow]
 ) -> tuple[list[SensorRow], list[Point], list[float]]:
-    """Return the sensors in the region, the pixels of their signs, and those of a metre there."""
+    """Return the sensors in the region, the pixels of their signs, and the pixels of a metre.
+
+    The length of a metre is measured at the depth of each sensor.
+    """
     region, view = context.region, context.region_data
     rows = [row for row in shown if row.seen.matrix is not None]
     window = region.width, region.height

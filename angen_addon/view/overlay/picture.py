@@ -252,7 +252,7 @@ class DrawnSensor:
     parameters, pose
         The parameters and the pose; None while the sensor is switched off or cannot be read.
     rays
-        The trace with the hits of its rays.
+        The `Trace` with the hits of its rays.
     outline
         Corners (n, 3) of the upper side of a pad.
     figures
@@ -335,7 +335,11 @@ class DrawnSensor:
     def _update_sensor(
         self, runner: SensorRunner | None, depsgraph: Any, edits: int, metres: float
     ) -> bool:
-        """Make the figure of the sensor anew if it has changed; return whether it senses."""
+        """Make the figure of the sensor anew if its parameters or pose have changed.
+
+        The parameters are as for `follow`; `runner` is None while the sensor is not read. Return
+        whether the sensor is switched on and can be read.
+        """
         if runner is not None and runner.steady and self._read_at == (runner, edits, metres):
             return self.pose is not None
         self._read_at = runner, edits, metres
@@ -368,7 +372,9 @@ class DrawnSensor:
     def _bundle_figures(
         self, draws: str, bundles: dict[int, RaysMet], metres: float
     ) -> list[Figure]:
-        """Return the figures of ray bundles; if the hits of a bundle changed, make its figure anew.
+        """Return the figures of ray bundles; make the figure of a bundle anew if its hits changed.
+
+        A bundle is a set of rays that the sensor casts together.
 
         `draws` is the name of the attribute of `Appearance` that draws a bundle. `bundles` has the
         hits by number of the bundle.
@@ -385,7 +391,7 @@ class DrawnSensor:
 
 
 class SensorRow(NamedTuple):
-    """A sensor that a view shows, its reading, and whether it is selected."""
+    """A sensor that a view shows, its reading, and whether the sensor is selected."""
 
     seen: DrawnSensor
     shown: ReadingText

@@ -26,7 +26,7 @@ SETTINGS = property_group(
     {
         "show": BoolProperty(
             name="Show Sensors",
-            description="Draw what sensors see and read in 3D views. If off, this takes no time",
+            description="Draw in 3D views what sensors see and read. If off, it costs no time",
             default=True,
         ),
         "which": EnumProperty(
@@ -39,7 +39,7 @@ SETTINGS = property_group(
         ),
         "fields": BoolProperty(
             name="Fields of View",
-            description="Draw what each sensor sees: its rays, up to their hits",
+            description="Draw what each sensor sees: its rays, up to the surfaces that they hit",
             default=True,
         ),
         "handles": BoolProperty(

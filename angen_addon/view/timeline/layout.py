@@ -348,7 +348,7 @@ def strips(history: History, view: TimelineRegion, chosen: frozenset[Uid]) -> Ti
     size, low = LETTER * view.scale, placed[-1].y if placed else view.bottom
     if left_out and (placed or view.top - low >= 2 * size):
         what = "more" if placed else "sensors"
-        text = f"{left_out} {what}: make this editor higher"
+        text = f"{left_out} {what} not shown: make this editor higher"
         picture.words.append(TimelineText(6 * view.scale, low + size / 2, text, size, DIM))
     return picture
 
@@ -358,8 +358,8 @@ def labels(
 ) -> TimelinePicture:
     """Return the picture of the rows' names; empty if the rows are too low for letters.
 
-    With `ground`, the picture also has the dark ground of the rows. `chosen` are the session uids
-    of highlighted sensors.
+    If `ground` is True, the picture also has the dark ground of the rows. `chosen` are the session
+    uids of highlighted sensors.
     """
     picture = TimelinePicture()
     placed = place(history.rows, view)

@@ -32,8 +32,7 @@ class AngenTimeline(PropertyGroup):
     )
     values: BoolProperty(
         name="Also Values",
-        description="Jump to changes of measured values and mark them, and not only to changes of "
-        "states",
+        description="Also jump to and mark changes of measured values, not only changes of states",
     )
     # Names of the markers that were made for events, one on each line. Markers keep no custom data
     # (Blender 5.2). A marker that the user renames then belongs to the user.

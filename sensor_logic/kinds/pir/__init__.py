@@ -22,10 +22,10 @@ from .range_scan import PYRO, SCAN, PirParameters, RangeScan
 
 
 class MotionDetector(Model):
-    """The model of one detector.
+    """Model of one motion detector.
 
-    Its parameters choose between the range scan and the pyroelectric model. The state starts anew
-    if the choice changes.
+    The parameter `model` selects the range scan or the pyroelectric model. The state is reset if
+    that parameter changes.
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class MotionDetector(Model):
         self._sensing: RangeScan | PyroelectricDetector
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
-        """Return the readings of the chosen model."""
+        """Return the readings of the selected model."""
         if parameters.model != self._model:
             self._model = parameters.model
             pyroelectric = parameters.model == "PYROELECTRIC"

@@ -2,7 +2,7 @@
 """Coverage of motion detectors: decide with the detector's own model whether it detects a motion.
 
 A motion starts at an update of the detector. If the detector tilts its fan from update to update,
-it is an update with the first tilt.
+the motion starts at an update with the first tilt.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .range_scan import PirParameters, fan_directions
 
 
 def view(parameters: PirParameters, update: Update, rate: float) -> DetectorView:
-    """Return the view of a motion detector; its arguments are those of `Kind.view`."""
+    """Return the view of a motion detector; the parameters are as for `Kind.view`."""
     if parameters.model == "PYROELECTRIC":
         return _warm_view(parameters, update, rate)
     fan = fan_directions(parameters)
@@ -119,6 +119,8 @@ class RangeView:
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
         """Return whether any ray can hit the body during the motion, for m motions (m,)."""
         found = np.zeros(len(start), bool)
+        if not motion.speed:
+            return found
         apart = np.linalg.norm(start.feet[:, :2] - self.origin[:2], axis=1)
         far = max(float(rays.far.max(initial=0.0)) for rays in self._tilts)
         left = np.flatnonzero(apart <= far + motion.longest)
@@ -139,7 +141,7 @@ class RangeView:
 
     def _changes(self, motion: Motion, start: Start) -> Array:
         """Return the largest change (m,) in m of a range between successive scans of a tilt."""
-        longest = float(start.length.max(initial=0.0)) / motion.speed
+        longest = motion.seconds(start)
         largest = np.zeros(len(start))
         for tilt, offset in enumerate(self.offsets.tolist()):
             # Before the motion, then at each scan until the body is at rest again.
@@ -190,8 +192,8 @@ class WarmView:
     free
         The ranges (n,) in m in the room without a body.
     behind
-        The radiosity (n,) of the surfaces that the rays hit without a body, in W/m² above that of
-        surfaces at ambient temperature.
+        The radiosity (n,) of the surfaces that the rays hit without a body, minus the radiosity of
+        a surface at ambient temperature, in W/m².
     body
         The same for the body.
     threshold
@@ -218,7 +220,7 @@ class WarmView:
 
     def may_notice(self, motion: Motion, start: Start) -> NDArray[np.bool_]:
         """Return whether any ray can hit the body during the motion, for m motions (m,)."""
-        return self._all.may_hit(motion, start)
+        return self._all.may_hit(motion, start) & bool(motion.speed)
 
     def strengths(self, motion: Motion, start: Start) -> Array:
         """Return the largest size (m,) of the signal in each motion, divided by the threshold."""
@@ -233,7 +235,7 @@ class WarmView:
 
         The signal is computed from the begin of the motion until it has decayed.
         """
-        longest = float(start.length.max(initial=0.0)) / motion.speed
+        longest = motion.seconds(start)
         moving = math.ceil(longest / self.interval - 1e-9) + 1
         settle = (self.response.thermal + 1.0 / self.response.high_cut) * 3.0
         still = max(1, math.ceil(settle / self.interval))

@@ -3,7 +3,7 @@
 
 The elements are in a plane at the focal length of the lenslets, and face −Z. A lenslet in direction
 a projects a point e of this plane (in focal lengths) into the direction a − e. Hardly any maker
-publishes a zone table. So each lens here says what is published and what is assumed.
+publishes a zone table. So each lens here states what is published and what is assumed.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Zone:
     polarity
         The polarity of the element, +1 or −1.
     gain
-        The area of the lenslet, relative to that of the other lenslets.
+        The area of the lenslet, relative to the areas of the other lenslets.
     """
 
     azimuth: float
@@ -91,9 +91,9 @@ class ZoneRays(NamedTuple):
     directions
         Unit vectors (n, 3) in the sensor's frame.
     weights
-        The solid angle (n,) in sr that each ray stands for, times polarity and gain.
+        The solid angle (n,) in sr around each ray, times the polarity and the gain of its zone.
     zone
-        The number (n,) of each ray's zone.
+        The index (n,) of each ray's zone.
     """
 
     directions: Array
@@ -126,7 +126,7 @@ def zone_rays(zones: Zones, count: int) -> ZoneRays:
 # Keyed by the text: without the cache, each update takes 0.6 ms more.
 @lru_cache(maxsize=64)
 def read_table(text: str) -> Zones:
-    """Return the zones in the text of a table. Raise InputError.
+    """Return the zones of a lens table. Raise InputError if the text is invalid.
 
     Each row has azimuth, elevation, width and height in degrees, the polarity (+ or -) and
     optionally a gain other than 1. Empty rows, a header and text after # are ignored.
@@ -185,7 +185,7 @@ def _read_row(number: int, cells: list[str]) -> Zone:
 
 
 def write_table(zones: Zones) -> str:
-    """Return the zones as the text of a table, which `read_table` reads."""
+    """Return the zones as a lens table that `read_table` can read."""
     out = io.StringIO()
     out.write(",".join(COLUMNS) + "\n")
     for zone in zones:
@@ -197,10 +197,7 @@ def write_table(zones: Zones) -> str:
 
 @dataclass(frozen=True)
 class Element:
-    """A pyroelectric element behind a lens.
-
-    The position of its centre, its width and its height are along X and Y, in focal lengths.
-    """
+    """A pyroelectric element behind a lens; lengths along X and Y are in focal lengths."""
 
     x: float
     y: float
@@ -216,13 +213,13 @@ class Lens:
     Attributes
     ----------
     number
-        The number that files store; it is never reused.
+        The number that blend files store for the lens; it is never reused.
     detection_distance
-        The distance in m at which the detector detects its standard target.
+        The distance in m at which the detector just detects its standard target.
     source
-        The publication, and what it says.
+        The publication, and the values that it gives.
     assumed
-        What no publication says, and is assumed.
+        The values that no publication gives.
     """
 
     identifier: str
@@ -235,18 +232,15 @@ class Lens:
 
 
 def dual(focal: float) -> tuple[Element, ...]:
-    """Return two elements of 1 × 2 mm side by side, with centres 2 mm apart.
-
-    `focal` is the focal length in mm.
-    """
+    """Return two elements of 1 × 2 mm, centres 2 mm apart, for the focal length `focal` in mm."""
     return tuple(Element(s * 1.0 / focal, 0.0, 1.0 / focal, 2.0 / focal, s) for s in (1, -1))
 
 
 def quad(focal: float, crossed: bool = False) -> tuple[Element, ...]:
-    """Return four elements of 0.6 × 0.6 mm, 0.4 mm apart.
+    """Return four elements of 0.6 × 0.6 mm, 0.4 mm apart, for the focal length `focal` in mm.
 
-    `focal` is the focal length in mm. The left and the right elements differ in polarity. With
-    `crossed`, the upper and the lower elements of each side also do.
+    The left and the right elements differ in polarity. If `crossed` is True, the upper and the
+    lower elements of each side also differ.
     """
     return tuple(
         Element(x * 0.5 / focal, y * 0.5 / focal, 0.6 / focal, 0.6 / focal, x * y if crossed else x)
@@ -287,9 +281,9 @@ def tier(
     elements: tuple[Element, ...],
     gain: float = 1.0,
 ) -> Zones:
-    """Return the zones of `count` lenslets in a horizontal row.
+    """Return the zones of a horizontal row of `count` lenslets.
 
-    The row is at `elevation`, and neighbours are `spacing` apart (both in degrees).
+    The row is at `elevation` degrees. `spacing` is the angle in degrees between neighbours.
     """
     azimuths = [(i - (count - 1) / 2) * spacing for i in range(count)]
     parts = [
@@ -300,10 +294,9 @@ def tier(
 
 
 def ring(off_axis: float, count: int, elements: tuple[Element, ...], stretch: float = 1.0) -> Zones:
-    """Return the zones of `count` lenslets in a ring around the sensor's axis.
+    """Return the zones of a ring of `count` lenslets, `off_axis` degrees from the sensor's axis.
 
-    The ring is `off_axis` degrees away from the axis. With a `stretch` other than 1, it is an
-    ellipse, `stretch` times as wide as high.
+    With a `stretch` other than 1, the ring is an ellipse, `stretch` times as wide as high.
     """
     zones: Zones = ()
     for i in range(count):

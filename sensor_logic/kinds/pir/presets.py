@@ -21,13 +21,13 @@ def _range_scan(
     block: float = 0.0,
     warm_up: float = 0.0,
 ) -> Preset:
-    """Return a preset of the range scan with the reach, angles and times of a part.
+    """Return a preset of the range scan with the reach, angles and times of a pyroelectric part.
 
-    The part itself does not scan ranges: it is pyroelectric. Arguments are in metres, degrees and
-    seconds. `horizontal` is the angle of the fans. They are tilted from level down to `below`, half
-    of the vertical detection angle. Values that the source does not give keep their defaults. All
-    these presets set the same parameters, so that none keeps values of a preset chosen before.
+    Arguments are in metres, degrees and seconds. `horizontal` is the angle of the fans, and `below`
+    is half of the vertical detection angle. Defaults stand for values that the source does not
+    give.
     """
+    # All these presets set the same parameters, so that none keeps values of an earlier preset.
     values = {
         "model": "RANGE_SCAN",
         "horizontal_fov": math.radians(horizontal),
@@ -47,10 +47,7 @@ def _range_scan(
 
 
 def _real_home(identifier: str, label: str, lens: str) -> Preset:
-    """Return a preset of a wireless detector whose times were fitted to recordings of a real home.
-
-    docs/pir.md compares the preset with that home.
-    """
+    """Return a preset of a wireless detector, fitted to recordings of a home (docs/pir.md)."""
     values = {
         "model": "PYROELECTRIC",
         "lens": lens,
@@ -65,7 +62,7 @@ def _real_home(identifier: str, label: str, lens: str) -> Preset:
     }
     source = (
         "CASAS home AL, 30 days: the hold is 6 ticks of 3/16 s, a detector ignores movement for 3 "
-        "ticks after each message, and messages are delayed by 15 ms in the mean. Assumed: the "
+        "ticks after each message, and messages are delayed by 15 ms on average. Assumed: the "
         f"lens ({LENSES[lens].label}), as none is known"
     )
     return Preset(identifier, f"Real home (CASAS), {label}", values, source)
@@ -92,7 +89,7 @@ PRESETS: tuple[Preset, ...] = (
             "blocking_time": 0.0,
             "warm_up_time": 0.0,
         },
-        "range scan of the thesis's Gazebo plugin",
+        "range scan of the Gazebo plugin from the thesis behind this extension",
     ),
     *LENS_PRESETS,
     _range_scan(

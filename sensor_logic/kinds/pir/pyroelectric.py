@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A motion detector modelled as it is built: lens, two elements, amplifier, comparator."""
+"""Model of a motion detector as it is built: lens, two elements, amplifier, comparator."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def net_power(weights: Array, seen: Emission) -> float:
-    """Return the power on the elements in W per m² of lenslet: positive minus negative elements.
+    """Return the power on the positive minus that on the negative elements, in W per m² of lenslet.
 
     `weights` (n,) are the solid angles of the rays in sr, with the sign of their element's
     polarity. Surfaces are Lambertian: radiance is radiosity / π.
@@ -41,9 +41,9 @@ def net_power(weights: Array, seen: Emission) -> float:
 
 
 def balance(weights: Array, ambient: float) -> float:
-    """Return the net power from surroundings that all have the temperature `ambient` (K).
+    """Return the net power from surroundings of one temperature, `ambient` in K.
 
-    It is in W per m² of lenslet, and 0 if the positive and the negative weights cancel.
+    The power is in W per m² of lenslet. It is 0 if the positive and the negative weights cancel.
     """
     return float(np.sum(weights)) * STEFAN_BOLTZMANN * ambient**4 / math.pi
 
@@ -89,14 +89,12 @@ LARGEST_NORM = 5.371920351148152
 class Response:
     """The filters between the power on the elements and the comparator.
 
-    All their constants are above 0.
-
     Attributes
     ----------
     electrical, thermal
-        The time constants of the elements in s.
+        The time constants of the elements in s, above 0.
     low_cut, high_cut
-        The pass band of the amplifier in Hz.
+        The limits of the amplifier's pass band in Hz, above 0.
     """
 
     electrical: float
@@ -105,7 +103,7 @@ class Response:
     high_cut: float
 
     def at(self, hertz: float) -> complex:
-        """Return the transfer function, signal over power, at a frequency."""
+        """Return the complex transfer function, signal over power, at a frequency."""
         s = 2j * math.pi * hertz
         low, high = 2 * math.pi * self.low_cut, 2 * math.pi * self.high_cut
         element = s * self.electrical / (1 + s * self.electrical) / (1 + s * self.thermal)
@@ -114,8 +112,8 @@ class Response:
     def matrices(self) -> tuple[Array, Array]:
         """Return A (5, 5) and B (5,) of dx/dt = A x + B P, where P is the power.
 
-        The last state is the signal. The first state follows the power, so that x = (P, 0, 0, 0, 0)
-        at rest.
+        The last component of x is the signal. The first one follows the power, so at rest x = (P,
+        0, 0, 0, 0).
         """
         e, t = 1.0 / self.electrical, 1.0 / self.thermal
         low, high = 2 * math.pi * self.low_cut, 2 * math.pi * self.high_cut
@@ -132,10 +130,10 @@ class Response:
 
 
 class StepMatrices(NamedTuple):
-    """The matrices `carry` (5, 5), `level` (5,) and `change` (5,) of one time step.
+    """The matrices of one time step: `carry` (5, 5), `level` (5,) and `change` (5,).
 
-    At the begin of the step, the state is x and the power P. The power changes by ΔP. Then the
-    state at the end is carry · x + level · P + change · ΔP.
+    Let x be the state and P the power at the begin, and let the power change linearly by ΔP. The
+    state at the end is then carry · x + level · P + change · ΔP.
     """
 
     carry: Array
@@ -168,7 +166,7 @@ def expm(matrix: Array) -> Array:
 
 
 def step(response: Response, dt: float) -> StepMatrices:
-    """Return the matrices of a step of `dt` s in which the power changes linearly."""
+    """Return the matrices of a time step of `dt` s in which the power changes linearly."""
     a, b = response.matrices()
     augmented = np.zeros((STATES + 2, STATES + 2))
     augmented[:STATES, :STATES] = a * dt
@@ -197,7 +195,7 @@ def filtered(response: Response, power: Array, dt: float) -> Array:
 
 
 class Chain:
-    """The state of one detector's filters; they start in the steady state of the first power."""
+    """The filters of one detector. They start in the steady state of the first power."""
 
     def __init__(self, response: Response) -> None:
         self.response = response
@@ -205,9 +203,9 @@ class Chain:
         self._state: Array | None = None
 
     def advance(self, power: Array, dt: Array) -> Array:
-        """Return the largest signal (n,), by size, in n successive intervals of `dt` (n,) s.
+        """Return the signal (n,) of largest magnitude in each of n successive intervals.
 
-        In each interval, the power changes linearly from the previous value to the next one in
+        The intervals last `dt` (n,) s. In each one, the power changes linearly to the next value of
         `power` (n,).
         """
         peaks = np.zeros(len(power))
@@ -229,10 +227,10 @@ class Chain:
 # Keyed by response and interval: without the cache, each update takes 0.3 ms more.
 @lru_cache(maxsize=256)
 def _samples(response: Response, dt: float) -> Array:
-    """Return the matrix (5 + n, 7) of a step of `dt` s, during which the signal is sampled n times.
+    """Return the matrix (5 + n, 7) of a step of `dt` s with n samples of the signal.
 
-    The matrix multiplies the vector of the state (5), the power before the step, and the change of
-    the power. The result has the state after the step (5) and the n signals.
+    The matrix multiplies a vector of the state (5,), the power, and the change of the power. The
+    product has the state (5,) after the step and the n samples.
     """
     parts = max(1, math.ceil(dt / SAMPLE_EVERY - 1e-9))
     # Rounded, because rounding errors of frame times would make every interval different.
@@ -268,8 +266,8 @@ REACH = 3.0
 def threshold(zones: Zones, response: Response, distance: float, contrast: float) -> float:
     """Return the threshold: the largest signal of the standard target, in W per m² of lenslet.
 
-    The target is `contrast` K warmer than the room and crosses the axis `distance` m away. Of all
-    heights of zones, the one with the largest signal counts.
+    The target is `contrast` K warmer than the room and crosses the axis `distance` m away. It
+    crosses once at the elevation of each zone.
     """
     return crossing_peak(zones, response, distance, contrast)
 
@@ -277,20 +275,20 @@ def threshold(zones: Zones, response: Response, distance: float, contrast: float
 def crossing_peak(
     zones: Zones, response: Response, distance: float, contrast: float, speed: float = SPEED
 ) -> float:
-    """Return the largest size of the signal while the standard target crosses the lens's axis.
+    """Return the largest magnitude of the signal while the standard target crosses the lens's axis.
 
     Parameters
     ----------
     distance
         The distance of the target in m.
     contrast
-        How much warmer than the room the target is, in K.
+        The temperature of the target minus the temperature of the room, in K.
     speed
         The speed of the target in m/s.
 
     Returns
     -------
-    The size of the signal in W per m² of lenslet.
+    The magnitude of the signal in W per m² of lenslet.
     """
     heights = sorted({zone.elevation for zone in zones})
     powers = [_crossing(zones, distance, contrast, speed, height) for height in heights]
@@ -300,10 +298,7 @@ def crossing_peak(
 def _crossing(
     zones: Zones, distance: float, contrast: float, speed: float, elevation: float
 ) -> Array:
-    """Return the power (k,) on the elements while the standard target crosses the axis.
-
-    The target is at `elevation` (rad) and perpendicular to the line of sight.
-    """
+    """Return the power (k,) on the elements while the target crosses at `elevation` (rad)."""
     rays = zone_rays(zones, DENSE)
     ahead = Zone(0.0, elevation, 0.0, 0.0, 1)
     depth = rays.directions @ ahead.axis
@@ -351,7 +346,7 @@ def response_of(parameters: PirParameters) -> Response:
 
 
 def threshold_of(parameters: PirParameters) -> float:
-    """Return the size of the signal that means movement, in W per m² of lenslet."""
+    """Return the magnitude of the signal that means movement, in W per m² of lenslet."""
     return threshold(
         zones_of(parameters),
         response_of(parameters),
@@ -361,10 +356,10 @@ def threshold_of(parameters: PirParameters) -> float:
 
 
 class _Optics(NamedTuple):
-    """What parameters and pose determine: the rays in the world and the detector's response.
+    """The lens's rays in world space, and the detector's response, for one pose and parameters.
 
-    `zones` are those of the lens. The n rays have `origins` (n, 3), `directions` (n, 3), lengths
-    `reach` (n,) in m and `weights` (n,) in sr.
+    The n rays have `origins` (n, 3), `directions` (n, 3), lengths `reach` (n,) in m and `weights`
+    (n,) in sr.
     """
 
     zones: Zones
@@ -377,7 +372,7 @@ class _Optics(NamedTuple):
 
 
 class PyroelectricDetector(Model):
-    """The model of one detector. Its state is that of its filters and its output stage."""
+    """Model of one detector. Its state is the state of its filters and its output timing."""
 
     def __init__(self) -> None:
         self._wired, self._radio = OutputTiming(), RadioTiming()
@@ -387,7 +382,7 @@ class PyroelectricDetector(Model):
         self._time = 0.0
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
-        """Return the readings; `updates` must continue those of the previous call."""
+        """Return the readings; `updates` must follow the updates of the previous call."""
         optics = self._optics(parameters, updates.pose)
         if optics.zones != self._zones:
             # A change of the power caused by another lens is not movement.
@@ -416,11 +411,10 @@ class PyroelectricDetector(Model):
         return Readings(moved, signal, fields, arrivals)
 
     def _filter(self, response: Response, power: Array, times: Array) -> Array:
-        """Return, for each update, the largest signal since the previous update.
+        """Return, for each update, the signal of largest magnitude since the previous update.
 
-        The signal is in W per m² of lenslet. `power` (n,) is the power at the updates, whose times
-        are `times` (n,) in s. If the response has changed, the filters start again in their steady
-        state.
+        The signal is in W per m² of lenslet. `power` (n,) is the power at the updates, at `times`
+        (n,) in s. The filters start in their steady state if the response has changed.
         """
         if self._chain is None or self._chain.response != response:
             self._chain = Chain(response)
@@ -430,10 +424,7 @@ class PyroelectricDetector(Model):
 
 
 def _delay(parameters: PirParameters, updates: Updates, i: int) -> float:
-    """Return how long the message of update i takes to arrive (s).
-
-    The delay has an exponential distribution, as the wait for a free radio channel has.
-    """
+    """Return a random delay in s of the message of update i, exponentially distributed."""
     # The first random number of an update is the noise of the signal.
     return float(updates.noise(int(updates.numbers[i])).exponential(size=2)[1]) * (
         parameters.message_delay

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Passive infrared motion detector (PIR): the parameters of both models, and the range scan.
 
-The range scan is the model of the thesis. It scans with a fan of rays. At every update the fan is
-tilted one step further below the horizon, and then starts at the horizon again (a saw-tooth). Each
-scan is compared with the previous scan at the same tilt. A range that changed by more than the
-threshold means movement.
+The range scan is the model of the thesis. It casts a fan of rays at each update. From update to
+update, the fan is tilted further below the horizon, and then starts at the horizon again. Each scan
+is compared with the previous scan at the same tilt. A range that changed by more than the threshold
+means movement.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ...physics import OutputTiming
 from ...wording import METRES, Lengths
 from .lenses import LENSES, read_table
 
-THESIS = "range scan of the thesis's Gazebo plugin"
+THESIS = "range scan of the Gazebo plugin from the thesis behind this extension"
 CHOSEN = "chosen: pass bands are 0.1 to 10 Hz (vendors' notes)"
 MAX_RAYS = 100_000
 SCAN: dict[str, Any] = {"used_when": (("model", "RANGE_SCAN"),)}
@@ -59,8 +59,8 @@ class PirParameters(Parameters):
     lens_table: str | None = parameter(
         None,
         "Own lens",
-        "A text with a row for each zone in place of the lens: azimuth, elevation, width, height "
-        "(degrees), polarity (+ or -), gain",
+        "Text of this blend file with a row for each zone, used instead of the lens: azimuth, "
+        "elevation, width, height (degrees), polarity (+ or -), gain",
         pointer="Text",
         **PYRO,
     )
@@ -76,7 +76,8 @@ class PirParameters(Parameters):
     horizontal_fov: float = parameter(
         math.radians(120),
         "Horizontal field of view",
-        "Angle of the whole fan about the sensor's up axis. Datasheets: horizontal detection angle",
+        "Horizontal angle from the first to the last ray of the fan. Datasheets: horizontal "
+        "detection angle",
         unit="rad",
         maximum=2 * math.pi,
         source=THESIS,
@@ -93,14 +94,13 @@ class PirParameters(Parameters):
         **SCAN,
     )
     range_min: float = parameter(
-        0.05, "Range min", "Anything nearer is not detected", unit="m", source=THESIS
+        0.05, "Range min", "Surfaces nearer than this are not detected", unit="m", source=THESIS
     )
     range_max: float = parameter(
         4.0,
         "Range max",
-        "A ray that hits nothing within this distance reads it. Of a pyroelectric detector its "
-        "detection distance: it just detects the standard target there. "
-        "Datasheets: detection distance",
+        "Reading of a ray that hits nothing nearer. For a pyroelectric detector: the distance at "
+        "which it just detects the standard target. Datasheets: detection distance",
         other_labels=((PYRO["used_when"], "Detection distance", "Detection"),),
         unit="m",
         positive=True,
@@ -133,7 +133,7 @@ class PirParameters(Parameters):
         "Sweep",
         "Which tilts are scanned at an update",
         choices=(
-            Choice("SAWTOOTH", "Saw-tooth", "One tilt an update, each in turn", 0),
+            Choice("SAWTOOTH", "Saw-tooth", "One tilt at each update, in turn", 0),
             Choice("ALL", "All tilts", "Every tilt at every update: detects sooner", 1),
         ),
         source=THESIS,
@@ -165,13 +165,13 @@ class PirParameters(Parameters):
     signal_noise: float = parameter(
         0.0,
         "Signal noise",
-        "Standard deviation of the noise on the signal (Gaussian), against the threshold",
+        "Standard deviation of the noise on the signal (Gaussian), relative to the threshold",
         **PYRO,
     )
     thermal_time: float = parameter(
         0.15,
         "Thermal time constant",
-        "Time in which the elements warm up; a longer one slows the signal",
+        "Time in which the elements warm up. A longer time slows the signal",
         unit="s",
         positive=True,
         source=CHOSEN,
@@ -181,7 +181,7 @@ class PirParameters(Parameters):
     electrical_time: float = parameter(
         1.0,
         "Electrical time constant",
-        "Time in which the elements lose their charge; a shorter one suppresses slow movement",
+        "Time in which the elements lose their charge. A shorter time suppresses slow movement",
         unit="s",
         positive=True,
         source=CHOSEN,
@@ -215,7 +215,7 @@ class PirParameters(Parameters):
     retrigger: bool = parameter(
         True,
         "Retrigger",
-        "Movement during the hold time restarts it. Datasheets: repeatable trigger (H)",
+        "Movement during the hold time restarts the hold time. Datasheets: repeatable trigger (H)",
     )
     blocking_time: float = parameter(
         0.0,
@@ -259,7 +259,7 @@ class PirParameters(Parameters):
         return max(1, math.floor(self.vertical_fov / self.vertical_step + 1e-4))
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """Return the contradictions between parameters of the chosen model."""
+        """Return sentences about parameters of the selected model that contradict each other."""
         problems = self.must_be_smaller("range_min", "range_max", lengths)
         if problems:
             return problems
@@ -267,8 +267,8 @@ class PirParameters(Parameters):
             return self._wrong_lens()
         if self.rays * self.tilt_count > MAX_RAYS:
             return [
-                f"{self.rays} rays times {self.tilt_count} tilts are more than {MAX_RAYS}: "
-                "take fewer rays or a larger vertical_step"
+                f"{self.rays} rays times {self.tilt_count} tilts are more than {MAX_RAYS}: set "
+                "fewer rays or a larger vertical_step"
             ]
         return []
 
@@ -282,7 +282,7 @@ class PirParameters(Parameters):
         if self.zone_rays * len(zones) > MAX_RAYS:
             return [
                 f"{self.zone_rays} rays in each of {len(zones)} zones are more than {MAX_RAYS}: "
-                "take fewer rays a zone"
+                "set fewer rays per zone"
             ]
         return []
 
@@ -309,7 +309,7 @@ def fan_directions(parameters: PirParameters) -> Array:
 
     The sensor looks along −Z, with +Y up. With h the horizontal field of view, ray i of n has the
     azimuth −h/2 + i·h/(n−1), counter-clockwise seen from +Y. A single ray looks straight ahead.
-    Tilt k turns the whole fan by k·vertical_step about X, from −Z towards −Y.
+    Tilt k rotates the fan by k·vertical_step about X, from −Z towards −Y.
     """
     return _local_directions(
         parameters.rays, parameters.horizontal_fov, parameters.vertical_step, parameters.tilt_count
@@ -317,7 +317,7 @@ def fan_directions(parameters: PirParameters) -> Array:
 
 
 class _FanRays(NamedTuple):
-    """The rays of some tilts in the world: origins (n, 3), directions (n, 3), lengths (n,) in m."""
+    """World-space rays of some tilts: origins (n, 3), directions (n, 3), lengths (n,) in m."""
 
     origins: Array
     directions: Array
@@ -325,7 +325,7 @@ class _FanRays(NamedTuple):
 
 
 class RangeScan(Model):
-    """The model of one detector. Its state is the last scan at each tilt, and its output stage."""
+    """Model of one range scan. Its state is the last scan at each tilt, and its output timing."""
 
     def __init__(self) -> None:
         self._previous: dict[int, Array] = {}
@@ -336,7 +336,7 @@ class RangeScan(Model):
         self._parameters: PirParameters | None = None
 
     def sense(self, parameters: PirParameters, updates: Updates) -> Readings:
-        """Return the readings; `updates` must continue those of the previous call."""
+        """Return the readings; `updates` must follow the updates of the previous call."""
         if parameters != self._parameters:
             self._parameters, self._last = parameters, {}
         fan = fan_directions(parameters)
@@ -367,20 +367,11 @@ class RangeScan(Model):
     def _changes(
         self, parameters: PirParameters, updates: Updates, bundle: int, tilts: range, which: Index
     ) -> Array:
-        """Return the largest change of a range since the last scan, for each update and tilt.
+        """Return the largest change of a range since the last scan at a tilt: (k, tilts) in m.
 
-        The result is (k, tilts) in m. A range is compared with that of the same ray in the previous
-        scan at the same tilt. Without a previous scan, the change is 0. Ranges are limited to
-        range_min … range_max.
-
-        Parameters
-        ----------
-        bundle
-            The number of this bundle of rays, for `Updates.ask`.
-        tilts
-            The tilts to scan at each of the updates.
-        which
-            The indices (k,) of the updates to scan at.
+        The change is 0 if there was no scan at that tilt. Ranges are limited to range_min …
+        range_max. `which` (k,) has the indices of the updates to scan at. `bundle` is the number by
+        which the query `RAYS` identifies rays that are cast together.
         """
         rays = self._rays.setdefault(tilts, PerPose(partial(_fan_rays, tilts)))(
             parameters, updates.pose

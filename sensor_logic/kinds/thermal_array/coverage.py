@@ -100,8 +100,7 @@ class ThermalView:
 
     def _excess(self, motion: Motion, start: Start) -> Array:
         """Return the largest excess temperature (m,) in K until the body has come to rest."""
-        longest = float(start.length.max(initial=0.0)) / motion.speed
-        moving = math.ceil(longest / self.interval - 1e-9) + 1
+        moving = math.ceil(motion.seconds(start) / self.interval - 1e-9) + 1
         settling = Settling()
         largest = np.zeros(len(start))
         tau, before = self.parameters.settling_time, np.tile(self._empty, (len(start), 1))

@@ -160,7 +160,9 @@ Shut = close Door bedroom, sit Sofa east
     steps = np.diff(day.at("cat", *np.arange(3600.0, 3640.0, 0.1)), axis=0)
     assert np.hypot(*steps[:, :2].T).max() < 0.12
     assert {swing.person for swing in day.acted.swings["Door bedroom"]} == {"anna"}
-    with pytest.raises(InputError, match="open Drawer: a cat does not; it can go, lie"):
+    with pytest.raises(
+        InputError, match="open Drawer: a cat cannot do this; its steps are go, lie"
+    ):
         play("Steal = open Drawer", {"cat": [(0, "Steal")]})
 
 

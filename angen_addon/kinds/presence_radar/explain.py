@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Explain why a presence radar reported somebody, or why it did not."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ....sensor_logic.kinds.presence_radar.parameters import NEVER, RadarParameters
+from ....sensor_logic.kinds.presence_radar.radar import (
+    Measurement,
+    calibration,
+    measure,
+    radar_beams,
+    sweep,
+)
+from ....sensor_logic.model import Array, Update
+from ....sensor_logic.radio.echoes import ECHOES, Echoes
+from ....sensor_logic.wording import named
+from ...explain.facts import Explanation, Facts, at_frame
+from ...explain.replay import Replay
+
+# m. The scene has changed if the recorded distance differs by more than this.
+TOLERANCE = 1e-6
+NAMES_SHOWN = 3
+
+
+@dataclass(frozen=True)
+class RadarCause:
+    """The gate of a presence radar that decides its reading.
+
+    Attributes
+    ----------
+    gate
+        The number of the nearest gate that detects anything, from 1. Without one, that of the gate
+        with the energy nearest to its threshold.
+    detects
+        Whether the gate detects anything.
+    moving
+        Whether the gate is chosen for movement, not for breathing.
+    energy, threshold
+        The energy of the gate, and its threshold.
+    distance, speed
+        The distance in m of what the gate detects and its radial speed in m/s, weighted by power.
+    names
+        The objects in the gate that return power, the strongest first.
+    through
+        The objects that the waves passed on the way to the first of these.
+    loss
+        The mean one-way loss in dB on the way.
+    """
+
+    gate: int
+    detects: bool
+    moving: bool
+    energy: float
+    threshold: float
+    distance: float
+    speed: float
+    names: tuple[str, ...]
+    through: tuple[str, ...]
+    loss: float
+
+    @property
+    def cause_name(self) -> str:
+        """The name of the object that the radar detects; empty if it detects nothing."""
+        return self.names[0] if self.detects and self.names else ""
+
+
+def explain_radar(replay: Replay, index: int) -> Explanation:
+    """Explain update `index` of a presence radar by its nearest gate that detects anything.
+
+    Raise `AngenError` if the sensor cannot be read.
+    """
+    track, earlier = replay.track, None
+    before = replay.index_of(replay.update_number(index) - 1, index)
+    if before is not None and before != index:
+        earlier = replay.take_update(before)
+        if earlier is not None:
+            # The scene measures movement from the query before.
+            _echoes(earlier.parameters, earlier.update)
+    pending = replay.take_update(index)
+    if pending is None:
+        return replay.explain_off(index)
+    parameters, update = pending.parameters, pending.update
+    interval = update.time - earlier.update.time if earlier is not None else np.inf
+    cause, measured = _cause(replay, parameters, update, interval)
+    facts = _facts(replay, parameters, cause, measured)
+    if index > 0:
+        word = _word(replay, index - 1).lower()
+        facts.append(
+            ("Before", f"{word}, at {at_frame(track.frames[index - 1], track.times[index - 1])}")
+        )
+    doubt = ""
+    recorded = float(track.columns["distance_m"][index])
+    if measured.distance is not None and abs(recorded - measured.distance) > TOLERANCE:
+        text = replay.lengths.text
+        doubt = (
+            f"the recording has {text(recorded)}, but the scene now gives "
+            f"{text(measured.distance)}: something has changed since the run. Simulate again"
+        )
+    headline = f"{_word(replay, index)}: {_headline(replay, parameters, cause, index)}"
+    return replay.explanation(index, headline, facts, doubt, cause)
+
+
+def _word(replay: Replay, index: int) -> str:
+    kind = replay.sensor.kind
+    return kind.active_label if replay.track.active[index] else kind.idle_label
+
+
+def _echoes(parameters: RadarParameters, update: Update) -> Echoes:
+    beams = radar_beams(parameters, update.pose)
+    rays = beams.origins, beams.directions, beams.length
+    found: Echoes = update.ask(ECHOES, 0, *rays, parameters.frequency)
+    return found
+
+
+def _cause(
+    replay: Replay, parameters: RadarParameters, update: Update, interval: float
+) -> tuple[RadarCause, Measurement]:
+    """Return the gate that decides the reading, and the measurement at this update."""
+    beams, known = radar_beams(parameters, update.pose), calibration(parameters)
+    echoes = _echoes(parameters, update)
+    is_noisy = parameters.energy_noise or parameters.range_noise or parameters.angle_noise
+    generator = update.noise() if is_noisy else None
+    measured = measure(parameters, known, beams, echoes, interval, generator)
+    seen = sweep(parameters, beams.weight, echoes, interval)
+    energies = np.stack([measured.moving_energy, measured.still_energy])
+    names = "moving_thresholds", "still_thresholds"
+    thresholds = np.stack([parameters.thresholds(name) for name in names])
+    detected = np.stack([measured.moving, measured.still])
+    if detected.any():
+        gate = int(np.argmax(detected.any(axis=0)))
+        which = 0 if detected[0, gate] else 1
+    else:
+        short = np.where(thresholds < NEVER, energies - thresholds, -np.inf)
+        short = np.where(energies > 0.0, short, short - NEVER)
+        which, gate = (int(i) for i in np.unravel_index(np.argmax(short), short.shape))
+    power = (seen.moving_power, seen.still_power)[which]
+    power = np.where(seen.gate == gate, power, 0.0)
+    total = float(power.sum())
+    share = power / total if total else power
+    met = _names(replay, echoes, share)
+    return (
+        RadarCause(
+            gate + 1,
+            bool(detected.any()),
+            which == 0,
+            float(energies[which, gate]),
+            float(thresholds[which, gate]),
+            float(share @ echoes.ranges) if total else parameters.range_max,
+            float(share @ seen.speed),
+            met,
+            _passed(replay, echoes, share, met),
+            float(share @ echoes.loss),
+        ),
+        measured,
+    )
+
+
+def _names(replay: Replay, echoes: Echoes, share: Array) -> tuple[str, ...]:
+    """Return the names of the objects that return power, the strongest first."""
+    found: dict[str, float] = defaultdict(float)
+    for ray in np.flatnonzero(share > 0.0).tolist():
+        found[replay.name_of(int(echoes.solid[ray]))] += float(share[ray])
+    return tuple(sorted(found, key=lambda name: -found[name]))
+
+
+def _passed(replay: Replay, echoes: Echoes, share: Array, met: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the objects that rays to the first of the objects `met` passed."""
+    if echoes.through is None or not met:
+        return ()
+    rays = [
+        ray
+        for ray in np.flatnonzero(share > 0.0).tolist()
+        if replay.name_of(int(echoes.solid[ray])) == met[0]
+    ]
+    names = (name for ray in rays for name in echoes.through[ray].split(";") if name)
+    return tuple(dict.fromkeys(names))
+
+
+def _headline(replay: Replay, parameters: RadarParameters, cause: RadarCause, index: int) -> str:
+    lengths = replay.lengths
+    if not cause.detects:
+        if replay.track.active[index]:
+            held = f"presence stays on for {parameters.hold_time:g} s after that"
+            return f"nothing is detected now; {held}"
+        return "nothing exceeds the threshold of a gate"
+    what = named(cause.names, NAMES_SHOWN) or "something"
+    does = "moves" if cause.moving else "breathes"
+    text = f"{what} {does}, {lengths.text(cause.distance)} away"
+    return f"{text}, seen through {named(cause.through)}" if cause.through else text
+
+
+def _facts(
+    replay: Replay, parameters: RadarParameters, cause: RadarCause, measured: Measurement
+) -> Facts:
+    if not cause.names:
+        return []
+    lengths = replay.lengths
+    first, last = (cause.gate - 1) * parameters.gate_length, cause.gate * parameters.gate_length
+    kind = "movement" if cause.moving else "breathing"
+    facts: Facts = [
+        ("Gate", f"{cause.gate}, from {lengths.typed(round(first, 3))} to "
+                 f"{lengths.typed(round(last, 3))}"),
+        (f"Energy of {kind}", f"{cause.energy:.0f}, threshold {cause.threshold:g}"),
+    ]  # fmt: skip
+    if cause.detects and cause.moving:
+        facts.append(("Radial speed", f"{cause.speed:+.2f} m/s (positive: away)"))
+    if cause.through:
+        facts.append(("Passed", f"{named(cause.through)}: {2.0 * cause.loss:.1f} dB both ways"))
+    if parameters.max_targets:
+        facts.append(("Targets", str(len(measured.targets))))
+    return facts
+
+
+def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
+    """Add a fact to an explanation: how much more energy would make the radar detect somebody.
+
+    `found` is the explanation of update `index`. Return it with the fact before its other facts.
+    """
+    cause: Any = found.cause
+    if cause is None or cause.detects:
+        return found
+    kind = "movement" if cause.moving else "breathing"
+    if not cause.names:
+        return found.after([("To be present", "nothing that moves or breathes is in sight")])
+    text = (
+        f"more than {cause.threshold:g} is needed in gate {cause.gate}: the energy of {kind} is "
+        f"{cause.energy:.0f}"
+    )
+    return found.after([("To be present", text), ("Nearest to it", named(cause.names))])

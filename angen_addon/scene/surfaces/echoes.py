@@ -1,0 +1,396 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Read what the rays of radars hit: through thin walls, with the motion of the surfaces.
+
+A solid lets waves pass if they lose less than `STOPS` dB at one crossing. The first cast goes
+through all of these solids, to the surface that stops the waves. Further casts, of the solids that
+let waves pass alone, find what each ray crosses before that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ....sensor_logic.model import Answers, Array, Index
+from ....sensor_logic.radio.echoes import ECHOES, Echoes
+from ....sensor_logic.radio.properties import AUTO, THICKNESS, YES
+from ....sensor_logic.radio.substances import attenuation, reflectance
+from ..animation import is_animated
+from ..bearers import armatures, bearer, candidates
+from ..instances import Uid
+from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
+from ..rays.frames import Frames
+from ..rays.geometry import Surface
+from ..rays.solids import Solid, Solids, inverted
+from ..sensors import unit_scale
+from .probe import SurfaceProbe
+
+# dB, one way. More than this, and nothing comes back.
+STOPS = 30.0
+# The most surfaces that a ray is followed through, two for each wall.
+MOST_SURFACES = 12
+# The next cast begins this far behind a surface, in m.
+BEHIND = 1e-4
+# What everything is made of that has no substance, and living bodies.
+DEFAULT, BODY = "CONCRETE", "BODY"
+PARTS = RADAR, BREATHING = "angen_radar", "angen_breathing"
+
+
+class _CasterOfSome(RayCaster):
+    """Casts the rays of radars through all solids but those in the mask `left_out` (n,)."""
+
+    def __init__(self, solids: Solids, left_out: NDArray[np.bool_]) -> None:
+        super().__init__(solids)
+        self._left_out = left_out
+
+    def _passes(self, sensor: Uid) -> NDArray[np.bool_]:
+        return super()._passes(sensor) | self._left_out
+
+    def columns(self, sensor: Uid) -> Index:
+        """Return the columns (m,) in `frames` of the moving solids that the rays can hit."""
+        return self._own_solids(sensor).columns
+
+
+class _Entries(NamedTuple):
+    """The places where rays enter solids that let waves pass.
+
+    `ray` (k,) has the indices of the rays, `distance` (k,) the distances along them in Blender
+    units, and `number` (k,) the numbers of the solids.
+    """
+
+    ray: Index
+    distance: Array
+    number: Index
+
+
+NO_ENTRIES = _Entries(np.zeros(0, np.intp), np.zeros(0), np.zeros(0, np.intp))
+
+
+@dataclass
+class _Substances:
+    """The substances of all solids at one carrier frequency.
+
+    Attributes
+    ----------
+    loss
+        The one-way attenuation (numbers,) in dB at a crossing, by the number of the solid.
+    reflectance
+        The reflected part (numbers,) of the power, by the number of the solid.
+    stopping, passing
+        Cast rays at the solids that stop the waves, and at all others.
+    any_pass
+        Whether any solid lets the waves pass.
+    entered
+        The entries of the rays of each bundle at its latest query, with the state of the scene.
+    """
+
+    loss: Array
+    reflectance: Array
+    stopping: _CasterOfSome
+    passing: _CasterOfSome
+    any_pass: bool
+    entered: dict[tuple[Uid, int], tuple[Rays, Index, _Entries]] = field(default_factory=dict)
+
+    def entries(
+        self, sensor: Uid, bundle: int, rays: Rays, frames: Index, behind: float
+    ) -> list[_Entries]:
+        """Return the entries of the rays at each of the frames; `behind` is `BEHIND` in units."""
+        if not self.any_pass:
+            return [NO_ENTRIES] * len(frames)
+        columns = self.passing.columns(sensor)
+        known = self.entered.get((sensor, bundle))
+        found = []
+        for frame in frames.tolist():
+            version = self.passing.frames.version[frame, columns]
+            if known is None or not _is_same(known, rays, version):
+                entries = self._follow(sensor, bundle, rays, frame, behind)
+                known = self.entered[sensor, bundle] = rays, version, entries
+            found.append(known[2])
+        return found
+
+    def _follow(self, sensor: Uid, bundle: int, rays: Rays, frame: int, behind: float) -> _Entries:
+        """Follow the rays from surface to surface of the solids that let waves pass."""
+        origins, directions, length = rays
+        active, start = np.arange(len(length)), np.zeros(len(length))
+        inside = np.zeros(len(length), np.intp)
+        found: list[_Entries] = []
+        for cast in range(MOST_SURFACES):
+            points = origins[active] + directions[active] * start[active, None]
+            left = points, directions[active], length[active] - start[active]
+            number = bundle * MOST_SURFACES + cast
+            seen = self.passing.see_at(sensor, number, left, np.array([frame]))[0]
+            is_hit = seen.met != NOTHING
+            active, solid = active[is_hit], seen.met[is_hit].astype(np.intp)
+            distance = start[active] + seen.ranges[is_hit]
+            enters = inside[active] != solid
+            found.append(_Entries(active[enters], distance[enters], solid[enters]))
+            inside[active] = np.where(enters, solid, NOTHING)
+            start[active] = distance + behind
+            active = active[start[active] < length[active]]
+            if not len(active):
+                break
+        return _Entries(*map(np.concatenate, zip(*found, strict=True)))
+
+
+def _is_same(known: tuple[Rays, Index, _Entries], rays: Rays, version: Index) -> bool:
+    return np.array_equal(known[1], version) and all(map(np.array_equal, known[0], rays))
+
+
+class _Places:
+    """Where all solids were at the previous query of a bundle, by their numbers."""
+
+    def __init__(self, solids: Solids, frames: Frames, frame: int) -> None:
+        self.number = np.array([solid.number for solid in solids.solids], np.intp)
+        self.matrix = solids.matrix.copy()
+        self.matrix[frames.rows] = frames.matrix[frame]
+        self.surfaces = [frames.surface(solids, row, frame) for row in range(len(self.number))]
+        self._row = {number: row for row, number in enumerate(self.number.tolist())}
+
+    def row_of(self, number: int) -> int | None:
+        """Return the row of the solid with a number; None if it did not exist."""
+        return self._row.get(number)
+
+
+class EchoProbe(SurfaceProbe):
+    """Reads `Echoes`."""
+
+    need = ECHOES
+
+    @staticmethod
+    def changes_by_itself(scene: Any) -> bool:
+        """Return whether the substance or the breathing of anything is animated."""
+        owners = *bpy.data.objects, *bpy.data.materials
+        return any(is_animated(owner, f"{part}.") for owner in owners for part in PARTS)
+
+    def __init__(self, caster: RayCaster) -> None:
+        self._rays = caster
+        self._listing = -1
+        self._animated = False
+        self._breathing = self._rate = np.empty(0)
+        self._names: dict[int, str] = {}
+        self._made_of: dict[int, list[tuple[str, float]]] = {}
+        self._by_frequency: dict[float, _Substances] = {}
+        self._last: _Substances | None = None
+        self._places: dict[tuple[Uid, int], _Places] = {}
+
+    def see(
+        self,
+        depsgraph: Any,
+        sensor: Uid,
+        bundle: int,
+        rays: Rays,
+        frames: Index | None = None,
+        *details: Any,
+    ) -> Answers:
+        """Return the `Echoes` at each frame; `details` has the carrier frequency in GHz."""
+        self._update(depsgraph)
+        at = self._last = self._substances(float(details[0]))
+        frames, metres = self._or_last(self._rays, frames), unit_scale(depsgraph.scene)
+        for caster in (at.stopping, at.passing):
+            caster.show(depsgraph, self._rays.frames)
+        entries = at.entries(sensor, bundle, rays, frames, BEHIND / metres)
+        found = at.stopping.see_at(sensor, bundle, rays, frames)
+        motion = self._motion(sensor, bundle, rays, frames, found)
+        table: list[Echoes] = []
+        rows = np.zeros(len(frames), np.intp)
+        for i in range(len(frames)):
+            same = i > 0 and found.rows[i] == found.rows[i - 1] and entries[i] is entries[i - 1]
+            if not same or motion[i].any() or motion[i - 1].any():
+                table.append(self._echoes(at, found[i], entries[i], motion[i], metres))
+            rows[i] = len(table) - 1
+        return Answers(table, rows)
+
+    @property
+    def hits(self) -> Answers:
+        """The hits of the latest call of `see` on surfaces that stop the waves."""
+        assert self._last is not None
+        return self._last.stopping.seen
+
+    def ranges(self, sensor: Uid, bundle: int) -> Array:
+        """Return the ranges (n,) in Blender units of the rays of the latest call of `see`."""
+        assert self._last is not None
+        return self._last.stopping.last_ranges(sensor, bundle)
+
+    def _echoes(
+        self, at: _Substances, seen: RayHits, entries: _Entries, moved: Array, metres: float
+    ) -> Echoes:
+        before = entries.distance < seen.ranges[entries.ray]
+        ray, number = entries.ray[before], entries.number[before]
+        names: list[list[str]] = [[] for _ in range(len(moved))]
+        for one, solid in zip(ray.tolist(), number.tolist(), strict=True):
+            names[one].append(self._names[solid])
+        return Echoes(
+            ranges=seen.ranges * metres,
+            moved=moved * metres,
+            breathing=self._breathing[seen.met],
+            rate=self._rate[seen.met],
+            loss=np.bincount(ray, at.loss[number], len(moved)).astype(np.float64),
+            reflectance=at.reflectance[seen.met],
+            solid=seen.met.astype(np.intp),
+            through=tuple(";".join(passed) for passed in names),
+        )
+
+    # Motion of the surfaces.
+
+    def _motion(
+        self, sensor: Uid, bundle: int, rays: Rays, frames: Index, found: Answers
+    ) -> list[Array]:
+        """Return how far the hit points moved along the rays since the previous frame queried.
+
+        The result has an array (n,) in Blender units for each frame.
+        """
+        solids, at = self._rays.solids, self._rays.frames
+        before = self._places.get((sensor, bundle))
+        motion = []
+        for i, frame in enumerate(frames.tolist()):
+            if i > 0 and np.array_equal(at.version[frame], at.version[frames[i - 1]]):
+                motion.append(np.zeros(len(rays[2])))
+                continue
+            now = _Places(solids, at, frame)
+            motion.append(_moved(before, now, rays, found[i]))
+            before = now
+        if before is not None:
+            self._places[sensor, bundle] = before
+        return motion
+
+    # Substances and breathing.
+
+    def _update(self, depsgraph: Any) -> None:
+        """Read all substances if the scene was edited, or if any of them is animated."""
+        solids = self._rays.solids
+        if self._listing == solids.listing and not self._animated:
+            return
+        self._listing = solids.listing
+        self._animated = self.changes_by_itself(depsgraph.scene)
+        self._by_frequency.clear()
+        size = max((solid.number for solid in solids.solids), default=NOTHING) + 1
+        self._breathing, self._rate = np.zeros(size), np.zeros(size)
+        by_uid = {material.session_uid: material for material in bpy.data.materials}
+        for solid in solids.solids:
+            materials = [by_uid.get(uid) for uid in solid.geometry.materials(depsgraph)]
+            self._names[solid.number] = solid.name
+            self._made_of[solid.number] = list(_made_of(solid, materials, depsgraph))
+            breath = _breath(solid.original, depsgraph)
+            self._breathing[solid.number], self._rate[solid.number] = breath
+
+    def _substances(self, frequency: float) -> _Substances:
+        """Return the substances of all solids at a carrier frequency in GHz."""
+        if frequency not in self._by_frequency:
+            solids = self._rays.solids
+            loss, reflected = np.zeros(len(self._rate)), np.zeros(len(self._rate))
+            for solid in solids.solids:
+                losses = [
+                    (attenuation(name, thickness, frequency), name)
+                    for name, thickness in self._made_of[solid.number]
+                ]
+                loss[solid.number], substance = max(losses)
+                reflected[solid.number] = reflectance(substance, frequency)
+            numbers = np.array([solid.number for solid in solids.solids], np.intp)
+            stops = loss[numbers] > STOPS
+            stopping, passing = _CasterOfSome(solids, ~stops), _CasterOfSome(solids, stops)
+            self._by_frequency[frequency] = _Substances(
+                loss, reflected, stopping, passing, not stops.all()
+            )
+        return self._by_frequency[frequency]
+
+
+def _made_of(solid: Solid, materials: Iterable[Any], depsgraph: Any) -> Iterable[tuple[str, float]]:
+    """Yield the substances of a solid, each with the thickness in m of a crossing."""
+    own = _substance_of(solid.original, depsgraph) or _substance_of(solid.owner, depsgraph)
+    of_materials = [_substance_of(m, depsgraph) for m in materials if m is not None]
+    known = [own] if own else [found for found in of_materials if found]
+    if known:
+        yield from known
+    else:
+        substance = DEFAULT if _living(solid.original) is None else BODY
+        yield substance, THICKNESS[substance]
+
+
+def _substance_of(owner: Any, depsgraph: Any) -> tuple[str, float] | None:
+    """Return the substance and thickness that are set on an object or a material, or None."""
+    settings = getattr(owner.evaluated_get(depsgraph), RADAR)
+    if settings.substance in (AUTO, ""):
+        return None
+    return settings.substance, settings.thickness or THICKNESS[settings.substance]
+
+
+def _living(obj: Any) -> Any:
+    """Return the object with the mass of the body that a surface belongs to, or None.
+
+    A body is bent by an armature: furniture can have a mass too.
+    """
+    found = bearer(obj)
+    is_body = found is not None and (found.type == "ARMATURE" or armatures(found))
+    return found if is_body else None
+
+
+def _breath(obj: Any, depsgraph: Any) -> tuple[float, float]:
+    """Return the chest displacement in m and the breathing rate in Hz of a body; zeros for none."""
+    chosen = (o for o in candidates(obj) if getattr(o, BREATHING).breathes not in (AUTO, ""))
+    body = next(chosen, None) or _living(obj)
+    if body is None:
+        return 0.0, 0.0
+    settings = getattr(body.evaluated_get(depsgraph), BREATHING)
+    if settings.breathes not in (AUTO, YES):
+        return 0.0, 0.0
+    return float(f"{settings.displacement:.7g}"), float(f"{settings.rate:.7g}")
+
+
+def _moved(before: _Places | None, now: _Places, rays: Rays, seen: RayHits) -> Array:
+    """Return how far (n,) the points that rays hit moved along the rays, in Blender units.
+
+    A solid that did not exist before has not moved.
+    """
+    origins, directions, _ = rays
+    moved = np.zeros(len(seen.met))
+    if before is None:
+        return moved
+    for number in np.unique(seen.met[seen.met != NOTHING]).tolist():
+        row, then = now.row_of(number), before.row_of(number)
+        if row is None or then is None:
+            continue
+        surfaces = before.surfaces[then], now.surfaces[row]
+        matrices = before.matrix[then], now.matrix[row]
+        if surfaces[0] is surfaces[1] and np.array_equal(*matrices):
+            continue
+        which = np.flatnonzero(seen.met == number)
+        points = origins[which] + directions[which] * seen.ranges[which, None]
+        inverse = inverted(matrices[1])
+        local = points @ inverse[:3, :3].T + inverse[:3, 3]
+        if surfaces[0] is not surfaces[1]:
+            local = _carried_back(local, seen.faces[which], *surfaces)
+        earlier = local @ matrices[0][:3, :3].T + matrices[0][:3, 3]
+        moved[which] = ((points - earlier) * directions[which]).sum(axis=1)
+    return moved
+
+
+def _carried_back(points: Array, faces: Index, before: Surface, now: Surface) -> Array:
+    """Return where points (k, 3) of the surface `now` were on the surface `before`.
+
+    `faces` (k,) has the face of each point. A point keeps its barycentric coordinates in a triangle
+    of its face. If the faces have changed, return `points`.
+    """
+    if before.points.shape != now.points.shape or not np.array_equal(before.corners, now.corners):
+        return points
+    corners, face = now.triangles
+    first = np.minimum(np.searchsorted(face, faces), len(face) - 1)
+    a, b, c = (now.points[:, corner].T.astype(np.float64) for corner in corners[:, first])
+    u, v, w = b - a, c - a, points - a
+    uu, uv, vv = (u * u).sum(1), (u * v).sum(1), (v * v).sum(1)
+    wu, wv = (w * u).sum(1), (w * v).sum(1)
+    area = uu * vv - uv * uv
+    flat = area <= 1e-12 * uu * vv
+    area = np.where(flat, 1.0, area)
+    s = np.where(flat, 0.0, (vv * wu - uv * wv) / area)[:, None]
+    t = np.where(flat, 0.0, (uu * wv - uv * wu) / area)[:, None]
+    a, b, c = (before.points[:, corner].T.astype(np.float64) for corner in corners[:, first])
+    found: Array = a + s * (b - a) + t * (c - a)
+    return np.where(flat[:, None], points, found)
+
+
+PROBE = EchoProbe

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How well do sensors tell whether somebody is in a room? A table from a folder of days:
+
+    angen day sample_blends/angen.blend --routine sample_blends/week.toml \\
+        --layout docs/examples/presence.json --start 2026-03-02 --days 2 --seed 1 --out days
+    python docs/examples/occupancy.py days
+
+The truth is in people.csv: a room is occupied in a minute if anybody is in it for more than half of
+the minute. A sensor says so if one of its states `moved`, `presence` or `occupied` is on at any
+time of the minute, or was in the minutes before ("held"). Needs pandas.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+STATES = ("moved", "presence", "occupied")
+KINDS = {"PIR": "motion detector", "PRESENCE_RADAR": "radar", "THERMAL_ARRAY": "thermal array"}
+# Minutes for which installations go on counting a room as occupied after a motion detector.
+HELD = (0, 5, 15)
+
+
+def minutes_of(days: Path) -> pd.DatetimeIndex:
+    """Return the minutes of the days, the first at midnight of the first day."""
+    people = pd.read_csv(days / "people.csv", parse_dates=["time"])
+    first, last = people.time.min().floor("D"), people.time.max().ceil("D")
+    return pd.date_range(first, last, freq="min", inclusive="left")
+
+
+def truth(days: Path, minutes: pd.DatetimeIndex) -> pd.DataFrame:
+    """Return whether each room (column) is occupied in each minute (row)."""
+    people = pd.read_csv(days / "people.csv", parse_dates=["time"])
+    people["room"] = people.room.fillna("")
+    seconds = pd.date_range(
+        minutes[0], minutes[-1] + pd.Timedelta("1min"), freq="s", inclusive="left"
+    )
+    found = {}
+    rooms = [
+        people[people.person == name].set_index("time").room for name in people.person.unique()
+    ]
+    places = [
+        room[~room.index.duplicated(keep="last")].reindex(seconds, method="ffill") for room in rooms
+    ]
+    for room in sorted({name for each in rooms for name in each if name}):
+        inside = sum((place == room).astype(int) for place in places) > 0
+        found[room] = inside.resample("min").mean() > 0.5
+    return pd.DataFrame(found)
+
+
+def says(days: Path, minutes: pd.DatetimeIndex) -> dict[tuple[str, str], pd.Series]:
+    """Return whether each sensor says "occupied" in each minute, by the sensor's room and kind."""
+    events = pd.read_csv(days / "events.csv", parse_dates=["time"])
+    events = events[events.field.isin(STATES) & events.kind.isin(KINDS)]
+    found = {}
+    for (name, kind), rows in events.groupby(["sensor", "kind"]):
+        state = rows.set_index("time").value.astype(float)
+        state = state[~state.index.duplicated(keep="last")]
+        # On at the begin of a minute, or switched on within it.
+        begin = state.reindex(minutes, method="ffill").fillna(0.0)
+        within = state.resample("min").max().reindex(minutes).fillna(0.0)
+        found[name.split(" ", 1)[1], kind] = (begin + within) > 0
+    return found
+
+
+def held(on: pd.Series, more: int) -> pd.Series:
+    """Return `on`, where each true minute makes the next `more` minutes true too."""
+    return on.astype(int).rolling(more + 1, min_periods=1).max().astype(bool)
+
+
+def table(days: Path) -> pd.DataFrame:
+    """Return the shares of minutes that are right: kinds of sensor as rows, rooms as columns."""
+    minutes = minutes_of(days)
+    real, sensors = truth(days, minutes), says(days, minutes)
+    rooms = [room for room in real if any(room == of for of, _ in sensors)]
+    rows = {}
+    for more in HELD:
+        label = f"motion detector, held {more} min" if more else "motion detector"
+        rows[label] = {r: held(sensors[r, "PIR"], more) for r in rooms if (r, "PIR") in sensors}
+    for kind in ("PRESENCE_RADAR", "THERMAL_ARRAY"):
+        rows[KINDS[kind]] = {r: sensors[r, kind] for r in rooms if (r, kind) in sensors}
+    rows["all three"] = {
+        r: sum(on.astype(int) for (of, _), on in sensors.items() if of == r) > 0 for r in rooms
+    }
+    found = {
+        label: {room: (on == real[room]).mean() for room, on in each.items()}
+        for label, each in rows.items()
+    }
+    found["nobody, always"] = {room: (~real[room]).mean() for room in rooms}
+    return pd.DataFrame(found).T.dropna(how="all")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2 or not (Path(sys.argv[1]) / "people.csv").exists():
+        sys.exit("occupancy: give a folder of days, as `angen day … --out DAYS` writes it")
+    print((100 * table(Path(sys.argv[1]))).round(1).to_string())

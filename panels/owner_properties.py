@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panels of the properties that kinds of sensor need of objects (Physics) and of materials."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.types import Context, Panel
+
+from ..angen_addon.scene.rays.geometry import SURFACE_TYPES
+from ..sensor_logic.kind import OwnerProperties
+from ..sensor_logic.kinds import owner_properties
+from ..sensor_logic.parameters import specs
+from .lines import has_name_column
+from .parameters import draw_parameters
+
+CONTEXTS = {"Object": "physics", "Material": "material"}
+
+
+class _OwnerPanel:
+    """Draws the properties `made` of the owner of type `owner_type`."""
+
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+
+    layout: Any
+    made: OwnerProperties
+    owner_type: str
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if cls.owner_type == "Material":
+            return context.material is not None
+        types = SURFACE_TYPES | {"ARMATURE"}
+        return context.object is not None and context.object.type in types
+
+    def draw(self, context: Context) -> None:
+        owner = context.material if self.owner_type == "Material" else context.object
+        column = self.layout.column()
+        column.use_property_split = has_name_column()
+        known = specs(self.made.parameters)
+        units = {name: spec.unit for name, spec in known.items()}
+        group = getattr(owner, self.made.attribute)
+        draw_parameters(column, context.scene, group, known, units)
+
+
+def _panel(made: OwnerProperties, owner_type: str) -> type:
+    """Return the class of the panel of some properties for a type of owner."""
+    return type(
+        f"ANGEN_PT_{owner_type.lower()}_{made.attribute.removeprefix('angen_')}",
+        (_OwnerPanel, Panel),
+        {
+            "bl_label": made.label,
+            "bl_description": made.tip,
+            "bl_context": CONTEXTS[owner_type],
+            "made": made,
+            "owner_type": owner_type,
+        },
+    )
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    [_panel(made, name) for name in CONTEXTS for made in owner_properties(name)]
+)

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Presence radars in scenes of known measure: people who walk, breathe, or stand behind a wall."""
+
+import math
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
+from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure import (
+    rays_figure,
+    targets_figure,
+)
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import all_rays
+from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
+from bl_ext.user_default.angen_sensors.panels.readings import reading_text
+from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
+
+ops = bpy.ops.angen
+
+
+def radar(world, name="radar", preset="LD2450", **settings):
+    """Add a radar at the origin that looks along −Z, with +X to its right, at 10 Hz."""
+    ops.sensor_add(kind="PRESENCE_RADAR", preset=preset)
+    made = bpy.context.object
+    made.name, made.matrix_world.translation = name, (0, 0, 0)
+    made.rotation_euler = (0, 0, 0)
+    made.angen_sensor.update_rate = settings.pop("update_rate", 24.0)
+    for key, value in settings.items():
+        setattr(made.angen_sensor.presence_radar, key, value)
+    return made
+
+
+def person(world, at, name="Anna", breathes="NO"):
+    """Add a body of 0.4 by 1.7 by 0.2 m that is made of skin; Y is up in these scenes."""
+    body = world.box((0.4, 1.7, 0.2), at, name)
+    body.angen_radar.substance = "BODY"
+    body.angen_breathing.breathes = breathes
+    return body
+
+
+def fields(world, recording, name, *sensor):
+    return world.series(recording, sensor[0] if sensor else "radar", name)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.01])
+def test_a_walker_is_where_it_is_with_its_speed(world, scale):
+    """At 1 m/s away from the radar, whose nearest face is 0.1 m before its centre."""
+    world.scene.unit_settings.scale_length = scale
+    anna = person(world, (0, 0, 0))
+    anna.scale = (1 / scale,) * 3
+    radar(world)
+    start, end = (0.3 / scale, 0, -2.5 / scale), (0.3 / scale, 0, -4.5 / scale)
+    world.key(anna, "location", {1: start, 49: end}, "LINEAR")
+    recording = world.run(1, 48)
+    speeds = [float(text) for text in fields(world, recording, "speed_mps")[1:]]
+    assert speeds == pytest.approx([1.0] * 47, rel=0.03)
+    for name, expected in (("x_m", 0.3), ("y_m", 3.4)):
+        assert float(fields(world, recording, name)[24]) == pytest.approx(expected, abs=0.12)
+    assert fields(world, recording, "moving") == [False] + [True] * 47, "no speed at the first"
+    assert set(fields(world, recording, "targets")[1:]) == {1}
+
+
+def test_who_sits_still_is_present_by_breathing(world):
+    person(world, (0, 0, -2.0), breathes="YES")
+    radar(world)
+    world.sensor("PIR", "pir", update_rate=24.0)
+    recording = world.run(1, 12)
+    assert fields(world, recording, "presence") == [True] * 12
+    assert not any(fields(world, recording, "moving"))
+    assert not any(fields(world, recording, "moved", "pir"))
+    assert fields(world, recording, "distance_m")[5] == pytest.approx(1.9, abs=0.1)
+
+
+def test_furniture_that_stands_still_is_not_present(world):
+    person(world, (0, 0, -2.0), breathes="NO")
+    radar(world)
+    recording = world.run(1, 3)
+    assert not any(fields(world, recording, "presence"))
+    assert set(fields(world, recording, "distance_m")) == {6.0}
+
+
+@pytest.mark.parametrize(("substance", "present"), [("PLASTERBOARD", True), ("CONCRETE", False)])
+def test_a_thin_wall_lets_waves_pass_and_concrete_does_not(world, substance, present):
+    anna = person(world, (0, 0, -2.0))
+    world.key(anna, "location", {1: (0, 0, -2.0), 25: (0, 0, -3.0)}, "LINEAR")
+    wall = world.box((9, 9, 0.1), (0, 0, -1.2), "Wall west")
+    wall.angen_radar.substance = substance
+    radar(world)
+    recording = world.run(1, 12)
+    assert fields(world, recording, "presence")[3] == present
+    (sensor,) = world.sensors()
+    found = explain(world.scene, sensor, recording, 6)
+    if present:
+        assert found.headline.startswith("Present: 'Anna' moves, 2.")
+        assert found.headline.endswith("away, seen through 'Wall west'")
+        assert dict(found.facts)["Passed"].startswith("'Wall west': ")
+        assert found.cause_name == "Anna" and not found.doubt
+    else:
+        assert found.headline == "Absent: nothing exceeds the threshold of a gate"
+        assert dict(found.facts)["To be present"] == "nothing that moves or breathes is in sight"
+
+
+def test_explain_says_who_breathes_and_what_holds_presence(world):
+    anna = person(world, (0, 0, -2.3), breathes="YES")
+    radar(world, preset="LD2410", hold_time=0.5)
+    world.key(anna, "location", {1: (0, 0, -2.3), 10: (50, 0, 0)}, "CONSTANT")
+    recording = world.run(1, 30)
+    (sensor,) = world.sensors()
+    found = explain(world.scene, sensor, recording, 4)
+    assert found.headline.startswith("Present: 'Anna' breathes, 2.")
+    assert dict(found.facts)["Gate"] == "3, from 1.5 m to 2.25 m"
+    held = explain(world.scene, sensor, recording, 12)
+    assert held.headline.startswith("Present: nothing is detected now; presence stays on for 0.5 s")
+    gone = explain(world.scene, sensor, recording, 29)
+    assert gone.headline.startswith("Absent")
+    assert fields(world, recording, "presence") == [True] * 20 + [False] * 10
+
+
+def test_what_is_too_weak_is_named(world):
+    person(world, (0, 0, -5.0), breathes="YES")
+    radar(world, still_thresholds="60")
+    recording = world.run(1, 3)
+    (sensor,) = world.sensors()
+    facts = dict(explain(world.scene, sensor, recording, 2).facts)
+    assert facts["To be present"].startswith("more than 60 is needed in gate 1")
+    assert facts["Nearest to it"] == "'Anna'"
+
+
+def test_live_reading_and_panel_show_the_gates(world):
+    anna = person(world, (0, 0, -2.0))
+    world.key(anna, "location", {1: (0, 0, -2.0), 25: (0, 0, -3.0)}, "LINEAR")
+    radar(world, preset="LD2410")
+    for frame in range(1, 8):
+        world.scene.frame_set(frame)
+    (sensor,) = world.sensors()
+    shown = reading_text(sensor, world.scene)
+    assert shown.text.startswith("Present") and sensor.object.angen_sensor.active
+    assert len(shown.fields["gates"].split(";")) == 8
+    assert sensor.object.angen_sensor.value == pytest.approx(2.1, abs=0.15)
+
+
+def test_a_target_is_a_ring_with_an_arrow_as_long_as_half_a_second():
+    seen = SimpleNamespace(pose=Pose(np.zeros(3), np.eye(3)))
+    absent = {"presence": False, "distance_m": 6.0, "x_m": "", "y_m": "", "speed_mps": ""}
+    assert targets_figure(seen, absent, 1.0) is None
+    two = {"x_m": "1.0;-1.0", "y_m": "2.0;3.0", "speed_mps": "0.8;0.0"}
+    figure = targets_figure(seen, {**absent, "presence": True, **two}, 0.5)
+    points = figure.lines["force"].reshape(-1, 3) * 0.5
+    for x, z in ((1.0, -2.0), (-1.0, -3.0)):
+        assert np.linalg.norm(points - (x, 0.0, z), axis=1).min() < 1e-6
+    tip = figure.fills["force"][0, 0] * 0.5
+    away = np.array([1.0, 0.0, -2.0]) / math.sqrt(5.0)
+    assert tip == pytest.approx(np.array([1.0, 0.0, -2.0]) + 0.4 * away, abs=1e-6)
+    arc = targets_figure(seen, {**absent, "presence": True, "distance_m": 3.0}, 1.0)
+    assert np.linalg.norm(arc.lines["force"], axis=-1) == pytest.approx(3.0)
+
+
+def test_gates_are_drawn_up_to_the_wall(world):
+    world.wall(2.0, size=20.0)
+    radar(world, preset="LD2410")
+    (sensor,) = world.sensors()
+    probes, depsgraph = Probes(world.scene), world.update()
+    probes.look(depsgraph, None)
+    trace = all_rays(sensor, clock_of(world.scene), depsgraph, probes)
+    met = trace.bundles[0]
+    seen = SimpleNamespace(parameters=trace.parameters, pose=trace.pose)
+    figure = rays_figure(seen, 0, met, 1.0)
+    arcs = np.linalg.norm(figure.lines["gate"], axis=-1)
+    assert set(np.round(arcs.ravel() / 0.75, 4)) == {1.0, 2.0, 3.0, 4.0}, "2 m ahead, 4 m aside"
+    assert figure.lines["gate"][..., 2].min() > -2.05
+
+
+def test_a_jump_gives_no_speed(world):
+    anna = person(world, (0, 0, -2.0))
+    world.key(anna, "location", {1: (0, 0, -2.0), 48: (0, 0, -5.0)}, "LINEAR")
+    radar(world)
+    for frame in (1, 2, 3):
+        world.scene.frame_set(frame)
+    (sensor,) = world.sensors()
+    assert sensor.object.angen_sensor.active
+    world.scene.frame_set(40)
+    assert not reading_text(sensor, world.scene).fields["moving"]
+
+
+def test_a_radar_that_turns_with_its_parent_keeps_its_axes(world):
+    """The radar looks along +X after a turn; a walker on its right has a positive x."""
+    made = radar(world)
+    made.rotation_euler = (math.pi / 2, 0, -math.pi / 2)
+    anna = person(world, (0, 0, 0))
+    anna.rotation_euler = (math.pi / 2, 0, 0)
+    world.key(anna, "location", {1: (3.0, -1.0, 0), 25: (2.0, -1.0, 0)}, "LINEAR")
+    recording = world.run(1, 6)
+    assert float(fields(world, recording, "x_m")[3]) == pytest.approx(1.0, abs=0.1)
+    assert float(fields(world, recording, "speed_mps")[3]) < -0.8

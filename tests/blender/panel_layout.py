@@ -27,6 +27,7 @@ class Layout:
         if whole is None:
             self.labels, self.props, self.operators, self.menus, self.icons = [], [], [], [], []
             self.sections, self.fields, self.menu_texts = [], {}, []
+            self.pictures = 0
             self.opened = opened
 
     def _part(self, function, **arguments):
@@ -89,6 +90,10 @@ class Layout:
         self._check("progress", **arguments)
         assert 0.0 <= arguments["factor"] <= 1.0
         self.whole.labels.append(arguments["text"])
+
+    def template_icon(self, **arguments):
+        self._check("template_icon", **arguments)
+        self.whole.pictures += 1
 
     def separator(self):
         self._check("separator")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.panels.readings import reading_text
+from panel_layout import drawn
 
 ops = bpy.ops.angen
 ZERO = 273.15
@@ -279,6 +280,23 @@ def test_the_view_has_a_coloured_pixel_for_each_temperature(room, addon_part):
     assert warmest[:, 2].min() > -1.95 and warmest[:, 2].max() < -1.8, "on the person"
     made = picture.picture(figure, shown.icon, True)["fills"]
     assert made.colours.shape == (384, 4) and len(np.unique(made.colours[:, :3], axis=0)) > 2
+
+
+def test_the_panel_has_the_reading_and_sections(room):
+    sensor = person_who_enters(room)
+    room.update()
+    bpy.context.view_layer.objects.active = sensor
+    sensor.select_set(True)
+    room.scene.frame_set(12)
+    shown = drawn("ANGEN_PT_active_sensor")
+    found = {s.name: s for s in room.sensors()}["array"]
+    count = reading_text(found, room.scene).fields["warm_pixels"]
+    assert f"{count} of 64" in shown.labels and shown.pictures == 1
+    assert {"threshold", "min_pixels", "columns", "netd", "keep_frames"} <= set(shown.props)
+    sensor.angen_sensor.thermal_array.keep_frames = False
+    room.update()
+    room.scene.frame_set(12)
+    assert drawn("ANGEN_PT_active_sensor").pictures == 0
 
 
 def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):

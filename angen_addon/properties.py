@@ -111,7 +111,7 @@ def _blender_property(default: Any, spec: Spec) -> Any:
         return BoolProperty(**facts)
     if isinstance(default, str):
         return StringProperty(**facts)
-    facts["min"], facts["soft_min"] = min(0, spec.minimum), spec.minimum
+    facts["min"], facts["soft_min"] = min(0, 2 * spec.minimum), spec.minimum
     if math.isfinite(spec.maximum):
         facts["soft_max"] = spec.maximum
     if isinstance(default, int):

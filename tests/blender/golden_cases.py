@@ -90,7 +90,7 @@ CASES: dict[str, Case] = {
         EXACT,
         texts.explain_room,
         *(("scan", 1.5), ("warm", 2.0), ("switch", 2.0), ("swept", 1.0), ("pad", 3.0)),
-        *(("tof", 2.0), ("reed", 1.0)),
+        *(("tof", 2.0), ("reed", 1.0), ("eye", 2.0)),
     ),
     "room_light_explain.txt": _case(LIGHT_TEXT, texts.explain_room, ("lux", 2.0)),
     "angen_list.json": _case(EXACT, texts.listing, "angen"),

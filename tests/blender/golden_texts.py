@@ -116,6 +116,9 @@ def room(bench: Bench) -> None:
     bpy.data.objects["lux"].angen_sensor.light.samples = 16_384
     tof = world.sensor("DISTANCE", "tof", update_rate=10.0, zones_across=2, rays=3, threshold=2.0)
     tof.location, tof.rotation_euler = (-2.9, 0.1, 1.0), (1.5708, 0, -1.5708)
+    few = {"columns": 4, "rows": 3, "horizontal_fov": 1.0, "vertical_fov": 0.8, "netd": 0.1}
+    eye = world.sensor("THERMAL_ARRAY", "eye", update_rate=2.0, hold_time=1.0, **few)
+    eye.location, eye.rotation_euler = (-2.9, 0.1, 1.3), (1.5708, 0, -1.5708)
     magnet = world.link("magnet", None, (2.03, 1.38, 1.9))
     door = bpy.data.objects["door"]
     world.update()

@@ -143,7 +143,8 @@ def _headline(parameters: ThermalArrayParameters, cause: ThermalCause, is_on: bo
         return "held, no pixel is warm now" if is_on else "no pixel is warm"
     what = named(name for name, _ in cause.objects[:NAMES_SHOWN]) or "the noise"
     pixels = "one pixel" if count == 1 else f"{count} pixels"
-    text = f"{what} warms {pixels}, up to {_celsius(cause.frame[cause.warm].max())}"
+    warm = "warm" if len(cause.objects) > 1 else "warms"
+    text = f"{what} {warm} {pixels}, up to {_celsius(cause.frame[cause.warm].max())}"
     if count < parameters.min_pixels:
         text += f"; {parameters.min_pixels} are needed" + ", so it is held" * is_on
     return text

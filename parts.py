@@ -118,8 +118,13 @@ def installed(name: str) -> bool:
 
 
 def installation(house: str) -> str:
-    """Return the shell command that installs the folder `house`, which the extension lacks."""
-    return f'pip install "angen-sensors[{EXTRAS[house]}]"'
+    """Return a text that says how to install the folder `house`, which the extension lacks."""
+    return f"{install_command(EXTRAS[house])} in the project's folder"
+
+
+def install_command(extra: str) -> str:
+    """Return the shell command that installs the package with an extra, in the project's folder."""
+    return f'pip install ".[{extra}]"'
 
 
 def part(name: str) -> Any:

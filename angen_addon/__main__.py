@@ -29,6 +29,8 @@ from .process.standalone import (
 # Verbs whose blend file is not their first argument, with its position.
 HOME_AT = {"apply": 1}
 PROGRAM = "python -m angen_addon"
+# The name of the command that `pip install` makes.
+COMMAND = "angen"
 TRUSTED = "--enable-autoexec"
 # Set before numpy is loaded. Otherwise each of its threads keeps a core busy while it waits for
 # the next small matrix. The processes of `--jobs` use the cores instead.
@@ -53,13 +55,14 @@ def main(arguments: list[str]) -> int:
     parser = import_module(f"{PACKAGE}.angen_addon.commands.parser")
     parts = import_module(f"{PACKAGE}.parts")
     verbs = parser.verbs_here()
-    usage = USAGE.format(PROGRAM, ",".join(verbs), ",".join(parts.WITHOUT_BLENDER))
+    program = COMMAND if Path(sys.argv[0]).stem == COMMAND else PROGRAM
+    usage = USAGE.format(program, ",".join(verbs), ",".join(parts.WITHOUT_BLENDER))
     verb, options = arguments[:1], arguments[1:]
     if verb and verb[0] in {"-h", "--help"}:
         sys.stdout.write(usage + "Give --help after the verb for its options.\n")
         return 0
     if verb and verb[0] in parts.WITHOUT_BLENDER and not parser.lacking(verb[0]):
-        return int(parts.part(parts.WITHOUT_BLENDER[verb[0]]).main(options, PROGRAM))
+        return int(parts.part(parts.WITHOUT_BLENDER[verb[0]]).main(options, program))
     if verb and verb[0] not in verbs:
         note(parser.wrong_verb(verb[0]))
         return 2
@@ -71,9 +74,7 @@ def main(arguments: list[str]) -> int:
             return 2
         position = HOME_AT.get(verb[0], 0)
         if len(options) <= position:
-            write_message(
-                f"usage: python -m angen_addon {verb[0]} LAYOUT.json HOME.blend [options]\n"
-            )
+            write_message(f"usage: {program} {verb[0]} LAYOUT.json HOME.blend [options]\n")
             return 2
         file = Path(options.pop(position))
         problem = unreadable(file)
@@ -92,7 +93,7 @@ def main(arguments: list[str]) -> int:
     if problem:
         note(problem)
         return 2
-    return int(command_line.run_command(verb + options, PROGRAM))
+    return int(command_line.run_command(verb + options, program))
 
 
 def _has_jobs(options: list[str]) -> bool:

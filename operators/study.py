@@ -26,7 +26,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..angen_addon.scene.sensors import Sensor, all_sensors
 from ..angen_addon.view.active import active_sensor
-from ..parts import installation
+from ..parts import EXTRAS, install_command
 from ..sensor_logic import study_file
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.files import write_files
@@ -229,7 +229,7 @@ class ANGEN_OT_study_install(Operator):
     )
 
     def execute(self, context: Context) -> set[str]:
-        context.window_manager.clipboard = installation("studies")
+        context.window_manager.clipboard = install_command(EXTRAS["studies"])
         return {"FINISHED"}
 
 

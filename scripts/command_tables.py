@@ -45,17 +45,21 @@ def _verbs(parser: argparse.ArgumentParser) -> list[argparse.ArgumentParser]:
 
 def _section(parser: argparse.ArgumentParser) -> str:
     """Return the heading of a verb and the table of its options."""
-    rows = [_row(a) for a in parser._actions if a.dest not in {"help", "enable_autoexec"}]
+    hidden = {"help", "enable_autoexec"}
+    shown = [a for a in parser._actions if a.dest not in hidden and a.help != argparse.SUPPRESS]
+    rows = list(map(_row, shown))
     table = "| option | meaning |\n|---|---|\n" + "".join(rows) if rows else ""
     return f"\n## {parser.prog}\n\n{table}"
 
 
 def _row(action: argparse.Action) -> str:
-    """Return the row of an option."""
+    """Return the row of an option. Raise `ValueError` if the option has no help."""
+    if not action.help:
+        raise ValueError(f"the option {action.metavar or action.dest} has no help")
     value = action.metavar or ("" if action.nargs == 0 else action.dest.upper())
     names = ", ".join(action.option_strings)
     shown = f"{names} {value}".strip()
-    text = (action.help or "").replace("%%", "%").replace("|", "\\|")
+    text = action.help.replace("%%", "%").replace("|", "\\|")
     return f"| `{shown}` | {text} |\n"
 
 

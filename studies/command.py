@@ -15,6 +15,7 @@ from dataclasses import replace
 
 from ..angen_addon.commands.console import BAD_INPUT, DONE, FAILED, note, write_message
 from ..angen_addon.commands.parser import Parser, add_choice, choice_of, path, whole_number
+from ..parts import installation
 from ..sensor_logic.error import InputError
 from ..sensor_logic.wording import part_is, plural, shown_duration
 from . import study
@@ -44,7 +45,7 @@ def main(arguments: list[str], program: str) -> int:
     except ModuleNotFoundError as error:
         if error.name not in LIBRARIES:
             raise
-        note(f'{error}: pip install "angen-sensors[study]"')
+        note(f"{error}: to install it, {installation('studies')}")
     except InputError as error:
         note(str(error))
     return BAD_INPUT
@@ -90,6 +91,9 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
+    # Before the import, which fails without the extra.
+    if not options.folder.is_dir():
+        raise InputError(f"there is no folder {options.folder}: give the --out of `study run`")
     from . import report
 
     note(f"written: {report.write(options.folder)}")
@@ -137,8 +141,15 @@ def make_parser(program: str) -> Parser:
     )
     verbs = parser.add_subparsers(dest="what", required=True, metavar="run | report")
     run = verbs.add_parser("run", help="simulate the runs of a study that are not done yet")
-    run.add_argument("study", type=path, metavar="STUDY.toml")
-    run.add_argument("--out", type=path, required=True, metavar="DIR", help="where results go")
+    run.add_argument(
+        "study",
+        type=path,
+        metavar="STUDY.toml",
+        help="study: the homes, and the parameters that vary",
+    )
+    run.add_argument(
+        "--out", type=path, required=True, metavar="DIR", help="folder for the results"
+    )
     where = run.add_mutually_exclusive_group()
     where.add_argument(
         "--jobs",
@@ -153,5 +164,7 @@ def make_parser(program: str) -> Parser:
     )
     add_choice(run)
     report = verbs.add_parser("report", help="write DIR/report.html from the results")
-    report.add_argument("folder", type=path, metavar="DIR")
+    report.add_argument(
+        "folder", type=path, metavar="DIR", help="folder of the results, the --out of `run`"
+    )
     return parser

@@ -27,6 +27,7 @@ import distributed
 
 from ..angen_addon.commands.console import note
 from ..angen_addon.process import standalone
+from ..parts import installation
 from ..sensor_logic.error import AngenError, InputError, explained
 from ..sensor_logic.files import write_files
 from . import settings, tasks
@@ -166,7 +167,7 @@ def _check_pythons(client: distributed.Client) -> None:
 def _cause(error: Exception) -> str:
     # Dask can wrap the error in another one.
     if "No module named" in str(error) and "pip install" not in str(error):
-        return f'{error}: install it there with pip install "angen-sensors[study]"'
+        return f"{error}: install it there with {installation('studies')}"
     return str(error)
 
 

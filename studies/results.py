@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas
 
+from ..parts import installation
 from ..sensor_logic.error import AngenError, InputError
 from ..sensor_logic.files import fcntl, write_files
 
@@ -173,9 +174,7 @@ def write_tables(folder: Path, rows: Iterable[Row]) -> list[str]:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
-        return [
-            f'{PARQUET} was not written ({error}): to get it, pip install "angen-sensors[study]"'
-        ]
+        return [f"{PARQUET} was not written ({error}): to get it, {installation('studies')}"]
     texts = [name for name, kind in types.items() if kind == "string"]
     table[texts] = table[texts].map(str, na_action="ignore")
     schema = pyarrow.schema([(name, getattr(pyarrow, kind)()) for name, kind in types.items()])

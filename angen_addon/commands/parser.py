@@ -111,25 +111,35 @@ def wrong_verb(name: str) -> str:
     if lacking(name):
         return lacking(name)
     if name in WITHOUT_BLENDER:
-        return f"{name} runs without Blender: python -m angen_addon {name}"
+        return (
+            f"{name} runs without Blender: use angen {name}, from the Python package, or "
+            f"python -m angen_addon {name} in the project's folder"
+        )
     verbs = (*verbs_here(), *WITHOUT_BLENDER)
     return f"there is no verb '{name}'; {hint(name, verbs, len(verbs))}"
 
 
-def add_names(parser: argparse.ArgumentParser, what: str = "sensor") -> None:
-    """Add the option `--sensor`; its help calls the selected objects `what`."""
+def add_names(parser: argparse.ArgumentParser, what: str = "sensor", text: str = "") -> None:
+    """Add the option `--sensor`; its help is `text`, or else calls the selected objects `what`."""
     parser.add_argument(
         "--sensor",
         action="append",
         default=[],
         metavar="NAME",
-        help=f"only this {what}, or all that match a pattern such as 'PIR*'; can be repeated",
+        help=text
+        or f"only this {what}, or all that match a pattern such as 'PIR*'; can be repeated",
     )
 
 
-def add_choice(parser: argparse.ArgumentParser) -> None:
-    """Add the options that select sensors, such as `--kind`, to a parser."""
-    add_names(parser)
+def add_choice(parser: argparse.ArgumentParser, is_one: bool = False) -> None:
+    """Add the options that select sensors, such as `--kind`, to a parser.
+
+    If `is_one` is True, the help says that exactly one sensor must be selected.
+    """
+    if is_one:
+        add_names(parser, text="the sensor to explain, or a pattern that matches its name alone")
+    else:
+        add_names(parser)
     parser.add_argument(
         "--kind",
         action="append",
@@ -137,12 +147,16 @@ def add_choice(parser: argparse.ArgumentParser) -> None:
         type=str.upper,
         choices=list(KINDS),
         metavar="KIND",
-        help="only sensors of this kind, such as PIR; can be repeated",
+        help="select among sensors of this kind, such as PIR"
+        if is_one
+        else "only sensors of this kind, such as PIR; can be repeated",
     )
     parser.add_argument(
         "--no-light",
         action="store_true",
-        help="leave out light sensors, which take most of the time",
+        help="select among the sensors that are not light sensors"
+        if is_one
+        else "leave out light sensors, which take most of the time",
     )
 
 

@@ -18,6 +18,7 @@ from ..explain.explain import ExplainedTime
 from ..layout.apply import apply_layout
 from ..output.describe import describe
 from ..output.output_files import Outputs, check_outputs
+from ..runtime.time_base import outside_scene
 from ..scene.sensors import chosen
 from .console import DONE, FAILED, note
 from .home import ProgressLine, open_home, run_home, sensors_of
@@ -123,7 +124,7 @@ def _add_explain(verbs: Any, every: argparse.ArgumentParser) -> None:
     verb = verbs.add_parser(
         "explain", parents=[every], help="name the object that made a sensor report its last event"
     )
-    add_choice(verb)
+    add_choice(verb, is_one=True)
     verb.add_argument(
         "--time",
         type=tolerance,
@@ -152,6 +153,9 @@ def _explain(options: argparse.Namespace, outputs: Outputs) -> int:
         raise InputError(
             f"--time {options.time:g} is after Blender's last frame: give an earlier one"
         )
+    outside = outside_scene(scene, scene.frame_start, explained_time.last)
+    if outside and not options.quiet:
+        note(outside)
     line = ProgressLine(sys.stderr, options.quiet)
     progress = None
     with options.interrupt.watched():

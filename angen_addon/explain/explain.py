@@ -83,6 +83,7 @@ class ExplainedTime:
         # Drivers can move objects by the outputs of other sensors, so all are simulated.
         self._sensors = list(sensors) if state.are_driven() else [sensor]
         clock = clock_of(scene)
+        self._asked = time
         # The log rounds times, so a time copied from the log can be just before its event.
         self._time = time + 1e-6
         steps = self._time * float(clock.steps_per_second)
@@ -130,4 +131,11 @@ class ExplainedTime:
             raise AngenError(
                 f"'{self._sensor.name}' has published nothing up to this time: give a later time"
             )
-        return explain(self._scene, self._sensor, self._recording, earlier[-1]).as_text()
+        found = explain(self._scene, self._sensor, self._recording, earlier[-1])
+        updates_after = track.times[earlier[-1] + 1 :]
+        if every or not any(at <= self._time for at in updates_after):
+            return found.as_text()
+        asked = f"{self._asked:g} s"
+        return found.as_text(
+            f"The last event before {asked}; add --now to explain the reading at {asked}"
+        )

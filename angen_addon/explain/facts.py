@@ -57,10 +57,10 @@ class Explanation:
         """Return a copy of the explanation with `facts` inserted before its own facts."""
         return replace(self, facts=(*facts, *self.facts))
 
-    def as_text(self) -> str:
-        """Return the explanation as lines for a terminal."""
+    def as_text(self, remark: str = "") -> str:
+        """Return the explanation as lines for a terminal, with a remark after the first line."""
         lines = [f"{self.sensor}, frame {format_frame(self.frame)} ({self.time:.3f} s)"]
-        lines.append(self.headline)
+        lines += [remark, self.headline] if remark else [self.headline]
         width = max((len(name) for name, _ in self.facts), default=0)
         lines += [f"  {name:<{width}}  {text}" for name, text in self.facts]
         if self.doubt:

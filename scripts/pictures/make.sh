@@ -127,6 +127,7 @@ window residents 1316x760 residents ""
 window atelier 1120x800 atelier sample_blends/atelier.blend
 window distance_zones 1310x790 distance ""
 window thermal_array 1600x900 thermal_array $home_file
+window presence_radar 1600x900 presence_radar $home_file
 window contact_rings 1310x790 contact ""
 window switch_swept 1310x790 switch ""
 written report.svg simulate --quiet --report "$out/report.svg" --events "$home/events.csv"

@@ -450,6 +450,28 @@ def thermal_array() -> Iterator[None]:
     yield
 
 
+def presence_radar() -> Iterator[None]:
+    """The gates of a radar in the living room, its target with its speed, and the panel's bars."""
+    view = window.areas()["VIEW_3D"]
+    found = window.select("PIR living room")
+    found.angen_sensor.kind = "PRESENCE_RADAR"
+    radar = found.angen_sensor.presence_radar
+    radar.max_targets, radar.angle_resolution = 3, radians(30.0)
+    found.rotation_euler.x = radians(75.0)
+    window.plain(view.spaces[0])
+    view.spaces[0].overlay.show_extras = False
+    window.without_ceilings()
+    bpy.context.scene.angen_overlay.which = "SELECTED"
+    window.view_from(view.spaces[0], (8.6, 7.2, 1.0), 9.0, 40.0, 25.0)
+    yield
+    window.only_panels("active_sensor")
+    window.play_up_to(1640)
+    window.open_sidebar(view)
+    yield
+    yield
+    yield
+
+
 def contact() -> Iterator[None]:
     """The two distances of a door contact, and its magnet between them."""
     view = empty_scene()
@@ -505,7 +527,7 @@ PICTURES = {
     scene.__name__: scene
     for scene in (
         *(place, coverage, day, overlay, pyroelectric, places, residents, timeline),
-        *(scrub, atelier, distance, thermal_array, contact, switch),
+        *(scrub, atelier, distance, thermal_array, presence_radar, contact, switch),
         *(imported, prepared, places_ifc),
     )
 }

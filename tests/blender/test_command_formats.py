@@ -131,7 +131,7 @@ def test_days_whose_dates_cannot_be_are_told_before_there_is_a_folder(
     [
         (["--speed", "2"], 2, ["--speed needs --mqtt"]),
         (["--mqtt", "localhost", "--faults", "FAULTS", "--truth", "t"], 2, ["replay"]),
-        (["--mqtt", "localhost"], 1, ["pip install angen-sensors[mqtt]"]),
+        (["--mqtt", "localhost"], 1, ['pip install ".[mqtt]"']),
     ],
 )
 def test_what_cannot_be_sent_is_told_before_the_run(

@@ -92,7 +92,7 @@ def test_angles_are_degrees_in_the_panel_and_radians_in_the_file(home, wanted, a
 
 def test_the_panel_says_how_to_get_the_command(home, wanted, addon_part) -> None:
     text = drawn("ANGEN_PT_study").text
-    assert 'pip install "angen-sensors[study]"' in text
+    assert 'pip install ".[study]" in the project\'s folder' in text
     bpy.ops.angen.study_install()
     if not bpy.app.background:
-        assert bpy.context.window_manager.clipboard == 'pip install "angen-sensors[study]"'
+        assert bpy.context.window_manager.clipboard == 'pip install ".[study]"'

@@ -190,7 +190,7 @@ def test_what_cannot_be_done_is_one_clear_line(replay, options, words) -> None:
 def test_moments_are_seconds_or_dates(replay, tmp_path) -> None:
     options = ["EVENTS", "--mqtt", "localhost"]
     status, err = replay(*options)
-    assert status == 1 and "pip install angen-sensors[mqtt]" in err
+    assert status == 1 and 'pip install ".[mqtt]"' in err
     (tmp_path / "events.csv").write_text(
         "time_s,frame,sensor,kind,field,value,time\n"
         "0,1,P,PIR,moved,0,2026-03-02T07:00:00.000\n9,1,P,PIR,moved,1,2026-03-02T07:00:09.000\n"

@@ -214,7 +214,7 @@ def test_the_command_says_how_to_get_it_where_the_zip_has_it_not(tmp_path) -> No
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         "angen: study is in the Python package, not in the extension: "
-        'pip install "angen-sensors[study]"\n'
+        'pip install ".[study]" in the project\'s folder\n'
     )
 
 

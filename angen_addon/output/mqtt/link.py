@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ....parts import install_command
 from ....sensor_logic.error import AngenError, replaced
 from ....sensor_logic.formats.home_assistant import Message
 from .address import PASSWORD, Address
@@ -36,8 +37,8 @@ class Link:
 
     def __init__(self, address: Address, will: Message) -> None:
         missing = (
-            "--mqtt needs paho-mqtt, which is not installed: pip install angen-sensors[mqtt], "
-            "and use its command angen"
+            "--mqtt needs paho-mqtt, which is not installed: "
+            f"{install_command('mqtt')} in the project's folder, and use its command angen"
         )
         with replaced(missing, ImportError, raised=AngenError):
             import paho.mqtt.client as paho

@@ -69,6 +69,33 @@ def test_thin_walls_let_the_waves_through_at_a_loss(world, radar, frequency):
     assert seen.through == ("Wall;Pane",)
 
 
+def test_a_pane_within_a_wall_and_many_panes_count_once_each(world, radar):
+    world.box((1, 1, 1), at=(0, 0, -9.5), name="Behind")
+    wall(world, 2.0, "PLASTERBOARD", 0.025)
+    pane = world.box((2, 2, 0.02), at=(0, 0, -2.05), name="Pane")
+    pane.angen_radar.substance = "GLASS"
+    once = attenuation("PLASTERBOARD", 0.025, GHZ) + attenuation("GLASS", 0.008, GHZ)
+    assert radar.look().loss == pytest.approx([once], rel=1e-6)
+    for number in range(9):
+        wall(world, 3.0 + number * 0.5, "GLASS", name=f"Pane {number}")
+    world.update()
+    seen = radar.look()
+    assert seen.loss == pytest.approx([once + 9 * attenuation("GLASS", 0.008, GHZ)], rel=1e-6)
+    assert seen.through[0].split(";")[:2] == ["Wall", "Pane"]
+
+
+def test_breathing_and_substances_can_be_animated(world, radar):
+    body = world.box((1, 1, 1), at=(0, 0, -5.5), name="Body")
+    pane = wall(world, 2.0, "GLASS", name="Pane")
+    body.angen_breathing.breathes = "YES"
+    world.key(body, "angen_breathing.displacement", {1: 0.004, 11: 0.006}, "LINEAR")
+    world.key(pane, "angen_radar.thickness", {1: 0.004, 2: 0.008}, "CONSTANT")
+    first, later = radar.look(frame=1), radar.look(frame=6)
+    assert first.breathing == pytest.approx([0.004]) and later.breathing == pytest.approx([0.005])
+    assert first.loss == pytest.approx([attenuation("GLASS", 0.004, GHZ)], rel=1e-4)
+    assert later.loss == pytest.approx([attenuation("GLASS", 0.008, GHZ)], rel=1e-4)
+
+
 def test_a_material_counts_where_its_object_says_nothing_and_the_worst_of_several(world, radar):
     world.box((1, 1, 1), at=(0, 0, -5.5), name="Behind")
     made = wall(world, 2.0)

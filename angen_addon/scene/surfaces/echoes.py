@@ -20,7 +20,7 @@ from ....sensor_logic.model import Answers, Array, Index
 from ....sensor_logic.radio.echoes import ECHOES, Echoes
 from ....sensor_logic.radio.properties import AUTO, THICKNESS, YES
 from ....sensor_logic.radio.substances import attenuation, reflectance
-from ..animation import is_animated
+from ..animation import may_set
 from ..bearers import armatures, bearer, candidates
 from ..instances import Uid
 from ..rays.caster import NOTHING, RayCaster, RayHits, Rays
@@ -33,7 +33,7 @@ from .probe import SurfaceProbe
 # dB, one way. More than this, and nothing comes back.
 STOPS = 30.0
 # The most surfaces that a ray is followed through, two for each wall.
-MOST_SURFACES = 12
+MOST_SURFACES = 64
 # The next cast begins this far behind a surface, in m.
 BEHIND = 1e-4
 # What everything is made of that has no substance, and living bodies.
@@ -117,8 +117,7 @@ class _Substances:
         """Follow the rays from surface to surface of the solids that let waves pass."""
         origins, directions, length = rays
         active, start = np.arange(len(length)), np.zeros(len(length))
-        inside = np.zeros(len(length), np.intp)
-        found: list[_Entries] = []
+        found = [NO_ENTRIES]
         for cast in range(MOST_SURFACES):
             points = origins[active] + directions[active] * start[active, None]
             left = points, directions[active], length[active] - start[active]
@@ -127,14 +126,28 @@ class _Substances:
             is_hit = seen.met != NOTHING
             active, solid = active[is_hit], seen.met[is_hit].astype(np.intp)
             distance = start[active] + seen.ranges[is_hit]
-            enters = inside[active] != solid
-            found.append(_Entries(active[enters], distance[enters], solid[enters]))
-            inside[active] = np.where(enters, solid, NOTHING)
+            found.append(_Entries(active, distance, solid))
             start[active] = distance + behind
             active = active[start[active] < length[active]]
             if not len(active):
                 break
-        return _Entries(*map(np.concatenate, zip(*found, strict=True)))
+        return _entries(_Entries(*map(np.concatenate, zip(*found, strict=True))))
+
+
+def _entries(crossed: _Entries) -> _Entries:
+    """Return those of the crossed surfaces at which rays enter a solid.
+
+    A ray enters and leaves each solid by turns, whatever other solids lie inside of it.
+    """
+    order = np.lexsort((crossed.distance, crossed.number, crossed.ray))
+    ray, distance, number = (values[order] for values in crossed)
+    starts = np.ones(len(ray), bool)
+    starts[1:] = (ray[1:] != ray[:-1]) | (number[1:] != number[:-1])
+    first = np.flatnonzero(starts)
+    nth = np.arange(len(ray)) - np.repeat(first, np.diff(np.append(first, len(ray))))
+    enters = nth % 2 == 0
+    again = np.argsort(distance[enters], kind="stable")
+    return _Entries(*(values[enters][again] for values in (ray, distance, number)))
 
 
 def _is_same(known: tuple[Rays, Index, _Entries], rays: Rays, version: Index) -> bool:
@@ -165,7 +178,7 @@ class EchoProbe(SurfaceProbe):
     def changes_by_itself(scene: Any) -> bool:
         """Return whether the substance or the breathing of anything is animated."""
         owners = *bpy.data.objects, *bpy.data.materials
-        return any(is_animated(owner, f"{part}.") for owner in owners for part in PARTS)
+        return any(may_set(owner, *PARTS) for owner in owners)
 
     def __init__(self, caster: RayCaster) -> None:
         self._rays = caster

@@ -27,7 +27,7 @@ class RadarParameters(Parameters):
 
     frequency: float = parameter(
         24.125, "Frequency", "Carrier frequency", unit="GHz", minimum=1.0, maximum=100.0,
-        source=LD2410,
+        source=LD2410, short="Carrier",
     )  # fmt: skip
     horizontal_fov: float = parameter(
         math.radians(120),

@@ -53,6 +53,7 @@ lint: lint-venv ## check style and types
 docs: ## build the docs as a site, with search that works offline, in build/site/
 	@BPY= sh scripts/make_venv.sh $(DOCS_VENV) docs
 	@NO_MKDOCS_2_WARNING=1 $(DOCS_VENV)/bin/python -m mkdocs --quiet build --strict
+	@echo "build/site/index.html"
 
 pictures: ## make the docs' pictures anew in a real Blender's window (BLENDER=PATH; ARGS="timeline": some)
 	@sh scripts/pictures/make.sh $(or $(BLENDER),blender) $(ARGS)

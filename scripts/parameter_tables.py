@@ -17,11 +17,16 @@ PAGE = ROOT / "docs" / "parameters.md"
 HEAD = """\
 # Parameters
 
-After this page you know each parameter of each kind, with its limits and the source of its default.
+After this page you know each kind's parameters with their limits and sources, its presets, and
+what it publishes.
 
 Written by `python scripts/parameter_tables.py` from `sensor_logic`; do not edit.
 A script reads and writes them as `obj.angen_sensor.<kind>.<name>`, in SI units and radians,
 whatever the scene's unit scale. Panels show and read lengths in the scene's own unit.
+
+Presets are named by their identifiers: in layouts (`"preset": "HC_SR501"`), in
+`home.add(…, preset=…)` and in `angen place --preset`. A preset sets some of the parameters
+and leaves the others as they are.
 """
 
 
@@ -45,16 +50,53 @@ def _section(kind: Kind) -> str:
         title
         + "| name | default | valid | meaning | source |\n|---|---|---|---|---|\n"
         + "".join(rows)
-        + f"\nPublishes {_published(kind)}.\n"
+        + _choices(kind)
+        + _presets(kind)
+        + _published(kind)
+    )
+
+
+def _choices(kind: Kind) -> str:
+    """Return a table of the choices of a kind's parameters; "" if no parameter has choices."""
+    rows = [
+        f"| `{name}` | `{choice.identifier}` | {choice.label} | {choice.tip} |\n"
+        for name, spec in specs(kind.parameters).items()
+        for choice in spec.choices
+    ]
+    head = "\n**Choices**\n\n| parameter | choice | in the window | meaning |\n|---|---|---|---|\n"
+    return head + "".join(rows) if rows else ""
+
+
+def _presets(kind: Kind) -> str:
+    """Return a table of a kind's presets."""
+    rows = [
+        f"| `{preset.identifier}` | {preset.label} | {preset.source} |\n" for preset in kind.presets
+    ]
+    text = f"**Presets.** A sensor that is added from a menu has `{kind.part}`.\n\n"
+    return (
+        f"\n{text if kind.part else '**Presets**' + chr(10) * 2}"
+        + "| preset | in the window | source |\n|---|---|---|\n"
+        + "".join(rows)
     )
 
 
 def _published(kind: Kind) -> str:
-    """Return the fields of a kind's samples with their units."""
-    units = {"": "", "rad": " (rad)", OF_THRESHOLD: " (1: the threshold)"}
-    return ", ".join(
-        f"`{field.name}`{units.get(field.unit, f' ({field.unit})')}" for field in kind.samples
-    )
+    """Return a table of the fields that a kind publishes."""
+    units = {"": "", OF_THRESHOLD: "1 is the threshold"}
+    types = {bool: "0 or 1", str: "text", int: "count"}
+    events = {field.name: field for field in kind.events}
+    samples = {field.name: field for field in kind.samples}
+    rows = []
+    for name, field in (events | samples).items():
+        files = [
+            file for file, fields in (("events", events), ("samples", samples)) if name in fields
+        ]
+        unit = units.get(field.unit, field.unit) or types.get(field.type, "")
+        # A field can be declared twice, and its tip once.
+        tip = field.tip or (events[name].tip if name in events else "")
+        rows.append(f"| `{name}` | {unit} | {', '.join(files)} | {tip} |\n")
+    head = "\n**Published fields**\n\n| field | unit | in | meaning |\n|---|---|---|---|\n"
+    return head + "".join(rows)
 
 
 def _value(value: object, spec: Spec) -> str:

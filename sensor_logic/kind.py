@@ -58,6 +58,8 @@ class Field:
     quantity
         The physical quantity, such as "motion" or "force". It determines the type of message in the
         formats of other tools.
+    tip
+        What the field means, in a phrase for the documentation.
     shape
         The names of the parameters with the numbers of columns and of rows, for a text that holds a
         picture: a number for each of its pixels, row by row, with semicolons. Reports show it.
@@ -72,6 +74,7 @@ class Field:
     used_when: UsedWhen = ()
     quantity: str = ""
     shape: tuple[str, str] | None = None
+    tip: str = ""
 
     def text(self, value: float, lengths: Lengths = METRES) -> str:
         """Return a value with its unit, as shown in the interface and in reports."""

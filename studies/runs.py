@@ -40,7 +40,7 @@ from ..residents.days.truth import DAY_S
 from ..sensor_logic.coverage.grid import CoverageMap
 from ..sensor_logic.coverage.motions import MOTIONS
 from ..sensor_logic.error import AngenError
-from ..sensor_logic.files import write_files
+from ..sensor_logic.files import read_text, write_files
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.log import events_csv
 from ..sensor_logic.recording.tracks import Recording as Readings
@@ -266,7 +266,8 @@ def _make_household(task: Task) -> Household | None:
     if task.routine is None:
         return None
     sensors = all_sensors(bpy.context.view_layer)
-    plan = Plan.read(local_path(task.routine))
+    # Errors are stored in the results, which contain no path of a machine.
+    plan = Plan.of(read_text(local_path(task.routine)), task.routine.name)
     start = date.fromisoformat(task.start)
     return Household(bpy.context.scene, sensors, plan, start, task.seed)
 

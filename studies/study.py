@@ -196,8 +196,8 @@ def read(path: Path) -> Study:
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     except ValueError:
-        raise InputError(f"{path.name} is not a text file in UTF-8") from None
-    return _study(read_table(content, path.name), path.resolve().parent)
+        raise InputError(f"{path} is not a text file in UTF-8") from None
+    return _study(read_table(content, str(path)), path.resolve().parent)
 
 
 def _study(top: TomlTable, folder: Path) -> Study:

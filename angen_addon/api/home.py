@@ -23,6 +23,7 @@ from ..layout.apply import Applied, apply_layout
 from ..output.describe import parameters_of
 from ..output.output_files import Outputs, check_outputs
 from ..output.run_log import about, sensor_facts
+from ..process.standalone import standard_output_silenced
 from ..recording.stored_recording import stored_run
 from ..runtime.simulation import simulate
 from ..runtime.state import CACHE
@@ -263,7 +264,8 @@ class Home:
         """Save a copy of the home, with its last recording. Raise AngenError if that fails."""
         self.all_sensors()
         check_outputs({"path": Path(path)})
-        with Outputs() as outputs:
+        # Blender would report the temporary name.
+        with standard_output_silenced(), Outputs() as outputs:
             outputs.save_blend(Path(path))
             outputs.commit()
 

@@ -122,7 +122,7 @@ class Recording:
             raise AngenError(f"format '{format}' is unknown: choose one of {', '.join(FORMATS)}")
         target, out = FORMATS[format], Path(path)
         log, truth_files = self._log(out, faults, truth, start)
-        check_out(target, out)
+        check_out(target, out, flag="path")
         written = target.write(log)
         files = output_files(target, out, written)
         for file in truth_files:
@@ -145,6 +145,8 @@ class Recording:
         log, and `truth` the file of the list. Raise AngenError if the faults file is invalid, or
         names an unknown sensor.
         """
+        if truth and not faults:
+            raise AngenError("truth lists the changes made by faults: give faults too")
         chosen = Faults(Path(faults) if faults else None, Path(truth) if truth else None, out)
         chosen.check_names(self._sensors)
         when = start or DEFAULT_START

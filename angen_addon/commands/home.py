@@ -98,6 +98,8 @@ def _advise_on_parameters(sensors: list[Sensor]) -> None:
 
 TERMINAL_INTERVAL_S = 0.2
 LOG_INTERVAL_S = 10.0
+# A smaller rate would be shown as 0.
+SHOWN_RATE = 0.05
 
 
 class ProgressLine:
@@ -130,8 +132,8 @@ class ProgressLine:
         left = self._left.text()
         share = 100 * progress.share
         parts = [f"frame {progress.frame:g}", f"{share:.0f} %"]
-        if progress.seconds_done:
-            parts.append(f"{rate:.0f} times real time")
+        if rate >= SHOWN_RATE:
+            parts.append(f"{rate:.{0 if rate >= 10 else 1}f} times real time")
         text = ", ".join(filter(None, [*parts, left, progress.doing]))
         self._drawn = self._terminal
         write_message(f"\r{text:<70}" if self._terminal else f"{text}\n", self._stream)

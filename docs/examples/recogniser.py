@@ -141,21 +141,45 @@ def forest_score(home: Home, train: list[Day], test: list[Day], sensors: list[st
     return np.array([score(forest, *data) for forest in grown])
 
 
+def day_of(text: str) -> date:
+    """Read a date of the option --test."""
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a date such as 2026-03-07") from None
+
+
+def listed(days: list[date]) -> str:
+    """Return dates as a text; of many, the first and the last."""
+    texts = [f"{day}" for day in sorted(set(days))]
+    return ", ".join(texts) if len(texts) < 15 else f"{texts[0]} to {texts[-1]}"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("days", nargs="+", type=Path, metavar="DAYS")
     parser.add_argument(
-        "--test", nargs="+", type=date.fromisoformat, required=True, metavar="DATE",
+        "--test", nargs="+", type=day_of, required=True, metavar="DATE",
         help="days to try it on; it learns from the others",
     )  # fmt: skip
     parser.add_argument("--person", default="", help="whose activities, where several live there")
     parser.add_argument("--seeds", type=int, default=5, help="forests of each kind (5)")
     given = parser.parse_args()
+    for folder in given.days:
+        for name in ("events.csv", "activities.csv"):
+            if not (folder / name).is_file():
+                parser.error(f"{folder} has no {name}: give a folder that `angen day` wrote")
     home = Home(given.days, given.person)
+    if not home.days:
+        whose = f" of {given.person!r}" if given.person else ""
+        parser.error(f"no day has events and activities{whose}")
+    known = [day for _, day in home.days]
+    if unknown := set(given.test) - set(known):
+        parser.error(f"--test: there is no {listed(list(unknown))}; the days are {listed(known)}")
     train = [day for day in home.days if day[1] not in given.test]
     test = [day for day in home.days if day[1] in given.test]
-    if not train or not test:
-        parser.error(f"of {len(home.days)} days {len(test)} are to be tried: some, but not all")
+    if not train:
+        parser.error(f"--test: no day is left to learn from; the days are {listed(known)}")
     data = home.samples(train, home.sensors), home.samples(test, home.sensors)
     print(f"{len(train)} days to learn, {len(test)} to try; {len(data[1][1])} windows of 30 s,")
     print(f"{len(np.unique(data[1][1]))} activities, {len(home.sensors)} sensors\n")

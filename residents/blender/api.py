@@ -18,6 +18,7 @@ from ...angen_addon.runtime.time_base import evaluated_depsgraph
 from ...angen_addon.scene.sensors import Sensor, unit_scale
 from ...sensor_logic.error import AngenError, InputError, explained
 from ...sensor_logic.log import parse_date
+from ...sensor_logic.wording import hint
 from ..acting.places import Place
 from ..body.skeleton import Sort
 from ..days.rows import Day
@@ -156,7 +157,8 @@ class Home(home.Home):
         self.all_sensors()
         obj = bpy.data.objects.get(object)
         if obj is None or obj.name not in bpy.context.view_layer.objects:
-            raise AngenError(f"the home has no object '{object}'")
+            names = [one.name for one in bpy.context.view_layer.objects]
+            raise AngenError(f"the home has no object '{object}'; {hint(object, names)}")
         if use not in LABELS:
             raise AngenError(f"use '{use}' is unknown: choose one of {', '.join(LABELS)}")
         group = obj.angen_place

@@ -68,11 +68,13 @@ class Folder:
                 raise AngenError(f"--out: {path} is not empty and holds no days; give a new folder")
             with explained(f"--out: cannot make {path}", OSError, raised=AngenError):
                 (path / DAYS).mkdir(parents=True, exist_ok=True)
-            write_files({mark: f"{self._digest}\n"})
-        elif mark.read_text(encoding="utf-8").strip() != self._digest:
+            write_files({mark: "\n".join([self._digest, *_parts(self._household)]) + "\n"})
+            return
+        digest, *parts = mark.read_text(encoding="utf-8").splitlines() or [""]
+        if digest != self._digest:
             raise AngenError(
-                f"--out: {path} holds another run: its home, routine, start, seed, sensors or "
-                "version differ; give a new folder, or remove this one"
+                f"--out: {path} holds another run: {_difference(parts, _parts(self._household))}; "
+                "give a new folder, or remove this one"
             )
 
     def date_of(self, number: int) -> date:
@@ -190,6 +192,46 @@ def _sensor_values(sensor: Sensor) -> Mapping[str, Any]:
         "update_rate": float(decimal(sensor.settings.update_rate)),
         "parameters": parameters_of(sensor),
     }
+
+
+def _parts(household: Household) -> list[str]:
+    """Return the parts of a run: for each its name, and its value or the hash of its content."""
+    house = household
+    values = about(house.scene)
+    sensors = repr([_sensor_values(sensor) for sensor in house.sensors]).encode()
+    versions = " with Blender ".join(
+        values[f"versions.{name}"] for name in ("angen_sensors", "blender")
+    )
+    return [
+        f"home: {values.get('digest', '')}",
+        f"routine: {_sha(house.plan.text.encode())}",
+        f"start: {house.start.isoformat()}",
+        f"seed: {house.seed}",
+        f"sensors: {_sha(sensors)}",
+        f"version: {versions}",
+    ]
+
+
+# Parts whose values tell a user more than that they differ.
+SHOWN_PARTS = ("start", "seed", "version")
+
+
+def _difference(there: Sequence[str], here: Sequence[str]) -> str:
+    """Return a text that names the parts of a run that differ from those in its folder."""
+    before, now = (dict(line.split(": ", 1) for line in lines) for lines in (there, here))
+    if before.keys() != now.keys():
+        # Earlier versions stored only the digest of the run.
+        return "its home, routine, start, seed, sensors or version differ"
+    names = [name for name in now if before[name] != now[name]]
+    texts = [
+        f"{name} ({before[name]}, not {now[name]})" if name in SHOWN_PARTS else name
+        for name in names
+    ]
+    if not texts:
+        return "a file that its home reads, or the home's site, differs"
+    last = texts.pop()
+    both = f"{', '.join(texts)} and {last}" if texts else last
+    return f"its {both} {'differ' if texts else 'differs'}"
 
 
 def digest_of(household: Household) -> str:

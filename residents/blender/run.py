@@ -260,17 +260,20 @@ class Plan:
 
         Raise `InputError` if one of them is invalid.
         """
-        plan = cls.of(read_text(path), path.name)
+        plan = cls.of(read_text(path), path.name, str(path))
         if diary_path is None:
             return plan
         diary_text = read_text(diary_path)
-        first, segments = diary.read(diary_text, diary_path.name)
+        first, segments = diary.read(diary_text, str(diary_path))
         return replace(plan, text=plan.text + diary_text, diary=tuple(segments), first=first)
 
     @classmethod
-    def of(cls, text: str, name: str) -> Plan:
-        """Return the plan for a routine's text; raise `InputError` if the text is invalid."""
-        return cls(name, text, file.read(text, name))
+    def of(cls, text: str, name: str, path: str = "") -> Plan:
+        """Return the plan for a routine's text; raise `InputError` if the text is invalid.
+
+        Errors name the file by its `path`, or by `name` if there is no path.
+        """
+        return cls(name, text, file.read(text, path or name))
 
     def segments(self, start: date, days: int, seed: int) -> list[Segment]:
         """Return what each person does on `days` days, in s since midnight of the date `start`.

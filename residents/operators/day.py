@@ -20,6 +20,7 @@ from ...angen_addon.scene.sensors import all_sensors, simulated
 from ...operators.long_work import LongWork
 from ...operators.polls import can_read_scene, needs
 from ...sensor_logic.error import InputError, replaced
+from ...sensor_logic.files import read_text
 from ...sensor_logic.wording import named
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -71,7 +72,8 @@ def settings_of(scene: Any) -> tuple[Plan, date, int]:
         return Plan.of(settings.text.as_string(), settings.text.name), start, settings.seed
     if not settings.routine:
         raise InputError("no routine: choose a routine file, or a text in this file")
-    return Plan.read(Path(bpy.path.abspath(settings.routine))), start, settings.seed
+    path = Path(bpy.path.abspath(settings.routine))
+    return Plan.of(read_text(path), path.name), start, settings.seed
 
 
 def _settings_key(scene: Any) -> tuple[Any, Plan]:

@@ -12,15 +12,32 @@ import sys
 from multiprocessing import cpu_count
 from pathlib import Path
 
-import ifcopenshell
-import ifcopenshell.geom
+try:
+    import ifcopenshell
+    import ifcopenshell.geom
+except ModuleNotFoundError as error:
+    sys.exit(f"ifc_to_obj: {error}: run `pip install ifcopenshell`")
 
 LEFT_OUT = ("IfcSpace", "IfcOpeningElement", "IfcVirtualElement", "IfcAnnotation", "IfcGrid")
 
 
+class NotIfc(Exception):
+    """The file is no IFC file."""
+
+
 def convert(source: Path, target: Path) -> int:
-    """Write the OBJ file; return the number of objects."""
-    model = ifcopenshell.open(str(source))
+    """Write the OBJ file; return the number of objects.
+
+    Raise `OSError` if a file cannot be read or written, and `NotIfc` if the source is not IFC.
+    """
+    with source.open("rb"):
+        pass  # raises OSError; IfcOpenShell's errors do not say why
+    try:
+        model = ifcopenshell.open(str(source))
+    except Exception as error:
+        # IfcOpenShell has an error class of its own, and raises others too.
+        why = " ".join(str(error).split())
+        raise NotIfc(f"{source} cannot be read as IFC ({why})") from None
     settings = ifcopenshell.geom.settings()
     settings.set("use-world-coords", True)
     left_out = [part for name in LEFT_OUT for part in _of_class(model, name)]
@@ -55,7 +72,12 @@ def _of_class(model: ifcopenshell.file, name: str) -> list[ifcopenshell.entity_i
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    written = convert(Path(sys.argv[1]), Path(sys.argv[2]))
+    try:
+        written = convert(Path(sys.argv[1]), Path(sys.argv[2]))
+    except OSError as error:
+        sys.exit(f"ifc_to_obj: {error.filename or sys.argv[1]}: {error.strerror or error}")
+    except NotIfc as error:
+        sys.exit(f"ifc_to_obj: {error}")
     if not written:
-        sys.exit(f"{sys.argv[1]} has no part with a shape")
+        sys.exit(f"ifc_to_obj: {sys.argv[1]} has no part with a shape")
     print(f"{written} objects in {sys.argv[2]}")

@@ -21,20 +21,21 @@ def check_installed(target: Format) -> None:
         )
 
 
-def check_out(target: Format, out: Path, sources: Iterable[Path] = ()) -> None:
+def check_out(target: Format, out: Path, sources: Iterable[Path] = (), flag: str = "--out") -> None:
     """Raise InputError if the files of a format cannot be written to `out`.
 
-    `sources` are files that the same command reads, and that `out` must not replace.
+    `sources` are files that the same command reads, and that `out` must not replace. `flag` is the
+    option or the argument that names `out`.
     """
     check_installed(target)
     for source in sources:
         if out.resolve() == source.resolve():
-            raise InputError(f"--out: {out} is also read; give another name")
+            raise InputError(f"{flag}: {out} is also read; give another name")
     if not target.is_folder and out.is_dir():
-        raise InputError(f"--out: {out} is a folder; {target.name} is a file, give its name")
+        raise InputError(f"{flag}: {out} is a folder; {target.name} is a file, give its name")
     if target.is_folder and out.exists() and not out.is_dir():
-        raise InputError(f"--out: {out} is a file; {target.name} is a folder, give its name")
-    check_folder(out if target.is_folder and out.exists() else out.parent, "--out")
+        raise InputError(f"{flag}: {out} is a file; {target.name} is a folder, give its name")
+    check_folder(out if target.is_folder and out.exists() else out.parent, flag)
 
 
 def check_apart(flag: str, path: Path, others: Iterable[Path]) -> None:

@@ -391,8 +391,16 @@ PRESETS: tuple[Preset, ...] = (
 )
 
 
-DISTANCE = Field("distance_m", float, "m", 3, step="report_step", quantity="distance")
-NEAR = Field("near", bool, quantity="proximity")
+DISTANCE = Field(
+    "distance_m",
+    float,
+    "m",
+    3,
+    step="report_step",
+    quantity="distance",
+    tip="Distance of the nearest zone",
+)
+NEAR = Field("near", bool, quantity="proximity", tip="Whether the distance is below the threshold")
 KIND = Kind(
     "DISTANCE",
     5,
@@ -405,7 +413,17 @@ KIND = Kind(
     "Clear",
     DistanceParameters,
     events=(NEAR, DISTANCE),
-    samples=(DISTANCE, NEAR, Field("zones_m", str, quantity="distances")),
+    samples=(
+        DISTANCE,
+        NEAR,
+        Field(
+            "zones_m",
+            str,
+            quantity="distances",
+            tip="Distance of each zone in m, row by row from the upper left one, with semicolons. "
+            "A zone without a target is empty",
+        ),
+    ),
     model=DistanceSensor,
     needs={RAYS: (), REFLECTANCE: (("target", "MATERIAL"),)},
     in_room=True,

@@ -491,10 +491,23 @@ PRESETS: tuple[Preset, ...] = (
 
 
 PERCENT = Field(
-    "luminance_percent", float, "%", 1, step="report_step", quantity="luminance", **FOUR_WALL
+    "luminance_percent",
+    float,
+    "%",
+    1,
+    step="report_step",
+    quantity="luminance",
+    tip="Mean brightness of the four views",
+    **FOUR_WALL,
 )
 LUX_FIELD = Field(
-    "illuminance_lux", float, "lx", step="report_step", quantity="illuminance", **ILLUMINANCE
+    "illuminance_lux",
+    float,
+    "lx",
+    step="report_step",
+    quantity="illuminance",
+    tip="Illuminance of the sensor's face, as the sensor reports it",
+    **ILLUMINANCE,
 )
 KIND = Kind(
     "LIGHT",
@@ -510,13 +523,13 @@ KIND = Kind(
     events=(
         PERCENT,
         LUX_FIELD,
-        Field("lit", bool, quantity="light"),
+        Field("lit", bool, quantity="light", tip="Whether the reading is above the threshold"),
     ),
     samples=(
         PERCENT,
         LUX_FIELD,
-        Field("resistance_ohm", float, "Ω"),
-        Field("voltage_v", float, "V", 2),
+        Field("resistance_ohm", float, "Ω", tip="Resistance of the photoresistor"),
+        Field("voltage_v", float, "V", 2, tip="Voltage of the divider"),
         Field("lit", bool),
     ),
     model=LightSensor,

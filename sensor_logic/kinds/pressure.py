@@ -584,7 +584,15 @@ PRESETS: tuple[Preset, ...] = (
 )
 
 
-FORCE = Field("force_n", float, "N", 2, step="report_step", quantity="force")
+FORCE = Field(
+    "force_n",
+    float,
+    "N",
+    2,
+    step="report_step",
+    quantity="force",
+    tip="Force on the pad, along its +Z axis",
+)
 KIND = Kind(
     "PRESSURE",
     3,
@@ -597,23 +605,35 @@ KIND = Kind(
     "Free",
     PressureParameters,
     events=(
-        Field("pressed", bool, quantity="occupancy"),
+        Field(
+            "pressed", bool, quantity="occupancy", tip="Whether the force is above the threshold"
+        ),
         FORCE,
-        Field("partners", str, quantity="names"),
-        Field("valid", bool, quantity="validity"),
+        Field(
+            "partners",
+            str,
+            quantity="names",
+            tip="Names of the objects that press the pad, with semicolons",
+        ),
+        Field(
+            "valid",
+            bool,
+            quantity="validity",
+            tip="Whether the contacts explain the loads, so that the force can be relied on",
+        ),
     ),
     samples=(
         FORCE,
         Field("pressed", bool),
         Field("valid", bool),
-        Field("residual", float),
-        Field("resistance_ohm", float, "Ω"),
-        Field("voltage_v", float, "V", 2),
-        Field("adc", int),
+        Field("residual", float, tip="Greatest share of a body's load that no contact explains"),
+        Field("resistance_ohm", float, "Ω", tip="Resistance of the force resistor"),
+        Field("voltage_v", float, "V", 2, tip="Voltage of the divider"),
+        Field("adc", int, tip="Reading of the converter that measures the voltage"),
         Field("partners", str),
-        Field("cop_x_m", float, "m", 3),
-        Field("cop_y_m", float, "m", 3),
-        Field("problem", str),
+        Field("cop_x_m", float, "m", 3, tip="Centre of pressure along the pad's X axis"),
+        Field("cop_y_m", float, "m", 3, tip="Centre of pressure along the pad's Y axis"),
+        Field("problem", str, tip="Why the reading is not valid; empty if it is"),
     ),
     model=PressurePad,
     needs={FORCES: ()},

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -132,7 +133,7 @@ class LayoutEntry:
     Attributes
     ----------
     file
-        The name of the layout file.
+        The path of the layout file, as the user gave it.
     values
         The values of the sensor's keys, which are in KEYS.
     lines
@@ -225,7 +226,8 @@ class Layout:
 
 def read_layout(path: Path) -> Layout:
     """Read a layout file, and check each sensor on its own. Raise InputError if it is not valid."""
-    found, lines = read_json(read_text(path), path.name)
+    name = str(path)
+    found, lines = read_json(read_text(path), name)
     top: KeyPath = ()
     others = None
     if isinstance(found, dict):
@@ -234,23 +236,23 @@ def read_layout(path: Path) -> Layout:
             line = lines[tuple(unknown[:1])]
             problem = f"'{unknown[0]}' is unknown" if unknown else "'sensors' is missing"
             raise InputError(
-                f"{path.name}, line {line}: {problem}: give a list of sensors, or "
+                f"{name}, line {line}: {problem}: give a list of sensors, or "
                 '{"$schema": …, "sensors": [ … ]}'
             )
         if OTHERS in found:
-            others = LayoutEntry(path.name, {"enabled": found[OTHERS]}, {(): lines[(OTHERS,)]})
+            others = LayoutEntry(name, {"enabled": found[OTHERS]}, {(): lines[(OTHERS,)]})
             if problem := _yes_or_no(found[OTHERS]):
                 raise others.error(f"{OTHERS} {problem}")
         found, top = found["sensors"], ("sensors",)
     if not isinstance(found, list):
-        raise InputError(f"{path.name}, line {lines[top]}: sensors must be a list in [ ]")
+        raise InputError(f"{name}, line {lines[top]}: sensors must be a list in [ ]")
     depth = len(top)
     entry_lines: list[dict[KeyPath, int]] = [{} for _ in found]
     for key, line in lines.items():
         if key[:depth] == top and len(key) > depth:
             entry_lines[int(key[depth])][key[depth + 1 :]] = line
     entries = [
-        _check_entry(LayoutEntry(path.name, *pair)) for pair in zip(found, entry_lines, strict=True)
+        _check_entry(LayoutEntry(name, *pair)) for pair in zip(found, entry_lines, strict=True)
     ]
     _check_names(entries)
     return Layout(entries, others)
@@ -262,7 +264,7 @@ def _check_entry(entry: LayoutEntry) -> LayoutEntry:
         raise LayoutEntry(entry.file, {}, entry.lines).error("a sensor must be an object in { }")
     for key, value in entry.values.items():
         if key not in KEYS:
-            raise entry.error(f"'{key}' is unknown: {hint(key, KEYS)}", key)
+            raise entry.error(f"'{key}' is unknown: {_key_hint(key, entry.values)}", key)
         problem = KEYS[key](value)
         if problem:
             shown = f" '{value}'" if key == "kind" else ""
@@ -277,6 +279,16 @@ def _check_entry(entry: LayoutEntry) -> LayoutEntry:
     if kind is not None:
         entry.settings(KINDS[kind])
     return entry
+
+
+def _key_hint(key: str, values: Mapping[str, Any]) -> str:
+    """Return a hint for an unknown key of a sensor: where parameters belong, or a similar key."""
+    kinds = [KINDS[values["kind"]]] if values.get("kind") in KINDS else list(KINDS.values())
+    known = {name: None for kind in kinds for name in specs(kind.parameters)}
+    near = [key] if key in known else get_close_matches(key, known, 1)
+    if near and not get_close_matches(key, KEYS, 1):
+        return f'parameters belong under "parameters": {{"{near[0]}": … }}'
+    return hint(key, KEYS)
 
 
 def _check_names(entries: Iterable[LayoutEntry]) -> None:

@@ -287,11 +287,11 @@ def test_ctrl_c_in_the_first_day_ends_all_processes_with_a_line(home: Path) -> N
 @pytest.mark.parametrize(
     ("more", "text", "changed"),
     [
-        (["--seed", 2], "holds another run", ""),
-        (["--start", "2026-03-03"], "holds another run", ""),
+        (["--seed", 2], "holds another run: its seed (1, not 2) differs", ""),
+        (["--start", "2026-03-03"], "its start (2026-03-02, not 2026-03-03) differs", ""),
         (["--routine", "none.toml"], "cannot read none.toml", ""),
         (["--start", "2026-02-30"], "is not a date", ""),
-        ([], "holds another run", ROUTINE.replace("90 min", "80 min")),
+        ([], "holds another run: its routine differs", ROUTINE.replace("90 min", "80 min")),
         (
             [],
             "week.toml, line 4: the home has no resident 'Adul'",
@@ -327,7 +327,7 @@ def test_days_can_have_the_sensors_of_a_layout(day: Any, home: Path) -> None:
     # Another layout is another run.
     layout.write_text(json.dumps([{"name": "PIR right", "parameters": {"hold_time": 3}}]))
     status, told = day("--layout", layout, out=out.name, days=1)
-    assert status != 0 and "holds another run" in told
+    assert status != 0 and "holds another run: its sensors differs" in told
 
 
 def test_a_folder_with_other_things_in_it_is_left_alone(day: Any, home: Path) -> None:

@@ -213,7 +213,7 @@ def crowded(world):
 @pytest.mark.parametrize(("layout", "told"), WRONG)
 def test_what_is_wrong_is_told_and_nothing_changes(crowded, listed, apply, error, layout, told):
     before, objects = listed(), sorted(bpy.data.objects.keys())
-    with pytest.raises(error, match=r"^home\.json, line \d+: '") as found:
+    with pytest.raises(error, match=r"home\.json, line \d+: '") as found:
         apply(layout)
     assert told in str(found.value) and "\n" not in str(found.value)
     assert listed() == before and sorted(bpy.data.objects.keys()) == objects

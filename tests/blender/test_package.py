@@ -165,8 +165,8 @@ WRONG = [
     ("home.simulate(sensors=['no'])", ["'no'"]),
     ("home.simulate().samples('no')", ["'no'", "PIR hall"]),
     ("home.simulate().write('x', format='word')", ["word", "casas"]),
-    ("home.simulate().write('none/x')", ["none", "does not exist"]),
-    ("home.simulate().write('x', truth='y')", ["--faults"]),
+    ("home.simulate().write('none/x')", ["path: the folder none does not exist"]),
+    ("home.simulate().write('x', truth='y')", ["give faults too"]),
     ("home.simulate().write('x', faults='no.toml', truth='y')", ["no.toml"]),
     ("(home.close(), home.sensors)", ["home.blend is closed"]),
     ("(angen_sensors.open('home.blend'), home.sensors)", ["one home at a time"]),
@@ -201,6 +201,7 @@ def test_the_home_by_script_of_the_docs_runs_as_it_stands(run, tmp_path) -> None
     ("call", "error"),
     [
         ("home.mark('Sofa', 'SIT')", "the home has no object 'Sofa'"),
+        ("home.mark('PIR hal', 'SIT')", "no object 'PIR hal'; did you mean PIR hall?"),
         ("home.mark('PIR hall', 'NAP')", "use 'NAP' is unknown"),
         ("home.mark('PIR hall', 'SIT', angel=1)", "the property 'angel' of a mark is unknown"),
         ("home.add_resident('DOG')", "sort 'DOG' is unknown"),

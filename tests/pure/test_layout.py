@@ -41,6 +41,8 @@ WRONG = [
     (entry('"room": 1'), 3, "'A': room must be a text"),
     (entry('"room": "\\ud800"'), 3, "an incomplete character"),
     (entry('"rooom": "hall"'), 3, "'rooom' is unknown: did you mean room"),
+    (entry('"range_mx": 1'), 3, 'parameters belong under "parameters": {"range_max": … }'),
+    (entry('"threshold": 1'), 3, 'parameters belong under "parameters": {"threshold": … }'),
     (entry('"enabled": 1'), 3, "true or false"),
     (entry('"update_rate": true'), 3, "update_rate must be a number"),
     (entry('"update_rate": NaN'), 3, "NaN is no number"),
@@ -87,7 +89,8 @@ def test_what_is_read_has_the_types_of_the_parameters(tmp_path):
 def test_what_is_wrong_is_told_with_its_line(tmp_path, text, line, told):
     with pytest.raises(InputError) as error:
         read_layout(written(tmp_path, text))
-    found = re.match(r"home\.json, line (\d+): (.*)$", str(error.value))
+    assert str(error.value).startswith(f"{tmp_path / 'home.json'}, line ")
+    found = re.search(r"home\.json, line (\d+): (.*)$", str(error.value))
     assert found, error.value
     assert int(found[1]) == line and told in found[2]
 

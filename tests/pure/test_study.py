@@ -113,7 +113,8 @@ def test_what_is_wrong_in_a_file_is_told_with_its_line(study, text, told) -> Non
 
 
 def test_a_key_that_is_given_by_dots_has_its_line(study) -> None:
-    assert study('seeds = 1\n[vary]\nsensors.of = ["a", "b"]').where("sensors") == "s.toml, line 4"
+    where = study('seeds = 1\n[vary]\nsensors.of = ["a", "b"]').where("sensors")
+    assert Path(where).name == "s.toml, line 4"
 
 
 def test_choices_of_sensors_are_all_of_their_sets(study) -> None:

@@ -96,7 +96,10 @@ def test_the_recogniser_learns_and_tells_what_a_detector_is_worth(days, run, rea
     assert accuracy["without PIR bedroom"] > 0.95
     assert set(rows) - set(accuracy) == {"sensors"}
     assert len([name for name in rows if name.startswith("without")]) == 3
-    assert "of 3 days 0 are to be tried" in run("recogniser.py", days, "--test", "2026-04-01")
+    told = run("recogniser.py", days, "--test", "2026-04-01")
+    assert "no 2026-04-01; the days are 2026-03-02, 2026-03-03, 2026-03-04" in told
+    assert "'7.3.2026' is not a date" in run("recogniser.py", days, "--test", "7.3.2026")
+    assert "has no events.csv" in run("recogniser.py", "nofolder", "--test", "2026-03-04")
 
 
 def test_a_folder_without_days_is_one_line(tmp_path, run) -> None:

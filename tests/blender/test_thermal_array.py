@@ -2,7 +2,9 @@
 """Infrared arrays in scenes: shares of pixels, odd poses, explanations, live and recorded."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -279,6 +281,20 @@ def test_the_view_has_a_coloured_pixel_for_each_temperature(room, addon_part):
     assert warmest[:, 2].min() > -1.95 and warmest[:, 2].max() < -1.8, "on the person"
     made = picture.picture(figure, shown.icon, True)["fills"]
     assert made.colours.shape == (384, 4) and len(np.unique(made.colours[:, :3], axis=0)) > 2
+
+
+def test_in_the_floor_plan_an_array_at_the_ceiling_covers_an_area(room, addon_part):
+    array(room)
+    (sensor,) = room.sensors()
+    parameters = addon_part("angen_addon.scene.sensors").read_parameters(sensor, sensor.settings)
+    parameters = replace(parameters, horizontal_fov=math.radians(90), vertical_fov=math.radians(60))
+    pose = addon_part("sensor_logic.model").Pose(np.zeros(3), np.eye(3))
+    plan_rays = addon_part("angen_addon.kinds.thermal_array.figure").plan_rays
+    rays = plan_rays(SimpleNamespace(parameters=parameters, pose=pose), 1.0)
+    floor = rays.directions / -rays.directions[:, 2:]
+    assert np.ptp(floor[:, 0]) == pytest.approx(2.0)
+    assert np.ptp(floor[:, 1]) == pytest.approx(2.0 / math.sqrt(3.0))
+    assert np.allclose(floor[0], floor[-1])
 
 
 def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):

@@ -25,7 +25,7 @@ from ...scene.sensors import Sensor, read_parameters
 from ...view.overlay.figures import Figure, around_edge, circle, ends_of, pairs, straight
 
 # The most gates that are drawn as arcs and as bars; more would be a solid surface.
-ARCS, BARS = 40, 16
+ARCS, BARS = 40, 20
 # Points of an arc for each gate.
 POINTS = 49
 # m. The size of the mark of a target, and the length of the arrow for 1 m/s.

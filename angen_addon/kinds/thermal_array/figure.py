@@ -137,7 +137,7 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
         icon = icon_of(f"{sensor.kind.identifier} {sensor.name}", fields["frame_c"], each)
         column.template_icon(icon_value=icon, scale=8.0)
         draw_row(column, "Colours", f"{low:.1f} to {high:.1f} °C".replace("-", "−"))
-    draw_row(column, "Warm Pixels", f"{fields['warm_pixels']} of {array.columns * array.rows}")
+    draw_row(column, "Warm", f"{fields['warm_pixels']} of {array.columns * array.rows} pixels")
     draw_row(column, "Mean", measured(fields["mean_c"], "°C", 1))
 
 

@@ -45,6 +45,7 @@ def prefix(sensor: str) -> str:
 def event_name(track: Track, index: int) -> str:
     """Return the text of a marker for the event at update `index` of a track."""
     kind, texts = track.kind, []
+    output = next((field.name for field in kind.events if field.type is bool), "")
     for published in kind.events:
         column = track.columns[published.name]
         if index and format_value(column[index]) == format_value(column[index - 1]):
@@ -54,8 +55,12 @@ def event_name(track: Track, index: int) -> str:
             texts.append(", ".join(split(value)) or "nobody")
         elif published.name == "valid":
             texts.append("reading valid" if value else "reading not valid")
-        elif published.type is bool:
+        elif published.name == output:
             texts.append(kind.active_label if value else kind.idle_label)
+        elif published.type is bool:
+            texts.append(published.name if value else f"not {published.name}")
+        elif published.type is int:
+            texts.append(f"{value} {published.name.replace('_', ' ')}")
     return ", ".join(texts) or track.reading_at(index).text(track.value[index])
 
 

@@ -9,10 +9,11 @@ import bpy
 from bpy.types import Context, Panel
 
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES
+from ..angen_addon.scene.surfaces.echoes import BREATHING
 from ..sensor_logic.kind import OwnerProperties
 from ..sensor_logic.kinds import owner_properties
 from ..sensor_logic.parameters import specs
-from .lines import has_name_column
+from .lines import PhysicsTab, has_name_column
 from .parameters import draw_parameters
 
 CONTEXTS = {"Object": "physics", "Material": "material"}
@@ -33,7 +34,8 @@ class _OwnerPanel:
     def poll(cls, context: Context) -> bool:
         if cls.owner_type == "Material":
             return context.material is not None
-        types = SURFACE_TYPES | {"ARMATURE"}
+        # Of a body with an armature, the armature can have the breathing, but no substance.
+        types = SURFACE_TYPES | ({"ARMATURE"} if cls.made.attribute == BREATHING else set())
         return context.object is not None and context.object.type in types
 
     def draw(self, context: Context) -> None:
@@ -43,6 +45,11 @@ class _OwnerPanel:
         known = specs(self.made.parameters)
         units = {name: spec.unit for name, spec in known.items()}
         group = getattr(owner, self.made.attribute)
+        if not has_name_column():
+            # Its name would be cut; the panel's title says it.
+            first = next(iter(units))
+            del units[first]
+            column.prop(group, first, text="")
         draw_parameters(column, context.scene, group, known, units)
 
 
@@ -50,7 +57,7 @@ def _panel(made: OwnerProperties, owner_type: str) -> type:
     """Return the class of the panel of some properties for a type of owner."""
     return type(
         f"ANGEN_PT_{owner_type.lower()}_{made.attribute.removeprefix('angen_')}",
-        (_OwnerPanel, Panel),
+        (PhysicsTab, _OwnerPanel, Panel) if owner_type == "Object" else (_OwnerPanel, Panel),
         {
             "bl_label": made.label,
             "bl_description": made.tip,

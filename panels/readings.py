@@ -149,7 +149,7 @@ def _texts(
         return "No reading", UNKNOWN, NOTHING
     text = state_text(kind, quantity, reading, lengths)
     brief = text.partition(",")[0]
-    if kind.has_analog_reading:
+    if kind.has_analog_reading and (reading.active or kind.value_when_idle):
         brief = quantity.short(reading.value, lengths)
     if found.origin == playhead.BAKED:
         return f"Baked: {text}", BAKED, f"Baked: {brief}"
@@ -172,6 +172,8 @@ def _warming_up(sensor: Sensor, found: PlayheadReading, scene: Any) -> tuple[str
 def state_text(kind: Kind, quantity: Field, reading: Reading, lengths: Any) -> str:
     """Return a text with the state of a sensor, such as on or off, and its main value."""
     word = kind.active_label if reading.active else kind.idle_label
+    if not (reading.active or kind.value_when_idle):
+        return word
     return f"{word}, {quantity.text(reading.value, lengths)}"
 
 

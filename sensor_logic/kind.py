@@ -150,6 +150,8 @@ class Kind:
         coverage maps.
     owner_properties
         The properties that the kind needs of other objects and of materials.
+    value_when_idle
+        Whether the main value means anything while the output is off. If not, it is not shown then.
     """
 
     identifier: str
@@ -172,6 +174,7 @@ class Kind:
     part: str = ""
     view: Callable[[Any, Any, float], Any] | None = None
     owner_properties: tuple[OwnerProperties, ...] = ()
+    value_when_idle: bool = True
 
     def requires(self, need: str, parameters: Any = None) -> bool:
         """Return whether the model makes the query `need` with these parameters.

@@ -406,7 +406,7 @@ def event_rows(track: Track, values: bool = True) -> Indices:
     An update at which several fields changed is repeated. If `values` is false, only changes of
     states count, not changes of measured numbers.
     """
-    fields = (f for f in track.kind.events if values or f.type is not float)
+    fields = (f for f in track.kind.events if values or f.type in (bool, str))
     found = (index for f in fields for index in event_updates(track, f) if index)
     return np.array(sorted(found), np.intp)
 

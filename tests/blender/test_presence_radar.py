@@ -9,16 +9,22 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure import (
+    plan_rays,
     rays_figure,
     targets_figure,
 )
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import all_rays
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
-from bl_ext.user_default.angen_sensors.panels.readings import reading_text
+from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import read_parameters
+from bl_ext.user_default.angen_sensors.panels.readings import ACTIVE, IDLE, reading_text
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
+from panel_layout import drawn, panel_of
 
 ops = bpy.ops.angen
+
+# The axes of a sensor that looks level along Y.
+LEVEL = (1, 0, 0), (0, 0, 1), (0, -1, 0)
 
 
 def radar(world, name="radar", preset="LD2450", **settings):
@@ -111,7 +117,8 @@ def test_explain_says_who_breathes_and_what_holds_presence(world):
     (sensor,) = world.sensors()
     found = explain(world.scene, sensor, recording, 4)
     assert found.headline.startswith("Present: 'Anna' breathes, 2.")
-    assert dict(found.facts)["Gate"] == "3, from 1.5 m to 2.25 m"
+    assert dict(found.facts)["Gate"] == "3, 1.5–2.25 m"
+    assert dict(found.facts)["Breathing"].endswith(", above 40")
     held = explain(world.scene, sensor, recording, 12)
     assert held.headline.startswith("Present: nothing is detected now; presence stays on for 0.5 s")
     gone = explain(world.scene, sensor, recording, 29)
@@ -127,6 +134,7 @@ def test_what_is_too_weak_is_named(world):
     facts = dict(explain(world.scene, sensor, recording, 2).facts)
     assert facts["To be present"].startswith("more than 60 is needed in gate 1")
     assert facts["Nearest to it"] == "'Anna'"
+    assert facts["Breathing"].endswith(", not above 60")
 
 
 def test_live_reading_and_panel_show_the_gates(world):
@@ -140,6 +148,22 @@ def test_live_reading_and_panel_show_the_gates(world):
     assert shown.text.startswith("Present") and sensor.object.angen_sensor.active
     assert len(shown.fields["gates"].split(";")) == 8
     assert sensor.object.angen_sensor.value == pytest.approx(2.1, abs=0.15)
+    bpy.context.view_layer.objects.active = sensor.object
+    panel = drawn("ANGEN_PT_active_sensor")
+    assert any(text.startswith("1.5–2.25 m: moving ") for text in panel.labels)
+    signs = [icon for icon in panel.icons if icon in (ACTIVE, IDLE)][1:]
+    moving = [float(gate.partition("/")[0]) for gate in shown.fields["gates"].split(";")]
+    needed = (50, 40, 30, 20, 15, 15, 15, 15)
+    over = [energy > least for energy, least in zip(moving, needed, strict=True)]
+    assert signs == [ACTIVE if found else IDLE for found in over] and over[2] and not all(over)
+
+
+def test_substance_is_set_on_surfaces_and_breathing_also_on_the_armature(world):
+    rig = world.link("Rig", bpy.data.armatures.new("Rig"), (0, 0, 0))
+    for obj, has_substance in ((rig, False), (person(world, (0, 0, 0)), True)):
+        bpy.context.view_layer.objects.active = obj
+        assert panel_of("ANGEN_PT_object_radar").poll(bpy.context) == has_substance
+        assert panel_of("ANGEN_PT_object_breathing").poll(bpy.context)
 
 
 def test_a_target_is_a_ring_with_an_arrow_as_long_as_half_a_second():
@@ -156,6 +180,20 @@ def test_a_target_is_a_ring_with_an_arrow_as_long_as_half_a_second():
     assert tip == pytest.approx(np.array([1.0, 0.0, -2.0]) + 0.4 * away, abs=1e-6)
     arc = targets_figure(seen, {**absent, "presence": True, "distance_m": 3.0}, 1.0)
     assert np.linalg.norm(arc.lines["force"], axis=-1) == pytest.approx(3.0)
+
+
+def test_in_the_floor_plan_a_radar_at_the_ceiling_covers_an_area(world):
+    """A level fan would be a line; a fan around the field of view is a square of ±60°."""
+    level, down = (Pose(np.zeros(3), np.array(axes, float).T) for axes in (LEVEL, np.eye(3)))
+    radar(world, preset="LD2410")
+    (sensor,) = world.sensors()
+    parameters = read_parameters(sensor, sensor.settings)
+    fan = plan_rays(SimpleNamespace(parameters=parameters, pose=level), 1.0)
+    assert np.allclose(fan.directions[:, 2], 0.0) and len(fan.directions) == 25
+    around = plan_rays(SimpleNamespace(parameters=parameters, pose=down), 0.5)
+    assert np.linalg.norm(around.directions, axis=1) == pytest.approx(1.0)
+    assert np.allclose(around.directions[0], around.directions[-1]) and around.reach[0] == 12.0
+    assert np.degrees(np.arcsin(np.ptp(around.directions, axis=0)[:2] / 2)) == pytest.approx(60.0)
 
 
 def test_gates_are_drawn_up_to_the_wall(world):
@@ -217,3 +255,21 @@ def test_frames_in_batches_and_one_by_one_give_the_same_bits(world):
     for name in ("presence", "moving", "distance_m", "x_m", "y_m", "speed_mps", "gates"):
         assert fields(world, together, name) == fields(world, alone, name), name
     assert True in fields(world, together, "moving")
+
+
+def test_each_state_has_words_of_its_own_and_who_is_absent_has_no_distance(world, addon_part):
+    """Anna walks away for a second, and vanishes from sight behind the range."""
+    anna = person(world, (0, 0, -2.0))
+    world.key(anna, "location", {1: (0, 0, -2.0), 25: (0, 0, -3.0), 26: (0, 50, 0)}, "LINEAR")
+    sensor = radar(world, hold_time=0.0)
+    run = world.run()
+    track = run.tracks["radar"]
+    name = addon_part("operators.markers").event_name
+    walks = int(np.flatnonzero(fields(world, run, "presence"))[0])
+    assert name(track, walks) == "Present, moving"
+    assert "not moving" in name(track, 0)
+    (found,) = world.sensors()
+    world.scene.frame_set(40)
+    assert reading_text(found, world.scene).text.startswith("Absent"), sensor
+    assert " m" not in reading_text(found, world.scene).text.partition(",")[0]
+    assert reading_text(found, world.scene).brief == "Absent"

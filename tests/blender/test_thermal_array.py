@@ -2,7 +2,9 @@
 """Infrared arrays in scenes: shares of pixels, odd poses, explanations, live and recorded."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -291,12 +293,26 @@ def test_the_panel_has_the_reading_and_sections(room):
     shown = drawn("ANGEN_PT_active_sensor")
     found = {s.name: s for s in room.sensors()}["array"]
     count = reading_text(found, room.scene).fields["warm_pixels"]
-    assert f"{count} of 64" in shown.labels and shown.pictures == 1
+    assert any(f"{count} of 64" in label for label in shown.labels) and shown.pictures == 1
     assert {"threshold", "min_pixels", "columns", "netd", "keep_frames"} <= set(shown.props)
     sensor.angen_sensor.thermal_array.keep_frames = False
     room.update()
     room.scene.frame_set(12)
     assert drawn("ANGEN_PT_active_sensor").pictures == 0
+
+
+def test_in_the_floor_plan_an_array_at_the_ceiling_covers_an_area(room, addon_part):
+    array(room)
+    (sensor,) = room.sensors()
+    parameters = addon_part("angen_addon.scene.sensors").read_parameters(sensor, sensor.settings)
+    parameters = replace(parameters, horizontal_fov=math.radians(90), vertical_fov=math.radians(60))
+    pose = addon_part("sensor_logic.model").Pose(np.zeros(3), np.eye(3))
+    plan_rays = addon_part("angen_addon.kinds.thermal_array.figure").plan_rays
+    rays = plan_rays(SimpleNamespace(parameters=parameters, pose=pose), 1.0)
+    floor = rays.directions / -rays.directions[:, 2:]
+    assert np.ptp(floor[:, 0]) == pytest.approx(2.0)
+    assert np.ptp(floor[:, 1]) == pytest.approx(2.0 / math.sqrt(3.0))
+    assert np.allclose(floor[0], floor[-1])
 
 
 def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):

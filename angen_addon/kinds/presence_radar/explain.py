@@ -22,6 +22,7 @@ from ....sensor_logic.radio.echoes import ECHOES, Echoes
 from ....sensor_logic.wording import named
 from ...explain.facts import Explanation, Facts, at_frame
 from ...explain.replay import Replay
+from .figure import gate_span
 
 # m. The scene has changed if the recorded distance differs by more than this.
 TOLERANCE = 1e-6
@@ -201,15 +202,15 @@ def _facts(
     if not cause.names:
         return []
     lengths = replay.lengths
-    first, last = (cause.gate - 1) * parameters.gate_length, cause.gate * parameters.gate_length
-    kind = "movement" if cause.moving else "breathing"
+    energy = f"energy {cause.energy:.0f}, {'' if cause.detects else 'not '}above"
+    # The panel of events has room for names of 14 letters and texts of 22.
     facts: Facts = [
-        ("Gate", f"{cause.gate}, from {lengths.typed(round(first, 3))} to "
-                 f"{lengths.typed(round(last, 3))}"),
-        (f"Energy of {kind}", f"{cause.energy:.0f}, threshold {cause.threshold:g}"),
-    ]  # fmt: skip
+        ("Gate", f"{cause.gate}, {gate_span(parameters, cause.gate - 1, lengths)}"),
+        ("Movement" if cause.moving else "Breathing", f"{energy} {cause.threshold:g}"),
+    ]
     if cause.detects and cause.moving:
-        facts.append(("Radial speed", f"{cause.speed:+.2f} m/s (positive: away)"))
+        way = "away" if cause.speed > 0.0 else "towards it"
+        facts.append(("Speed", f"{abs(cause.speed):.2f} m/s {way}"))
     if cause.through:
         facts.append(("Passed", f"{named(cause.through)}: {2.0 * cause.loss:.1f} dB both ways"))
     if parameters.max_targets:

@@ -12,18 +12,20 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ....panels.readings import ReadingText
+from ....panels.readings import ACTIVE, IDLE, ReadingText
+from ....sensor_logic.error import AngenError
 from ....sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from ....sensor_logic.kinds.presence_radar.radar import gate_energies, radar_beams
 from ....sensor_logic.model import Array, Index, Pose
+from ....sensor_logic.wording import Lengths, typed
 from ...authoring.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.lengths import lengths_of
-from ...scene.sensors import Sensor
-from ...view.overlay.figures import Figure, circle, ends_of, pairs, straight
+from ...scene.sensors import Sensor, read_parameters
+from ...view.overlay.figures import Figure, around_edge, circle, ends_of, pairs, straight
 
 # The most gates that are drawn as arcs and as bars; more would be a solid surface.
-ARCS, BARS = 40, 16
+ARCS, BARS = 40, 20
 # Points of an arc for each gate.
 POINTS = 49
 # m. The size of the mark of a target, and the length of the arrow for 1 m/s.
@@ -133,14 +135,23 @@ def _add_arrow(drawn: Figure, place: Array, way: Array, metres: float) -> None:
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return a level fan of rays for the floor plan.
+    """Return a level fan of rays for the floor plan, or one around the field of view.
 
-    `sight` is the trace with the sensor's parameters and pose. `metres` is the length of a Blender
-    unit in m.
+    The latter is for a radar that looks steeply up or down. `sight` is the trace with the sensor's
+    parameters and pose. `metres` is the length of a Blender unit in m.
     """
-    level = replace(sight.parameters, rays_across=25, rays_up=1)
-    beams = radar_beams(level, sight.pose)
-    return SensorRays(beams.origins / metres, beams.directions, beams.length / metres)
+    edge = around_edge(sight.pose)
+    if edge is None:
+        beams = radar_beams(replace(sight.parameters, rays_across=25, rays_up=1), sight.pose)
+        return SensorRays(beams.origins / metres, beams.directions, beams.length / metres)
+    azimuth = edge[0] * sight.parameters.horizontal_fov / 2
+    elevation = edge[1] * sight.parameters.vertical_fov / 2
+    across, ahead = np.sin(azimuth), np.cos(azimuth)
+    level = np.cos(elevation)
+    local = np.stack([across * level, np.sin(elevation), -ahead * level], axis=1)
+    origins = np.broadcast_to(sight.pose.origin / metres, local.shape)
+    reach = np.full(len(local), sight.parameters.range_max / metres)
+    return SensorRays(origins, local @ sight.pose.axes.T, reach)
 
 
 # The sections of parameters in the panel.
@@ -176,21 +187,39 @@ SECTIONS = (
 )
 
 
+def gate_span(parameters: RadarParameters, gate: int, lengths: Lengths) -> str:
+    """Return where a gate begins and ends, such as "0.75–1.5 m"; the nearest `gate` is 0."""
+    first, last = (round((gate + end) * parameters.gate_length, 3) for end in (0, 1))
+    return f"{typed(first / lengths.metres, '')}–{lengths.typed(last)}"
+
+
 def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> None:
     """Draw a bar for each gate in the panel: the larger of its two energies.
 
+    A sign before it says whether the gate detects anything, by the rounded energies of the log.
     `seen` has the texts of the sensor's reading.
     """
     text = (seen.fields or {}).get("gates")
     if not text or seen.problem:
         return
-    length, lengths = sensor.parameters.gate_length, lengths_of(context.scene)
+    lengths = lengths_of(context.scene)
+    try:
+        parameters: RadarParameters = read_parameters(sensor, sensor.settings, lengths)
+    except AngenError:
+        # The panel shows the problem.
+        return
     found = gate_energies(text)
+    needed = [parameters.thresholds(f"{name}_thresholds") for name in ("moving", "still")]
     column = layout.column(align=True)
-    for number, (moving, still) in enumerate(found[:BARS], 1):
-        words = f"{lengths.typed(round(number * length, 3))}: "
-        words += f"moving {moving:.0f}, still {still:.0f}"
-        column.progress(text=words, factor=max(moving, still) / 100.0)
+    for number, energies in enumerate(found[:BARS]):
+        detects = number < parameters.gates and any(
+            energy > most[number] for energy, most in zip(energies, needed, strict=True)
+        )
+        moving, still = energies
+        words = f"{gate_span(parameters, number, lengths)}: moving {moving:.0f}, still {still:.0f}"
+        row = column.row(align=True)
+        row.label(text="", icon=ACTIVE if detects else IDLE)
+        row.progress(text=words, factor=max(energies) / 100.0)
     if len(found) > BARS:
         column.label(text=f"and {len(found) - BARS} more gates")
 

@@ -15,7 +15,7 @@ from bpy.types import Context
 from ....panels.lines import draw_lines, draw_row
 from ....panels.readings import ReadingText
 from ....sensor_logic.geometry.pixels import pixel_corners
-from ....sensor_logic.kinds.thermal_array.array import array_rays
+from ....sensor_logic.kinds.thermal_array.array import SIGHT, array_rays
 from ....sensor_logic.model import Array
 from ....sensor_logic.palette import colours, limits
 from ....sensor_logic.wording import measured
@@ -24,7 +24,7 @@ from ...authoring.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
 from ...view.handles import Handle, Point
-from ...view.overlay.figures import Figure, corners_of, pairs
+from ...view.overlay.figures import Figure, around_edge, corners_of, pairs
 from ...view.pixel_icons import icon_of
 
 # K. The least difference between the darkest and the brightest colour, so that noise stays dim.
@@ -45,11 +45,19 @@ def values_of(text: str) -> Array:
 
 
 def plan_rays(sight: Trace, metres: float) -> SensorRays:
-    """Return a horizontal fan of rays for the floor plan.
+    """Return a horizontal fan of rays for the floor plan, or one around the field of view.
 
-    `sight` is the trace with the sensor's parameters and pose. `metres` is the length of a Blender
-    unit in m.
+    The latter is for an array that looks steeply up or down. `sight` is the trace with the sensor's
+    parameters and pose. `metres` is the length of a Blender unit in m.
     """
+    edge = around_edge(sight.pose)
+    if edge is not None:
+        slopes = (math.tan(angle / 2) for angle in sight.parameters.field_of_view)
+        x, y = (side * slope for side, slope in zip(edge, slopes, strict=True))
+        local = np.stack([x, y, -np.ones_like(x)], axis=1)
+        local /= np.linalg.norm(local, axis=1, keepdims=True)
+        origins = np.broadcast_to(sight.pose.origin / metres, local.shape)
+        return SensorRays(origins, local @ sight.pose.axes.T, np.full(len(local), SIGHT / metres))
     fan = replace(sight.parameters, columns=ACROSS, rows=1, rays=1)
     origins, directions, reach = array_rays(fan, sight.pose)
     return SensorRays(origins / metres, directions, reach / metres)
@@ -129,7 +137,7 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
         icon = icon_of(f"{sensor.kind.identifier} {sensor.name}", fields["frame_c"], each)
         column.template_icon(icon_value=icon, scale=8.0)
         draw_row(column, "Colours", f"{low:.1f} to {high:.1f} °C".replace("-", "−"))
-    draw_row(column, "Warm Pixels", f"{fields['warm_pixels']} of {array.columns * array.rows}")
+    draw_row(column, "Warm", f"{fields['warm_pixels']} of {array.columns * array.rows} pixels")
     draw_row(column, "Mean", measured(fields["mean_c"], "°C", 1))
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....sensor_logic.model import Array
+from ....sensor_logic.model import Array, Pose
 from ...runtime.trace import CAST, RaysMet
 
 Lines = NDArray[np.float32]
@@ -68,6 +68,19 @@ class Figure:
 def _append(into: dict[str, Lines], meaning: str, parts: list[Any]) -> None:
     known = [into[meaning]] if meaning in into else []
     into[meaning] = np.concatenate(known + parts).astype(np.float32)
+
+
+def around_edge(pose: Pose, count: int = 25) -> tuple[Array, Array] | None:
+    """Return points around the edge of a square from −1 to 1, if a sensor looks steeply up or down.
+
+    A level fan of such a sensor's rays is a line in the floor plan; a fan around the edge of its
+    field of view is an area. `count` is the number of points of a side, to the right (n,) and up
+    (n,). The last point is the first one again. Return None for any other direction.
+    """
+    if abs(pose.axes[2, 2]) < math.sqrt(0.5):
+        return None
+    side, end = np.linspace(-1.0, 1.0, count), np.ones(count)
+    return np.concatenate([side, end, -side, -end]), np.concatenate([end, -side, -end, side])
 
 
 def ends_of(met: RaysMet, metres: float, rows: int = 1) -> tuple[Array, Array, NDArray[np.bool_]]:

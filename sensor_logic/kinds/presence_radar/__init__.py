@@ -50,4 +50,5 @@ KIND = Kind(
     part="LD2410",
     view=view,
     owner_properties=OWNER_PROPERTIES,
+    value_when_idle=False,
 )

@@ -70,7 +70,8 @@ def main(arguments: list[str]) -> int:
     file = None
     if not help_only:
         if not options or options[0].startswith("-"):
-            write_message(usage + "angen: the blend file comes right after the verb\n")
+            missing = "the blend file comes right after the verb" if verb else "give a verb"
+            write_message(f"{usage}angen: {missing}\n")
             return 2
         position = HOME_AT.get(verb[0], 0)
         if len(options) <= position:

@@ -33,6 +33,8 @@ TRUNK = 0.36
 POINTS_PER_DB = 2.5
 # Targets are not nearer than this (m), so that powers are finite.
 NEAREST = 0.01
+# m/s. What seems faster has jumped, as a replaced instance does, and does not count as moving.
+FASTEST = 10.0
 # Angles of the mean that gives J₀: exact to rounding for arguments up to 60.
 SAMPLES = 96
 _SINES = np.sin((np.arange(SAMPLES) + 0.5) * (math.pi / SAMPLES))
@@ -274,7 +276,7 @@ def sweep(parameters: RadarParameters, weight: Array, echoes: Echoes, interval: 
     """
     power = echo_powers(parameters, weight, echoes)
     speed = echoes.moved / interval
-    is_moving = np.abs(speed) >= parameters.minimum_speed
+    is_moving = (np.abs(speed) >= parameters.minimum_speed) & (np.abs(speed) <= FASTEST)
     breathes = (echoes.breathing > 0.0) & ~is_moving & (power > 0.0)
     share = np.zeros(len(power))
     if breathes.any():
@@ -312,12 +314,18 @@ def separate(
 
 
 def targets(
-    parameters: RadarParameters, known: Calibration, beams: Beams, echoes: Echoes, seen: Sweep
+    parameters: RadarParameters,
+    known: Calibration,
+    beams: Beams,
+    echoes: Echoes,
+    seen: Sweep,
+    noise: Array,
 ) -> list[Target]:
     """Return the strongest targets, at most max_targets, ordered by distance.
 
-    A target exceeds the threshold of a gate with its own rays. Its distance and direction are means
-    weighted by power; so is its speed, over those rays that move.
+    A target exceeds the threshold of a gate with its own rays, whose powers are multiplied by
+    `noise` (2, gates), the factors of movement and of breathing. Its distance and direction are
+    means weighted by power; so is its speed, over those rays that move.
     """
     power = seen.moving_power + seen.still_power
     rays = np.flatnonzero(power > 0.0)
@@ -326,8 +334,8 @@ def targets(
     for group in separate(ranges, azimuth, parameters.gate_length, parameters.angle_resolution):
         which = rays[group]
         gate, gates = seen.gate[which], parameters.gates
-        moving = in_gates(gate, seen.moving_power[which], gates)
-        still = in_gates(gate, seen.still_power[which], gates)
+        moving = in_gates(gate, seen.moving_power[which], gates) * noise[0]
+        still = in_gates(gate, seen.still_power[which], gates) * noise[1]
         if (moving > known.moving_needed).any() or (still > known.still_needed).any():
             weight, fast = power[which], seen.moving_power[which]
             total = float(weight.sum())
@@ -384,12 +392,15 @@ def measure(
         The random generator of the noise; None for none.
     """
     seen = sweep(parameters, beams.weight, echoes, interval)
-    moving, still = seen.moving, seen.still
+    noise = np.ones((2, parameters.gates))
     if generator is not None:
-        noise = generator.normal(0.0, parameters.energy_noise, (2, parameters.gates))
-        moving, still = np.stack([moving, still]) * 10.0 ** (noise / (10.0 * POINTS_PER_DB))
+        points = generator.normal(0.0, parameters.energy_noise, noise.shape)
+        noise = 10.0 ** (points / (10.0 * POINTS_PER_DB))
+    moving, still = np.stack([seen.moving, seen.still]) * noise
     is_moving, is_still = moving > known.moving_needed, still > known.still_needed
-    found = targets(parameters, known, beams, echoes, seen) if parameters.max_targets else []
+    found = []
+    if parameters.max_targets:
+        found = targets(parameters, known, beams, echoes, seen, noise)
     distance = None
     if (is_moving | is_still).any():
         nearest = int(np.argmax(is_moving | is_still))

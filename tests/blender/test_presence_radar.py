@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import Views
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure import (
     rays_figure,
@@ -15,6 +16,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure i
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import all_rays
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
+from bl_ext.user_default.angen_sensors.angen_addon.scene.home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.panels.readings import reading_text
 from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
@@ -265,6 +267,22 @@ def test_gates_are_drawn_up_to_the_wall(world):
     arcs = np.linalg.norm(figure.lines["gate"], axis=-1)
     assert set(np.round(arcs.ravel() / 0.75, 4)) == {1.0, 2.0, 3.0, 4.0}, "2 m ahead, 4 m aside"
     assert figure.lines["gate"][..., 2].min() > -2.05
+
+
+def test_a_map_knows_the_losses_between_walls(world):
+    """Boards at 0.95 m and at 1.95 m, concrete at 3 m, and no step beyond the second boards."""
+    for name, z in (("Wall west", -1.0), ("Wall east", -2.0)):
+        wall = world.box((90, 90, 0.1), (0, 0, z), name)
+        wall.angen_radar.substance = "PLASTERBOARD"
+    world.wall(3.0, size=90.0)
+    narrow = math.radians(10)
+    radar(world, range_max=100.0, gate_length=1.0, horizontal_fov=narrow, vertical_fov=narrow)
+    (sensor,) = world.sensors()
+    looking = Views(EvaluatedHome(world.update())).of(sensor)
+    lost = looking.loss / looking.loss[-1]
+    for first, last, share in ((0, 3, 0.0), (4, 7, 0.5), (8, len(lost) - 1, 1.0)):
+        assert lost[first : last + 1] == pytest.approx(share), (first, last)
+    assert len(lost) == 9
 
 
 def test_a_jump_gives_no_speed(world):

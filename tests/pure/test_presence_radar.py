@@ -11,11 +11,11 @@ from angen_sensors.sensor_logic.kinds.presence_radar import KIND
 from angen_sensors.sensor_logic.kinds.presence_radar.coverage import view
 from angen_sensors.sensor_logic.kinds.presence_radar.parameters import (
     FARTHEST,
+    FASTEST,
     NARROWEST,
     RadarParameters,
 )
 from angen_sensors.sensor_logic.kinds.presence_radar.radar import (
-    FASTEST,
     TRUNK,
     PresenceRadar,
     bessel_j0,
@@ -467,6 +467,12 @@ def test_thresholds_that_no_energy_exceeds_are_advised_on():
     never = RadarParameters(moving_thresholds="100", still_thresholds="100, 100")
     assert "never goes on" in never.unreachable()[0].problem
     assert RadarParameters(moving_thresholds="100").unreachable() == []
+
+
+def test_an_integration_time_too_short_for_any_speed_is_advised_on():
+    short = RadarParameters(frequency=10.0, integration_time=0.001)
+    assert "nothing counts as moving" in short.unreachable()[0].problem
+    assert RadarParameters(integration_time=0.001).unreachable() == []
 
 
 def test_noise_scatters_and_repeats():

@@ -17,6 +17,8 @@ LD2410 = "Hi-Link, HLK-LD2410 user manual V1.02"
 LD2410_SERIAL = "Hi-Link, LD2410 serial communication protocol: factory settings"
 MAX_RAYS = 100_000
 MAX_GATES = 1_000
+# m/s. What seems faster has jumped, as a replaced instance does, and does not count as moving.
+FASTEST = 10.0
 # A threshold that no energy exceeds.
 NEVER = 100.0
 # rad, m. Much narrower fields of view and longer ranges give powers that are no longer numbers.
@@ -209,7 +211,15 @@ class RadarParameters(Parameters):
         return problems
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Return advice if no gate can detect anything."""
+        """Return advice if no gate can detect anything, or if nothing counts as moving."""
+        if self.minimum_speed > FASTEST:
+            return [
+                Advice(
+                    f"Only speeds above {self.minimum_speed:.3g} m/s would count as moving, but "
+                    f"above {FASTEST:g} m/s they are jumps: nothing counts as moving",
+                    "Increase the integration time or the frequency",
+                )
+            ]
         both = [self.thresholds(name) for name in ("moving_thresholds", "still_thresholds")]
         if any((one < NEVER).any() for one in both):
             return []

@@ -20,7 +20,7 @@ from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...physics import OutputTiming
 from ...radio.echoes import ECHOES, Echoes
 from ...radio.substances import reflectance
-from .parameters import NEVER, RadarParameters
+from .parameters import FASTEST, NEVER, RadarParameters
 
 # The standard person, who is just detected at the ranges of a data sheet: as high and wide (m) as
 # the walker of coverage maps, with quiet breathing (m, peak to peak).
@@ -33,8 +33,6 @@ TRUNK = 0.36
 POINTS_PER_DB = 2.5
 # Targets are not nearer than this (m), so that powers are finite.
 NEAREST = 0.01
-# m/s. What seems faster has jumped, as a replaced instance does, and does not count as moving.
-FASTEST = 10.0
 # Angles of the mean that gives J₀: exact to rounding for arguments up to 60.
 SAMPLES = 96
 _SINES = np.sin((np.arange(SAMPLES) + 0.5) * (math.pi / SAMPLES))

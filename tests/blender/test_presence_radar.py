@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from bl_ext.user_default.angen_sensors.angen_addon.coverage.maps import Views
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
 from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure import (
     plan_rays,
@@ -16,8 +17,10 @@ from bl_ext.user_default.angen_sensors.angen_addon.kinds.presence_radar.figure i
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.probes import Probes
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import all_rays
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
+from bl_ext.user_default.angen_sensors.angen_addon.scene.home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import read_parameters
 from bl_ext.user_default.angen_sensors.panels.readings import ACTIVE, IDLE, reading_text
+from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
 from panel_layout import drawn, panel_of
 
@@ -137,6 +140,99 @@ def test_what_is_too_weak_is_named(world):
     assert facts["Breathing"].endswith(", not above 60")
 
 
+def walk(world, start, end, **settings):
+    """Add a person who walks from one z to another in a second, and a radar."""
+    anna = person(world, (0, 0, start))
+    world.key(anna, "location", {1: (0, 0, start), 25: (0, 0, end)}, "LINEAR")
+    radar(world, **settings)
+    return anna
+
+
+def told(world, recording, index):
+    (sensor,) = world.sensors()
+    return explain(world.scene, sensor, recording, index)
+
+
+def test_who_is_too_weak_behind_walls_is_named(world):
+    walk(world, -3, -4)
+    for name, z in (("Wall west", -1.2), ("Wall east", -1.6)):
+        wall = world.box((9, 9, 0.1), (0, 0, z), name)
+        wall.angen_radar.substance = "PLASTERBOARD"
+    facts = dict(told(world, world.run(1, 6), 3).facts)
+    assert facts["Energy of movement"].startswith("0, ")
+    assert facts["To be present"].startswith("more than 15 is needed in gate 10")
+    assert facts["Nearest to it"] == "'Anna'"
+
+
+def test_who_moves_in_a_gate_that_is_off_is_named(world):
+    walk(world, -2, -3, moving_thresholds="100", still_thresholds="100")
+    facts = dict(told(world, world.run(1, 6), 3).facts)
+    assert facts["To be present"] == "gate 7 is switched off for movement: its threshold is 100"
+    assert facts["Nearest to it"] == "'Anna'"
+
+
+@pytest.mark.parametrize("preset", ["LD2410", "LD2450"])
+def test_explain_doubts_a_recorded_walker_who_is_gone(world, preset):
+    anna = walk(world, -2, -3, preset=preset)
+    recording = world.run(1, 24)
+    assert not any(told(world, recording, index).doubt for index in (0, 1, 12, 23))
+    bpy.data.objects.remove(anna)
+    world.update()
+    found = told(world, recording, 12)
+    assert found.doubt.endswith("something has changed since the run. Simulate again")
+    assert "the scene now gives no " in found.doubt
+
+
+def test_explain_doubts_who_breathed_is_gone_or_new(world):
+    anna = person(world, (0, 0, -2.3), breathes="YES")
+    radar(world, preset="LD2410")
+    recording = world.run(1, 12)
+    assert not told(world, recording, 6).doubt
+    anna.angen_breathing.breathes = "NO"
+    world.update()
+    assert told(world, recording, 0).doubt.startswith("the recording has a detection, but")
+    assert told(world, recording, 6).doubt.startswith("the recording has other energies")
+    recording = world.run(1, 12)
+    assert not told(world, recording, 6).doubt
+    anna.angen_breathing.breathes = "YES"
+    world.update()
+    assert told(world, recording, 6).doubt.startswith("the recording has no detection, but")
+
+
+def test_explain_shows_the_distance_with_its_noise(world):
+    walk(world, -2, -3, range_noise=0.1)
+    recording = world.run(1, 12)
+    found, recorded = told(world, recording, 5), fields(world, recording, "distance_m")[5]
+    assert found.cause.distance == pytest.approx(recorded, abs=1e-9) and not found.doubt
+    assert f"{recorded:.2f}"[:3] in found.headline
+
+
+def test_a_keyframe_that_jumps_is_no_movement(world):
+    anna = person(world, (0, 0, -2))
+    world.key(anna, "location", {1: (0, 0, -2), 5: (0, 0, -4)}, "CONSTANT")
+    radar(world)
+    recording = world.run(1, 8)
+    assert not any(fields(world, recording, "moving"))
+    assert set(fields(world, recording, "speed_mps")) == {""}
+
+
+def test_a_parameter_out_of_its_limits_is_refused(world):
+    made = radar(world)
+    settings = made.angen_sensor.presence_radar
+    for name, value, limit in (
+        ("horizontal_fov", 1e-4, "at least 1°"),
+        ("still_range", 1e30, "at most 100 m"),
+        ("energy_noise", 1e6, "at most 100"),
+    ):
+        before = getattr(settings, name)
+        setattr(settings, name, value)
+        with pytest.raises(AngenError, match=f"{name} is .* it must be {limit}"):
+            world.run(1, 2)
+        setattr(settings, name, before)
+    settings.horizontal_fov = math.radians(1)
+    world.run(1, 2)
+
+
 def test_live_reading_and_panel_show_the_gates(world):
     anna = person(world, (0, 0, -2.0))
     world.key(anna, "location", {1: (0, 0, -2.0), 25: (0, 0, -3.0)}, "LINEAR")
@@ -209,6 +305,22 @@ def test_gates_are_drawn_up_to_the_wall(world):
     arcs = np.linalg.norm(figure.lines["gate"], axis=-1)
     assert set(np.round(arcs.ravel() / 0.75, 4)) == {1.0, 2.0, 3.0, 4.0}, "2 m ahead, 4 m aside"
     assert figure.lines["gate"][..., 2].min() > -2.05
+
+
+def test_a_map_knows_the_losses_between_walls(world):
+    """Boards at 0.95 m and at 1.95 m, concrete at 3 m, and no step beyond the second boards."""
+    for name, z in (("Wall west", -1.0), ("Wall east", -2.0)):
+        wall = world.box((90, 90, 0.1), (0, 0, z), name)
+        wall.angen_radar.substance = "PLASTERBOARD"
+    world.wall(3.0, size=90.0)
+    narrow = math.radians(10)
+    radar(world, range_max=100.0, gate_length=1.0, horizontal_fov=narrow, vertical_fov=narrow)
+    (sensor,) = world.sensors()
+    looking = Views(EvaluatedHome(world.update())).of(sensor)
+    lost = looking.loss / looking.loss[-1]
+    for first, last, share in ((0, 3, 0.0), (4, 7, 0.5), (8, len(lost) - 1, 1.0)):
+        assert lost[first : last + 1] == pytest.approx(share), (first, last)
+    assert len(lost) == 9
 
 
 def test_a_jump_gives_no_speed(world):

@@ -9,7 +9,12 @@ from angen_sensors.sensor_logic.coverage.motions import MOTIONS, Start
 from angen_sensors.sensor_logic.formats.home_assistant import BINARY_CLASSES, NUMBER_CLASSES
 from angen_sensors.sensor_logic.kinds.presence_radar import KIND
 from angen_sensors.sensor_logic.kinds.presence_radar.coverage import view
-from angen_sensors.sensor_logic.kinds.presence_radar.parameters import RadarParameters
+from angen_sensors.sensor_logic.kinds.presence_radar.parameters import (
+    FARTHEST,
+    FASTEST,
+    NARROWEST,
+    RadarParameters,
+)
 from angen_sensors.sensor_logic.kinds.presence_radar.radar import (
     TRUNK,
     PresenceRadar,
@@ -416,6 +421,12 @@ def test_a_threshold_of_100_switches_a_gate_off_and_0_leaves_it_on():
         ({"range_min": 6.0}, ["range_min", "range_max"]),
         ({"rays_across": 1000, "rays_up": 101}, ["1000 times 101"]),
         ({"range_max": 100.0, "gate_length": 0.05}, ["gate_length", "1000 gates"]),
+        ({"horizontal_fov": 1e-4}, ["horizontal_fov", "at least 1°"]),
+        ({"vertical_fov": 1e-4}, ["vertical_fov", "at least 1°"]),
+        ({"range_max": 101.0}, ["range_max", "at most 100 m"]),
+        ({"moving_range": 1e30}, ["moving_range", "at most 100 m"]),
+        ({"still_range": 1e30}, ["still_range", "at most 100 m"]),
+        ({"energy_noise": 1e6}, ["energy_noise", "at most 100"]),
     ],
 )  # fmt: skip
 def test_what_contradicts_itself_is_named(values, words):
@@ -423,10 +434,45 @@ def test_what_contradicts_itself_is_named(values, words):
     assert len(problems) == 1 and all(word in problems[0] for word in words)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("fov", [NARROWEST, math.radians(178)])
+@pytest.mark.parametrize("distance", [0.1, FARTHEST])
+def test_the_least_and_the_largest_parameters_give_numbers(fov, distance):
+    parameters = tracker(
+        horizontal_fov=fov, vertical_fov=fov, moving_range=distance, still_range=distance,
+        range_max=FARTHEST, energy_noise=100.0, rays_across=30, rays_up=30,
+    )  # fmt: skip
+    assert not parameters.problems()
+    scene = Scene([Person((0.0, 0.5, 0.0), velocity=(0.0, 1.0, 0.0), breathing=0.005)])
+    assert all(is_finite(reading.fields) for reading in run(scene, parameters, updates=20))
+
+
+def test_targets_have_the_noise_of_the_energies():
+    person = Person((0.0, 5.0, 0.0), velocity=(0.0, 0.05, 0.0), breathing=0.005)
+    parameters = tracker(energy_noise=8.0, hold_time=0.0, still_range=5.0)
+    found = [reading.fields for reading in run(Scene([person]), parameters, updates=100)]
+    assert {one["presence"] for one in found} == {True, False}
+    assert all(one["presence"] for one in found if one["targets"])
+    assert any(one["targets"] for one in found)
+
+
+@pytest.mark.parametrize(("speed", "moves"), [(9.9, True), (10.1, False), (-47.9, False)])
+def test_what_jumps_does_not_count_as_moving(speed, moves):
+    parameters = RadarParameters()
+    seen = sweep(parameters, np.ones(1), echoes(2.0, moved=speed / 10.0), 0.1)
+    assert bool(seen.moving.any()) == moves == (abs(speed) <= FASTEST)
+
+
 def test_thresholds_that_no_energy_exceeds_are_advised_on():
     never = RadarParameters(moving_thresholds="100", still_thresholds="100, 100")
     assert "never goes on" in never.unreachable()[0].problem
     assert RadarParameters(moving_thresholds="100").unreachable() == []
+
+
+def test_an_integration_time_too_short_for_any_speed_is_advised_on():
+    short = RadarParameters(frequency=10.0, integration_time=0.001)
+    assert "nothing counts as moving" in short.unreachable()[0].problem
+    assert RadarParameters(integration_time=0.001).unreachable() == []
 
 
 def test_noise_scatters_and_repeats():
@@ -483,6 +529,31 @@ def test_a_map_counts_a_wall_twice_and_only_in_front_of_the_body():
     loss = attenuation("PLASTERBOARD", 0.025, 24.125)
     assert behind == pytest.approx(free * 10.0 ** (-0.2 * loss))
     assert covered("LD2410", 3.0, "STILL", walls=[Wall(3.5)]) == free
+
+
+def losses_asked(scene, **values):
+    """Return the view of a radar in a scene, and the number of its queries."""
+    asked = []
+
+    def answer(*question):
+        asked.append(question)
+        return scene.answer(*question)
+
+    parameters = part("LD2410", **values)
+    return view(parameters, Update(0, 0.0, POSE, {ECHOES: answer}), 10.0), len(asked)
+
+
+def test_a_map_asks_for_losses_only_as_far_as_they_grow(monkeypatch):
+    walls = [Wall(1.0), Wall(2.0, "CONCRETE", 0.2, True)]
+    narrow = {"horizontal_fov": 0.2, "vertical_fov": 0.2, "range_max": 100.0, "gate_length": 0.75}
+    looking, asked = losses_asked(Scene([], walls), **narrow)
+    assert asked <= 7, "up to 1.25 m"
+    assert (looking.loss[-1] > 0.0).all() and not looking.loss[3].any()
+    assert losses_asked(Scene([], walls[1:]), **narrow)[1] == 1, "nothing lets waves pass"
+    monkeypatch.setattr("angen_sensors.sensor_logic.kinds.presence_radar.coverage.MOST_LOSSES", 1)
+    coarse, asked = losses_asked(Scene([], walls), **narrow)
+    assert asked == 2 and coarse.step == pytest.approx(2.0, abs=0.05)
+    assert np.array_equal(coarse.loss[-1], looking.loss[-1])
 
 
 def test_a_map_agrees_with_the_model():

@@ -13,6 +13,7 @@ from ....sensor_logic.kinds.presence_radar.parameters import NEVER, RadarParamet
 from ....sensor_logic.kinds.presence_radar.radar import (
     Measurement,
     calibration,
+    gate_energies,
     measure,
     radar_beams,
     sweep,
@@ -26,6 +27,8 @@ from .figure import gate_span
 
 # m. The scene has changed if the recorded distance differs by more than this.
 TOLERANCE = 1e-6
+# So it has if an energy differs by more than this: energies are recorded as whole numbers.
+ENERGY_TOLERANCE = 1.0
 NAMES_SHOWN = 3
 
 
@@ -37,7 +40,7 @@ class RadarCause:
     ----------
     gate
         The number of the nearest gate that detects anything, from 1. Without one, that of the gate
-        with the energy nearest to its threshold.
+        with the power nearest to the one it needs.
     detects
         Whether the gate detects anything.
     moving
@@ -45,7 +48,8 @@ class RadarCause:
     energy, threshold
         The energy of the gate, and its threshold.
     distance, speed
-        The distance in m of what the gate detects and its radial speed in m/s, weighted by power.
+        The distance in m of what the gate detects, noise included, and its radial speed in m/s,
+        weighted by power.
     names
         The objects in the gate that return power, the strongest first.
     through
@@ -95,16 +99,44 @@ def explain_radar(replay: Replay, index: int) -> Explanation:
         facts.append(
             ("Before", f"{word}, at {at_frame(track.frames[index - 1], track.times[index - 1])}")
         )
+    differing = _differing(replay, parameters, measured, index)
     doubt = ""
-    recorded = float(track.columns["distance_m"][index])
-    if measured.distance is not None and abs(recorded - measured.distance) > TOLERANCE:
-        text = replay.lengths.text
-        doubt = (
-            f"the recording has {text(recorded)}, but the scene now gives "
-            f"{text(measured.distance)}: something has changed since the run. Simulate again"
-        )
+    if differing:
+        doubt = f"{differing}: something has changed since the run. Simulate again"
     headline = f"{_word(replay, index)}: {_headline(replay, parameters, cause, index)}"
     return replay.explanation(index, headline, facts, doubt, cause)
+
+
+def _differing(
+    replay: Replay, parameters: RadarParameters, measured: Measurement, index: int
+) -> str:
+    """Return how the recording differs from what the scene now gives; empty if it does not."""
+    track, text = replay.track, replay.lengths.text
+    columns = track.columns
+    detects = measured.distance is not None
+    # Without a hold time, or after an update without presence, presence needs a detection.
+    may_be_held = index > 0 and bool(track.active[index - 1]) and parameters.hold_time > 0.0
+    pairs = (
+        (
+            ("no detection", "a detection"),
+            bool(track.active[index]) and (detects or not may_be_held),
+            detects,
+        ),
+        (("no movement", "movement"), bool(columns["moving"][index]), bool(measured.moving.any())),
+    )
+    for words, then, now in pairs:
+        if then != now:
+            return f"the recording has {words[then]}, but the scene now gives {words[now]}"
+    recorded = float(columns["distance_m"][index])
+    if measured.distance is not None and abs(recorded - measured.distance) > TOLERANCE:
+        return (
+            f"the recording has {text(recorded)}, but the scene now gives {text(measured.distance)}"
+        )
+    energies = np.array(gate_energies(columns["gates"][index]))
+    again = np.stack([measured.moving_energy, measured.still_energy], axis=1)
+    if energies.shape != again.shape or np.abs(energies - again).max() > ENERGY_TOLERANCE:
+        return "the recording has other energies than the scene now gives"
+    return ""
 
 
 def _word(replay: Replay, index: int) -> str:
@@ -137,9 +169,12 @@ def _cause(
         gate = int(np.argmax(detected.any(axis=0)))
         which = 0 if detected[0, gate] else 1
     else:
-        short = np.where(thresholds < NEVER, energies - thresholds, -np.inf)
-        short = np.where(energies > 0.0, short, short - NEVER)
-        which, gate = (int(i) for i in np.unravel_index(np.argmax(short), short.shape))
+        # Energies end at 0: powers also compare what is weaker. Where all gates that receive
+        # anything are switched off, take the strongest.
+        powers = np.stack([seen.moving, seen.still])
+        shares = powers / np.stack([known.moving_needed, known.still_needed])
+        best = np.argmax(shares if shares.any() else powers)
+        which, gate = (int(i) for i in np.unravel_index(best, powers.shape))
     power = (seen.moving_power, seen.still_power)[which]
     power = np.where(seen.gate == gate, power, 0.0)
     total = float(power.sum())
@@ -152,7 +187,7 @@ def _cause(
             which == 0,
             float(energies[which, gate]),
             float(thresholds[which, gate]),
-            float(share @ echoes.ranges) if total else parameters.range_max,
+            parameters.range_max if measured.distance is None else measured.distance,
             float(share @ seen.speed),
             met,
             _passed(replay, echoes, share, met),
@@ -229,6 +264,9 @@ def lacking(replay: Replay, index: int, found: Explanation) -> Explanation:
     kind = "movement" if cause.moving else "breathing"
     if not cause.names:
         return found.after([("To be present", "nothing that moves or breathes is in sight")])
+    if cause.threshold >= NEVER:
+        text = f"gate {cause.gate} is switched off for {kind}: its threshold is {NEVER:g}"
+        return found.after([("To be present", text), ("Nearest to it", named(cause.names))])
     text = (
         f"more than {cause.threshold:g} is needed in gate {cause.gate}: the energy of {kind} is "
         f"{cause.energy:.0f}"

@@ -33,6 +33,8 @@ from .radar import (
 # m. Losses along the rays are known at multiples of this distance. A wall nearer behind the front
 # of a body would be inside the body.
 STEP = 0.25
+# The most losses that are kept, to bound the memory: with more rays, the steps are longer.
+MOST_LOSSES = 4_000_000
 
 
 def view(parameters: RadarParameters, update: Update, rate: float) -> DetectorView:
@@ -40,15 +42,16 @@ def view(parameters: RadarParameters, update: Update, rate: float) -> DetectorVi
     beams = radar_beams(parameters, update.pose)
     rays = beams.origins, beams.directions
     whole = update.ask(ECHOES, 0, *rays, beams.length, parameters.frequency)
-    steps = math.ceil(parameters.range_max / STEP - 1e-9)
-    loss = np.zeros((steps + 1, len(beams.length)))
-    if whole.loss.any():
-        for step in range(1, steps + 1):
-            length = np.full(len(beams.length), min(step * STEP, parameters.range_max))
-            loss[step] = update.ask(ECHOES, step, *rays, length, parameters.frequency).loss
-    return RadarView(
-        parameters, calibration(parameters), update.pose.origin, beams, whole.ranges, loss, rate
-    )
+    count, farthest = len(beams.length), float(whole.ranges.max())
+    step = max(STEP, farthest / max(1, MOST_LOSSES // count))
+    loss = [np.zeros(count)]
+    # Until the rays have passed all that they pass. One bundle: the scene keeps the last answer of
+    # each.
+    while not np.array_equal(loss[-1], whole.loss) and (len(loss) - 1) * step < farthest:
+        length = np.full(count, min(len(loss) * step, parameters.range_max))
+        loss.append(update.ask(ECHOES, 1, *rays, length, parameters.frequency).loss)
+    known, origin = calibration(parameters), update.pose.origin
+    return RadarView(parameters, known, origin, beams, whole.ranges, np.stack(loss), step, rate)
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,10 @@ class RadarView:
     free
         The ranges (n,) in m in the room without a body.
     loss
-        The one-way loss (steps, n) in dB of each ray up to the multiples of STEP.
+        The one-way loss (steps, n) in dB of each ray up to the multiples of `step`, as far as it
+        grows.
+    step
+        The distance in m between these losses: STEP, or more with very many rays.
     rate
         The update rate in Hz.
     """
@@ -75,6 +81,7 @@ class RadarView:
     beams: Beams
     free: Array
     loss: Array
+    step: float
     rate: float
 
     # Cached: without the cache, each cell takes 0.1 ms more.
@@ -104,7 +111,7 @@ class RadarView:
         at = hit_distances(seen, parameters.range_min)
         visible = at < self.free[seen.ray]
         body, ray, at = seen.body[visible], seen.ray[visible], at[visible]
-        step = np.minimum(np.ceil(at / STEP).astype(np.intp), len(self.loss) - 1)
+        step = np.minimum(np.ceil(at / self.step).astype(np.intp), len(self.loss) - 1)
         power = reflectance("BODY", parameters.frequency) * self.beams.weight[ray]
         power = power / np.maximum(at, NEAREST) ** 2 * 10.0 ** (-0.2 * self.loss[step, ray])
         if motion.speed:

@@ -17,8 +17,13 @@ LD2410 = "Hi-Link, HLK-LD2410 user manual V1.02"
 LD2410_SERIAL = "Hi-Link, LD2410 serial communication protocol: factory settings"
 MAX_RAYS = 100_000
 MAX_GATES = 1_000
+# m/s. What seems faster has jumped, as a replaced instance does, and does not count as moving.
+FASTEST = 10.0
 # A threshold that no energy exceeds.
 NEVER = 100.0
+# rad, m. Much narrower fields of view and longer ranges give powers that are no longer numbers.
+# NARROWEST is 1°, in the digits of single precision that Blender keeps.
+NARROWEST, FARTHEST = 0.01745329, 100.0
 
 
 @dataclass(frozen=True)
@@ -35,8 +40,8 @@ class RadarParameters(Parameters):
         "Angle between the directions in which the antenna has half of its gain. Nothing outside "
         "is detected. Datasheets: detection angle, azimuth",
         unit="rad",
+        minimum=NARROWEST,
         maximum=math.radians(178),
-        positive=True,
         source=LD2410,
         short="Horizontal",
     )
@@ -45,8 +50,8 @@ class RadarParameters(Parameters):
         "Vertical field of view",
         "The same angle in the vertical plane. Datasheets: pitch angle",
         unit="rad",
+        minimum=NARROWEST,
         maximum=math.radians(178),
-        positive=True,
         source=LD2410,
         short="Vertical",
     )
@@ -60,6 +65,7 @@ class RadarParameters(Parameters):
         "Range max",
         "End of the last gate. Anything farther is not detected. Datasheets: farthest gate",
         unit="m",
+        maximum=FARTHEST,
         positive=True,
         source=LD2410,
     )
@@ -79,6 +85,7 @@ class RadarParameters(Parameters):
         "A walking person straight ahead is just detected at this distance",
         unit="m",
         minimum=0.1,
+        maximum=FARTHEST,
         source=LD2410,
         short="Moving",
     )
@@ -88,6 +95,7 @@ class RadarParameters(Parameters):
         "A person straight ahead who only breathes is just detected at this distance",
         unit="m",
         minimum=0.1,
+        maximum=FARTHEST,
         source=LD2410,
         short="Still",
     )
@@ -145,7 +153,10 @@ class RadarParameters(Parameters):
         short="Report by",
     )
     energy_noise: float = parameter(
-        0.0, "Energy noise", "Standard deviation of the energy of each gate, on its scale to 100"
+        0.0,
+        "Energy noise",
+        "Standard deviation of the energy of each gate, on its scale to 100",
+        maximum=100.0,
     )
     range_noise: float = parameter(0.0, "Range noise", "Standard deviation of distances", unit="m")
     angle_noise: float = parameter(
@@ -200,7 +211,15 @@ class RadarParameters(Parameters):
         return problems
 
     def unreachable(self, lengths: Lengths = METRES) -> list[Advice]:
-        """Return advice if no gate can detect anything."""
+        """Return advice if no gate can detect anything, or if nothing counts as moving."""
+        if self.minimum_speed > FASTEST:
+            return [
+                Advice(
+                    f"Only speeds above {self.minimum_speed:.3g} m/s would count as moving, but "
+                    f"above {FASTEST:g} m/s they are jumps: nothing counts as moving",
+                    "Increase the integration time or the frequency",
+                )
+            ]
         both = [self.thresholds(name) for name in ("moving_thresholds", "still_thresholds")]
         if any((one < NEVER).any() for one in both):
             return []

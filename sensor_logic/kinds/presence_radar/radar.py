@@ -20,7 +20,7 @@ from ...model import Array, Index, Model, PerPose, Pose, Readings, Updates
 from ...physics import OutputTiming
 from ...radio.echoes import ECHOES, Echoes
 from ...radio.substances import reflectance
-from .parameters import NEVER, RadarParameters
+from .parameters import FASTEST, NEVER, RadarParameters
 
 # The standard person, who is just detected at the ranges of a data sheet: as high and wide (m) as
 # the walker of coverage maps, with quiet breathing (m, peak to peak).
@@ -274,7 +274,7 @@ def sweep(parameters: RadarParameters, weight: Array, echoes: Echoes, interval: 
     """
     power = echo_powers(parameters, weight, echoes)
     speed = echoes.moved / interval
-    is_moving = np.abs(speed) >= parameters.minimum_speed
+    is_moving = (np.abs(speed) >= parameters.minimum_speed) & (np.abs(speed) <= FASTEST)
     breathes = (echoes.breathing > 0.0) & ~is_moving & (power > 0.0)
     share = np.zeros(len(power))
     if breathes.any():
@@ -312,12 +312,18 @@ def separate(
 
 
 def targets(
-    parameters: RadarParameters, known: Calibration, beams: Beams, echoes: Echoes, seen: Sweep
+    parameters: RadarParameters,
+    known: Calibration,
+    beams: Beams,
+    echoes: Echoes,
+    seen: Sweep,
+    noise: Array,
 ) -> list[Target]:
     """Return the strongest targets, at most max_targets, ordered by distance.
 
-    A target exceeds the threshold of a gate with its own rays. Its distance and direction are means
-    weighted by power; so is its speed, over those rays that move.
+    A target exceeds the threshold of a gate with its own rays, whose powers are multiplied by
+    `noise` (2, gates), the factors of movement and of breathing. Its distance and direction are
+    means weighted by power; so is its speed, over those rays that move.
     """
     power = seen.moving_power + seen.still_power
     rays = np.flatnonzero(power > 0.0)
@@ -326,8 +332,8 @@ def targets(
     for group in separate(ranges, azimuth, parameters.gate_length, parameters.angle_resolution):
         which = rays[group]
         gate, gates = seen.gate[which], parameters.gates
-        moving = in_gates(gate, seen.moving_power[which], gates)
-        still = in_gates(gate, seen.still_power[which], gates)
+        moving = in_gates(gate, seen.moving_power[which], gates) * noise[0]
+        still = in_gates(gate, seen.still_power[which], gates) * noise[1]
         if (moving > known.moving_needed).any() or (still > known.still_needed).any():
             weight, fast = power[which], seen.moving_power[which]
             total = float(weight.sum())
@@ -384,12 +390,15 @@ def measure(
         The random generator of the noise; None for none.
     """
     seen = sweep(parameters, beams.weight, echoes, interval)
-    moving, still = seen.moving, seen.still
+    noise = np.ones((2, parameters.gates))
     if generator is not None:
-        noise = generator.normal(0.0, parameters.energy_noise, (2, parameters.gates))
-        moving, still = np.stack([moving, still]) * 10.0 ** (noise / (10.0 * POINTS_PER_DB))
+        points = generator.normal(0.0, parameters.energy_noise, noise.shape)
+        noise = 10.0 ** (points / (10.0 * POINTS_PER_DB))
+    moving, still = np.stack([seen.moving, seen.still]) * noise
     is_moving, is_still = moving > known.moving_needed, still > known.still_needed
-    found = targets(parameters, known, beams, echoes, seen) if parameters.max_targets else []
+    found = []
+    if parameters.max_targets:
+        found = targets(parameters, known, beams, echoes, seen, noise)
     distance = None
     if (is_moving | is_still).any():
         nearest = int(np.argmax(is_moving | is_still))

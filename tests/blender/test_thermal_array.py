@@ -357,3 +357,9 @@ def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):
     number = icons.icon_of("a", "one", colours)
     assert icons.icon_of("a", "one", colours) == number, "0 without a window"
     assert list(icons._PICTURES.previews["a"].image_pixels_float) == list(pixels.ravel())
+
+
+def test_too_many_rays_are_refused_before_the_run(room, addon_part):
+    array(room, columns=160, rows=160, rays=1024)
+    with pytest.raises(addon_part("sensor_logic.error").AngenError, match="at most 7 rays a pixel"):
+        room.run(1, 1)

@@ -176,6 +176,53 @@ def test_explain_reads_the_learnt_background(room):
     assert "learnt" in dict(there.facts)["Background"]
 
 
+@pytest.mark.parametrize("settings", [{"background": "LEARNT"}, {"settling_time": 2.0}], ids=str)
+def test_explain_without_frames_tells_the_recorded_numbers(room, settings):
+    person_who_enters(room, keep_frames=False, **settings)
+    recording = room.run(1, 24)
+    (sensor,) = room.sensors()
+    columns = recording.tracks["array"].columns
+    for index in (0, 2, 12, 23):
+        found = explain(room.scene, sensor, recording, index)
+        count, highest = columns["warm_pixels"][index], columns["max_c"][index]
+        facts = dict(found.facts)
+        assert facts["Warm pixels"] == f"{count}; 2 are needed" and found.cause is None
+        assert facts["Highest"] == f"{highest:.1f} °C"
+        assert facts["Which were warm"] == (
+            "cannot be told because frames were not kept: switch on Keep frames and simulate again"
+        )
+        shown = f"{count} pixels are warm, the highest is {highest:.1f} °C"
+        assert found.headline.endswith(shown if count else "no pixel is warm")
+    assert columns["warm_pixels"][12] > 2 or "settling_time" in settings
+
+
+def test_explain_without_frames_names_objects_if_the_frame_follows_from_the_scene(room):
+    body = person_who_enters(room, keep_frames=False)
+    recording = room.run(1, 24)
+    (sensor,) = room.sensors()
+    assert body and explain(room.scene, sensor, recording, 12).cause.cause_name == "Person"
+    bpy.data.objects["Person"].angen_warmth.temperature = 36.0
+    room.update()
+    found = explain(room.scene, sensor, recording, 12)
+    count = room.series(recording, "array", "warm_pixels")[12]
+    assert found.headline.startswith(f"Occupied: {count} pixels are warm")
+    assert "something has changed" in found.doubt
+
+
+def test_explain_of_another_number_of_pixels_tells_the_recorded_numbers(room):
+    array_object = person_who_enters(room)
+    recording = room.run(1, 24)
+    array_object.angen_sensor.thermal_array.columns = 16
+    room.update()
+    (sensor,) = room.sensors()
+    found = explain(room.scene, sensor, recording, 12)
+    count = room.series(recording, "array", "warm_pixels")[12]
+    assert found.headline.startswith(f"Occupied: {count} pixels are warm, the highest is 28.")
+    assert dict(found.facts)["Which were warm"] == (
+        "cannot be told because it had another number of pixels then: simulate again"
+    )
+
+
 def test_why_not_says_how_much_warmer_a_pixel_must_be(room, addon_part):
     body = warm(room.box((0.4, 0.9, 0.3), (0, 0, -2), "Person"), 22.5)
     array(room)
@@ -326,3 +373,9 @@ def test_the_panel_shows_the_frame_as_an_icon(room, addon_part):
     number = icons.icon_of("a", "one", colours)
     assert icons.icon_of("a", "one", colours) == number, "0 without a window"
     assert list(icons._PICTURES.previews["a"].image_pixels_float) == list(pixels.ravel())
+
+
+def test_too_many_rays_are_refused_before_the_run(room, addon_part):
+    array(room, columns=160, rows=160, rays=1024)
+    with pytest.raises(addon_part("sensor_logic.error").AngenError, match="at most 7 rays a pixel"):
+        room.run(1, 1)

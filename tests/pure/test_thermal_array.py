@@ -9,12 +9,17 @@ from angen_sensors.sensor_logic.coverage.motions import MOTIONS, WALKER, Rays, S
 from angen_sensors.sensor_logic.kind import RAYS, WARMTH
 from angen_sensors.sensor_logic.kinds.thermal_array import KIND
 from angen_sensors.sensor_logic.kinds.thermal_array.array import (
+    MAX_RAYS,
+    Background,
+    Settling,
     ThermalArray,
     ThermalArrayParameters,
     array_rays,
+    celsius,
 )
 from angen_sensors.sensor_logic.model import Answers, Emission, Pose, Update, Updates
 from angen_sensors.sensor_logic.noise import generator
+from angen_sensors.sensor_logic.physics import STEFAN_BOLTZMANN, radiosity
 
 POSE = Pose(np.zeros(3), np.eye(3))
 ZERO = 273.15
@@ -32,9 +37,9 @@ class Room:
     def ask(self, bundle, origins, ways, length):
         x, y = ways[:, 0] / -ways[:, 2], ways[:, 1] / -ways[:, 2]
         kelvin, emissivity = np.full(len(ways), self.ambient + ZERO), np.full(len(ways), 0.95)
-        for inside, celsius, shines in self.shapes:
+        for inside, hot, shines in self.shapes:
             hit = inside(x, y)
-            kelvin[hit], emissivity[hit] = celsius + ZERO, shines
+            kelvin[hit], emissivity[hit] = hot + ZERO, shines
         return Emission(kelvin, emissivity, self.ambient + ZERO)
 
 
@@ -352,8 +357,50 @@ def test_the_strength_is_that_of_the_model():
         ({"min_pixels": 65}, "is more than the array has"),
         ({"coldest": 80.0, "hottest": 20.0}, "must be smaller"),
         ({"columns": 0}, "at least 1"),
+        ({"columns": 160, "rows": 160, "rays": 1024}, "take at most 7 rays a pixel"),
         ({"horizontal_fov": math.radians(170)}, "at most 150°"),
     ],
 )
 def test_values_that_contradict_each_other_are_named(values, words):
     assert words in ThermalArrayParameters(**values).problems()[0]
+
+
+@pytest.mark.parametrize("values", [{}, *(preset.values for preset in KIND.presets)])
+def test_defaults_and_presets_have_few_enough_rays(values):
+    parameters = ThermalArrayParameters(**values)
+    assert not parameters.problems()
+    assert parameters.columns * parameters.rows * parameters.rays <= MAX_RAYS / 5
+
+
+@pytest.mark.parametrize(
+    ("settling_time", "learning", "noticed"),
+    [(0.5, 60.0, False), (3.0, 60.0, False), (3.0, 5.0, False), (0.5, 600.0, True)],
+)
+def test_the_strength_is_that_of_pixels_that_settle_while_the_background_learns(
+    settling_time, learning, noticed
+):
+    """A body that appears: the largest excess of the model over the background that it learns."""
+    for place in ((0.5, 0.1), (0.9, 0.0)):
+        motion, start = MOTIONS["CHEST"], Start(np.array([[*place, 0.0]]), *np.zeros((2, 1)))
+        ways = array_rays(ThermalArrayParameters(), CEILING)[1]
+        found = hits(motion, start, 0.0, Rays(CEILING.origin, ways, np.full(len(ways), 50.0)))
+        empty = STEFAN_BOLTZMANN * np.full(64, AMBIENT + ZERO) ** 4
+        kelvin, emissivity = np.full(len(ways), AMBIENT + ZERO), np.zeros(len(ways))
+        kelvin[found.ray], emissivity[found.ray] = WALKER.celsius + ZERO, WALKER.emissivity
+        seen = radiosity(Emission(kelvin, emissivity, AMBIENT + ZERO)).reshape(64, -1).mean(axis=1)
+        parameters = ThermalArrayParameters(
+            background="LEARNT",
+            background_time=learning,
+            settling_time=settling_time,
+            min_pixels=1,
+            # Just below what the pixels have in the end, and what a fixed background would give.
+            threshold=0.97 * float(celsius(seen).max() - AMBIENT),
+        )
+        steps = np.array([0.0, *[0.1] * 300])
+        frames = Settling().run(np.array([empty, *[seen] * 300]), steps, settling_time)
+        frames = celsius(frames)
+        learnt, warm = Background().run(parameters, frames, steps)
+        largest = (frames - learnt).max() / parameters.threshold
+        shown = strength(parameters, motion, place, 0.0, CEILING)
+        assert shown == pytest.approx(largest, rel=0.003)
+        assert (shown > 1.0) == warm.any() == noticed

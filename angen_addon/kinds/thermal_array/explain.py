@@ -67,50 +67,114 @@ def explain_array(replay: Replay, index: int) -> Explanation:
     if taken is None:
         return replay.explain_off(index)
     parameters: ThermalArrayParameters = taken.parameters
+    track = replay.track
+    recorded = track.columns["frame_c"][index]
+    pixels = parameters.columns * parameters.rows
+    frame = values_of(recorded or "")
+    if recorded and len(frame) != pixels:
+        return _untold(replay, parameters, index, "it had another number of pixels then")
     emission = taken.update.ask(WARMTH, 0, *array_rays(parameters, taken.update.pose))
     names = replay.seen.names
     # The first frame of a new model has no past: neither filter nor background change it.
     shown = replace(parameters, keep_frames=True)
     again = values_of(replay.sensor.kind.model().update(shown, taken.update).fields["frame_c"])
-    track = replay.track
-    frame = values_of(track.columns["frame_c"][index] or "") if parameters.keep_frames else again
-    if len(frame) != parameters.columns * parameters.rows:
-        return replay.explanation(index, "It had another number of pixels in the run", ())
-    background, warm = _background(replay, parameters, index, frame)
+    if not recorded:
+        if parameters.settling_time > 0.0 or parameters.background == "LEARNT":
+            return _untold(replay, parameters, index)
+        highest, mean = (track.columns[name][index] for name in ("max_c", "mean_c"))
+        if max(abs(again.max() - highest), abs(again.mean() - mean)) > TOLERANCE:
+            doubt = _changed(highest, again)
+            return _untold(replay, parameters, index, doubt=doubt)
+        frame = again
+    background = _background(replay, parameters, index, frame)
+    if background is None:
+        return _untold(replay, parameters, index)
+    # As many as in the run: the decimals of a frame can move a pixel across the threshold.
+    count = track.columns["warm_pixels"][index]
+    warm = np.zeros(pixels, bool)
+    warm[np.argsort(background - frame, kind="stable")[:count]] = True
     which = warm if warm.any() else np.arange(len(frame)) == int(np.argmax(frame - background))
     excess = radiosity(emission).reshape(len(frame), -1)
     excess = excess - STEFAN_BOLTZMANN * (background[:, None] + ZERO_CELSIUS) ** 4
     cause = ThermalCause(frame, background, warm, _objects(excess, names, which))
     doubt = ""
     if parameters.settling_time == 0.0 and np.abs(again - frame).max() > TOLERANCE:
-        doubt = (
-            f"the recording has up to {_celsius(frame.max())}, but the scene now gives "
-            f"{_celsius(again.max())}: something has changed since the run. Simulate again"
-        )
-    facts = _facts(parameters, cause)
-    if index > 0:
-        when = at_frame(track.frames[index - 1], track.times[index - 1])
-        facts.append(("Before", f"{_celsius(track.value[index - 1])}, at {when}"))
-    word = replay.sensor.kind.active_label if track.active[index] else replay.sensor.kind.idle_label
-    headline = f"{word}: {_headline(parameters, cause, bool(track.active[index]))}"
+        doubt = _changed(frame.max(), again)
+    facts = [*_facts(parameters, cause), *_before(replay, index)]
+    headline = f"{_word(replay, index)}: {_headline(parameters, cause, bool(track.active[index]))}"
     return replay.explanation(index, headline, facts, doubt, cause)
+
+
+def _untold(
+    replay: Replay,
+    parameters: ThermalArrayParameters,
+    index: int,
+    why: str = "frames were not kept",
+    doubt: str = "",
+) -> Explanation:
+    """Explain update `index` by its recorded fields alone, where its frame is not known.
+
+    `why` says why it is not known.
+    """
+    values = {name: column[index] for name, column in replay.track.columns.items()}
+    count, is_on = values["warm_pixels"], bool(replay.track.active[index])
+    if count:
+        text = "1 pixel is warm" if count == 1 else f"{count} pixels are warm"
+        text += f", the highest is {_celsius(values['max_c'])}"
+    else:
+        text = _none_warm(is_on)
+    mend = "simulate again"
+    if not parameters.keep_frames:
+        mend = f"switch on Keep frames and {mend}"
+    facts = [
+        ("Highest", _celsius(values["max_c"])),
+        ("Mean", _celsius(values["mean_c"])),
+        ("Warm pixels", f"{count}; {parameters.min_pixels} are needed"),
+        ("Which were warm", f"cannot be told because {why}: {mend}"),
+        *_before(replay, index),
+    ]
+    text += _needed(parameters, count, is_on) if count else ""
+    return replay.explanation(index, f"{_word(replay, index)}: {text}", facts, doubt)
+
+
+def _changed(before: float, again: Array) -> str:
+    """Return the doubt about a frame that had the maximum `before`; `again` is it now."""
+    return (
+        f"the recording has up to {_celsius(before)}, but the scene now gives "
+        f"{_celsius(again.max())}: something has changed since the run. Simulate again"
+    )
+
+
+def _word(replay: Replay, index: int) -> str:
+    kind = replay.sensor.kind
+    return kind.active_label if replay.track.active[index] else kind.idle_label
+
+
+def _before(replay: Replay, index: int) -> Facts:
+    """Return the fact about the update before update `index`."""
+    track = replay.track
+    if index == 0:
+        return []
+    when = at_frame(track.frames[index - 1], track.times[index - 1])
+    return [("Before", f"{_celsius(track.value[index - 1])}, at {when}")]
 
 
 def _background(
     replay: Replay, parameters: ThermalArrayParameters, index: int, frame: Array
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the background (pixels,) in °C at update `index`, and which pixels are warm.
+) -> Array | None:
+    """Return the background (pixels,) in °C at update `index`; None if it is not known.
 
     A learnt background follows from all recorded frames until then.
     """
-    first = 0 if parameters.background == "LEARNT" and parameters.keep_frames else index
+    first = 0 if parameters.background == "LEARNT" else index
     texts = replay.track.columns["frame_c"]
     frames = [values_of(texts[k] or "") for k in range(first, index)]
-    frames = [known for known in frames if len(known) == len(frame)]
-    times = np.array(replay.track.times[index - len(frames) : index + 1])
+    if any(len(known) != len(frame) for known in frames):
+        return None
+    times = np.array(replay.track.times[first : index + 1])
     steps = np.diff(times, prepend=times[0])
-    found, warm = Background().run(parameters, np.array([*frames, frame]), steps)
-    return found[-1], warm[-1]
+    background: Array = Background().run(parameters, np.array([*frames, frame]), steps)[0][-1]
+    return background
 
 
 def _objects(
@@ -140,14 +204,23 @@ def _celsius(value: Any) -> str:
 def _headline(parameters: ThermalArrayParameters, cause: ThermalCause, is_on: bool) -> str:
     count = int(np.count_nonzero(cause.warm))
     if not count:
-        return "held, no pixel is warm now" if is_on else "no pixel is warm"
+        return _none_warm(is_on)
     what = named(name for name, _ in cause.objects[:NAMES_SHOWN]) or "the noise"
     pixels = "one pixel" if count == 1 else f"{count} pixels"
     warm = "warm" if len(cause.objects) > 1 else "warms"
     text = f"{what} {warm} {pixels}, up to {_celsius(cause.frame[cause.warm].max())}"
-    if count < parameters.min_pixels:
-        text += f"; {parameters.min_pixels} are needed" + ", so it is held" * is_on
-    return text
+    return text + _needed(parameters, count, is_on)
+
+
+def _none_warm(is_on: bool) -> str:
+    return "held, no pixel is warm now" if is_on else "no pixel is warm"
+
+
+def _needed(parameters: ThermalArrayParameters, count: int, is_on: bool) -> str:
+    """Return what follows the number of warm pixels if it is too small."""
+    if count >= parameters.min_pixels:
+        return ""
+    return f"; {parameters.min_pixels} are needed" + ", so it is held" * is_on
 
 
 def _facts(parameters: ThermalArrayParameters, cause: ThermalCause) -> Facts:

@@ -22,6 +22,8 @@ from ...physics import STEFAN_BOLTZMANN, OutputTiming, radiosity
 from ...wording import METRES, ZERO_CELSIUS, Advice, Lengths
 
 MOST_PIXELS = 160
+# Many more rays than this fill the memory.
+MAX_RAYS = 200_000
 GRID_EYE = "Panasonic Grid-EYE AMG8833: 8 × 8 pixels, 60° × 60°"
 # m. The length of the rays; beyond it everything has the ambient temperature.
 SIGHT = 50.0
@@ -137,9 +139,15 @@ class ThermalArrayParameters(Parameters):
     )
 
     def contradictions(self, lengths: Lengths = METRES) -> list[str]:
-        """Return sentences about limits that contradict each other."""
+        """Return sentences about limits that contradict each other, and about too many rays."""
         problems = self.must_be_smaller("coldest", "hottest", lengths)
-        if self.min_pixels > self.columns * self.rows:
+        pixels = self.columns * self.rows
+        if pixels * self.rays > MAX_RAYS:
+            problems.append(
+                f"{self.columns} × {self.rows} pixels with {self.rays} rays each are more than "
+                f"{MAX_RAYS} rays: take at most {MAX_RAYS // pixels} rays a pixel, or fewer pixels"
+            )
+        if self.min_pixels > pixels:
             problems.append(
                 f"min_pixels ({self.min_pixels}) is more than the array has: "
                 f"{self.columns} × {self.rows}"

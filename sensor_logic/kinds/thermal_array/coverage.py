@@ -16,10 +16,13 @@ from ...kind import RAYS, WARMTH
 from ...model import Array, Update
 from ...physics import STEFAN_BOLTZMANN, radiosity
 from ...wording import ZERO_CELSIUS
-from .array import Settling, ThermalArrayParameters, array_rays, celsius
+from .array import Background, Settling, ThermalArrayParameters, array_rays, celsius
 
 # The motion is sampled at least this often, in Hz, however low the update rate is.
 LEAST_RATE = 1.0
+# While the body rests, pixels settle for this many time constants, in at most this many steps.
+REST = 7.0
+REST_STEPS = 200
 
 
 def view(parameters: ThermalArrayParameters, update: Update, rate: float) -> DetectorView:
@@ -99,19 +102,37 @@ class ThermalView:
         return found / self.parameters.threshold
 
     def _excess(self, motion: Motion, start: Start) -> Array:
-        """Return the largest excess temperature (m,) in K until the body has come to rest."""
+        """Return the largest excess temperature (m,) in K until the body has come to rest.
+
+        A learnt background learns meanwhile, from the pixels that are not warm.
+        """
         moving = math.ceil(motion.seconds(start) / self.interval - 1e-9) + 1
-        settling = Settling()
+        settling, background = Settling(), Background()
         largest = np.zeros(len(start))
         tau, before = self.parameters.settling_time, np.tile(self._empty, (len(start), 1))
         settling.run(before.reshape(1, -1), np.zeros(1), tau)
-        step = np.full(1, self.interval)
-        for number in range(moving):
-            now = self._radiosities(motion, start, number * self.interval)
-            settled = settling.run(now.reshape(1, -1), step, tau).reshape(now.shape)
-            np.maximum(largest, self._least_warm(settled), out=largest)
-        # The body stays where it is until the pixels have settled.
-        return np.maximum(largest, self._least_warm(now))
+        learns = self.parameters.background == "LEARNT"
+        if learns:
+            background.run(self.parameters, celsius(before.reshape(1, -1)), np.zeros(1))
+        # With a fixed background, pixels that have settled exceed it most.
+        resting = min(math.ceil(REST * tau / self.interval), REST_STEPS) if learns else 0
+        for number in range(moving + resting):
+            step = self.interval
+            if number < moving:
+                now = self._radiosities(motion, start, number * self.interval)
+            else:
+                step = max(step, REST * tau / REST_STEPS)
+            steps = np.full(1, step)
+            frames = celsius(settling.run(now.reshape(1, -1), steps, tau))
+            if learns:
+                learnt, _ = background.run(self.parameters, frames, steps)
+                excess = (frames - learnt).reshape(now.shape)
+            else:
+                excess = _over_median(frames.reshape(now.shape))
+            np.maximum(largest, self._least_warm(excess), out=largest)
+        if learns:
+            return largest
+        return np.maximum(largest, self._least_warm(_over_median(celsius(now))))
 
     def _radiosities(self, motion: Motion, start: Start, time: float) -> Array:
         """Return the mean radiosity (m, pixels) of each pixel with each body at `time`, in W/m²."""
@@ -124,13 +145,17 @@ class ThermalView:
         sums = np.bincount(where, added, len(start) * pixels).reshape(len(start), pixels)
         return self._empty + sums
 
-    def _least_warm(self, radiosities: Array) -> Array:
-        """Return the excess (m,) in K of the last of the pixels that must be warm."""
-        frames = celsius(radiosities)
-        if self.parameters.background == "MEDIAN":
-            excess = frames - np.median(frames, axis=1)[:, None]
-        else:
-            excess = frames - celsius(self._empty)
-        last = frames.shape[1] - self.parameters.min_pixels
+    def _least_warm(self, excess: Array) -> Array:
+        """Return the excess (m,) in K of the last of the pixels that must be warm.
+
+        `excess` (m, pixels) is the excess of all pixels in K.
+        """
+        last = excess.shape[1] - self.parameters.min_pixels
         found: Array = np.partition(excess, last, axis=1)[:, last]
         return found
+
+
+def _over_median(frames: Array) -> Array:
+    """Return the excess (m, pixels) of the pixels of each frame (m, pixels) over its median."""
+    found: Array = frames - np.median(frames, axis=1)[:, None]
+    return found

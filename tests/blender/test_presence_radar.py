@@ -159,7 +159,7 @@ def test_who_is_too_weak_behind_walls_is_named(world):
         wall = world.box((9, 9, 0.1), (0, 0, z), name)
         wall.angen_radar.substance = "PLASTERBOARD"
     facts = dict(told(world, world.run(1, 6), 3).facts)
-    assert facts["Energy of movement"].startswith("0, ")
+    assert facts["Movement"].startswith("energy 0, ")
     assert facts["To be present"].startswith("more than 15 is needed in gate 10")
     assert facts["Nearest to it"] == "'Anna'"
 

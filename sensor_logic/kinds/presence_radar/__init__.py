@@ -18,9 +18,22 @@ from .parameters import RadarParameters
 from .presets import PRESETS
 from .radar import PresenceRadar
 
-PRESENCE = Field("presence", bool, quantity="occupancy")
-MOVING = Field("moving", bool, quantity="motion")
-DISTANCE = Field("distance_m", float, "m", 2, step="report_step", quantity="distance")
+PRESENCE = Field(
+    "presence",
+    bool,
+    quantity="occupancy",
+    tip="Whether any gate detects movement or breathing, or did within the hold time",
+)
+MOVING = Field("moving", bool, quantity="motion", tip="Whether any gate detects movement")
+DISTANCE = Field(
+    "distance_m",
+    float,
+    "m",
+    2,
+    step="report_step",
+    quantity="distance",
+    tip="Distance of what the nearest gate detects; without presence the range max",
+)
 KIND = Kind(
     "PRESENCE_RADAR",
     8,
@@ -37,11 +50,11 @@ KIND = Kind(
         PRESENCE,
         MOVING,
         DISTANCE,
-        Field("targets", int),
-        Field("x_m", str, optional=True),
-        Field("y_m", str, optional=True),
-        Field("speed_mps", str, optional=True),
-        Field("gates", str, quantity="energies"),
+        Field("targets", int, tip="Number of targets"),
+        Field("x_m", str, optional=True, tip="Where each target is in m, to the right"),
+        Field("y_m", str, optional=True, tip="Where each target is in m, ahead"),
+        Field("speed_mps", str, optional=True, tip="Radial speed of each target, away positive"),
+        Field("gates", str, quantity="energies", tip="Energies of each gate: moving/still"),
     ),
     model=PresenceRadar,
     needs={ECHOES: ()},

@@ -15,9 +15,27 @@ from .array import ThermalArray, ThermalArrayParameters
 from .coverage import view
 from .presets import PRESETS
 
-OCCUPIED = Field("occupied", bool, quantity="occupancy")
-HIGHEST = Field("max_c", float, "°C", 1, step="report_step", quantity="temperature")
-WARM = Field("warm_pixels", int, quantity="warm pixels")
+OCCUPIED = Field(
+    "occupied",
+    bool,
+    quantity="occupancy",
+    tip="Whether enough pixels are warm, or were within the hold time",
+)
+HIGHEST = Field(
+    "max_c",
+    float,
+    "°C",
+    1,
+    step="report_step",
+    quantity="temperature",
+    tip="Temperature of the warmest pixel",
+)
+WARM = Field(
+    "warm_pixels",
+    int,
+    quantity="warm pixels",
+    tip="Number of pixels that exceed the background by more than the threshold",
+)
 KIND = Kind(
     "THERMAL_ARRAY",
     7,
@@ -34,7 +52,9 @@ KIND = Kind(
         HIGHEST,
         OCCUPIED,
         WARM,
-        Field("mean_c", float, "°C", 1, quantity="temperature"),
+        Field(
+            "mean_c", float, "°C", 1, quantity="temperature", tip="Mean temperature of all pixels"
+        ),
         Field(
             "frame_c",
             str,
@@ -43,6 +63,7 @@ KIND = Kind(
             used_when=(("keep_frames", True),),
             quantity="frame",
             shape=("columns", "rows"),
+            tip="Temperatures of all pixels, row by row from the upper left, with semicolons",
         ),
     ),
     model=ThermalArray,

@@ -30,7 +30,7 @@ def assert_at_rest(pad, shape):
         late = pad.frames > 20
         assert pad.force[late & pad.valid] == pytest.approx(5 * G, rel=0.025)
         assert (late & pad.valid).sum() > 5
-        assert all("lets it hop" in reason for reason in pad.problems)
+        assert all("where it bounces" in reason for reason in pad.problems)
     else:
         assert pad.known(after=6) == pytest.approx(5 * G, rel=0.01)
 

@@ -366,7 +366,7 @@ def test_frames_in_batches_and_one_by_one_give_the_same_bits(world):
         bpy.app.handlers.frame_change_post.remove(handler)
     for name in ("presence", "moving", "distance_m", "x_m", "y_m", "speed_mps", "gates"):
         assert fields(world, together, name) == fields(world, alone, name), name
-    assert True in fields(world, together, "moving")
+    assert any(fields(world, together, "moving"))
 
 
 def test_each_state_has_words_of_its_own_and_who_is_absent_has_no_distance(world, addon_part):

@@ -37,6 +37,19 @@ class Preset:
     source: str
 
 
+def parts_with(**common: Any) -> Callable[..., Preset]:
+    """Return a function of an identifier, a label, a source and values that makes a preset.
+
+    The preset also has the `common` values that it does not replace. So all presets of a kind set
+    the same parameters, and none keeps values of a preset chosen before.
+    """
+
+    def part(identifier: str, label: str, source: str, **values: Any) -> Preset:
+        return Preset(identifier, label, {**common, **values}, source)
+
+    return part
+
+
 @dataclass(frozen=True)
 class Field:
     """A published quantity: its name in logs and its Python type (bool, float, int or str).

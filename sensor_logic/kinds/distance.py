@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..geometry.pixels import all_cells, pixel_directions
-from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset
+from ..kind import RAYS, REFLECTANCE, Field, Kind, Preset, parts_with
 from ..model import Array, Model, PerPose, Pose, Reading, Update
 from ..parameters import Choice, Parameters, parameter
 from ..wording import METRES, Advice, Lengths
@@ -327,21 +327,16 @@ def _with_noise(parameters: DistanceParameters, distance: Array, noise: Array) -
 SIDE_OF_27 = 2.0 * math.atan(math.tan(math.radians(27.0) / 2.0) / math.sqrt(2.0))
 
 
-def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    # All these presets set the same parameters, so that none keeps values of an earlier preset.
-    common = {
-        "target": "MATERIAL",
-        "zones_across": 1,
-        "zones_up": 1,
-        "rays": 5,
-        "echo": "MEAN",
-        "noise_sigma": 0.0,
-        "noise_growth": 0.0,
-        "resolution": 0.001,
-    }
-    return Preset(identifier, label, {**common, **values}, source)
-
-
+_part = parts_with(
+    target="MATERIAL",
+    zones_across=1,
+    zones_up=1,
+    rays=5,
+    echo="MEAN",
+    noise_sigma=0.0,
+    noise_growth=0.0,
+    resolution=0.001,
+)
 PRESETS: tuple[Preset, ...] = (
     _part(
         "VL53L1X",

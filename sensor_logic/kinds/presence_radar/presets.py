@@ -4,29 +4,19 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from ...kind import Preset
+from ...kind import Preset, parts_with
 
-
-def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    """Return a preset of a part.
-
-    All presets set the same parameters, so that none keeps values of a preset chosen before.
-    """
-    common = {
-        "range_min": 0.0,
-        "integration_time": 0.1,
-        "max_targets": 0,
-        "angle_resolution": math.radians(20.0),
-        "hold_time": 5.0,
-        "energy_noise": 0.0,
-        "range_noise": 0.0,
-        "angle_noise": 0.0,
-    }
-    return Preset(identifier, label, {**common, **values}, source)
-
-
+_part = parts_with(
+    range_min=0.0,
+    integration_time=0.1,
+    max_targets=0,
+    angle_resolution=math.radians(20.0),
+    hold_time=5.0,
+    energy_noise=0.0,
+    range_noise=0.0,
+    angle_noise=0.0,
+)
 PRESETS: tuple[Preset, ...] = (
     _part(
         "LD2410",

@@ -8,9 +8,8 @@ deviation among devices. The noise of a frame grows with the root of the frame r
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from ...kind import Preset
+from ...kind import Preset, parts_with
 
 MELEXIS = (
     "Its noise is 0.1 K at 1 Hz, and grows with the root of the rate: here for 4 Hz. The ±1 K of "
@@ -18,14 +17,7 @@ MELEXIS = (
 )
 
 
-def _part(identifier: str, label: str, source: str, **values: Any) -> Preset:
-    """Return a preset of a part.
-
-    All presets set the same parameters, so that none keeps values of a preset chosen before.
-    """
-    common = {"resolution": 0.0, "settling_time": 0.0, "coldest": -40.0, "hottest": 300.0}
-    angles = {name: math.radians(values.pop(name)) for name in ("horizontal_fov", "vertical_fov")}
-    return Preset(identifier, label, {**common, **angles, **values}, source)
+_part = parts_with(resolution=0.0, settling_time=0.0, coldest=-40.0, hottest=300.0)
 
 
 def _grid_eye(identifier: str, label: str, netd: float, rate: str) -> Preset:
@@ -36,8 +28,8 @@ def _grid_eye(identifier: str, label: str, netd: float, rate: str) -> Preset:
         f"which a third is taken as the standard deviation; noise (NETD) {netd:g} K at {rate}",
         columns=8,
         rows=8,
-        horizontal_fov=60.0,
-        vertical_fov=60.0,
+        horizontal_fov=math.radians(60.0),
+        vertical_fov=math.radians(60.0),
         netd=netd,
         offset_sigma=2.5 / 3,
         resolution=0.25,
@@ -53,8 +45,8 @@ def _melexis(identifier: str, label: str, source: str, across: float, up: float)
         f"{source}. {MELEXIS}",
         columns=32,
         rows=24,
-        horizontal_fov=across,
-        vertical_fov=up,
+        horizontal_fov=math.radians(across),
+        vertical_fov=math.radians(up),
         netd=0.2,
         offset_sigma=1.0 / 3,
     )
@@ -90,8 +82,8 @@ PRESETS: tuple[Preset, ...] = (
         "a third is taken as the standard deviation",
         columns=16,
         rows=12,
-        horizontal_fov=110.0,
-        vertical_fov=75.0,
+        horizontal_fov=math.radians(110.0),
+        vertical_fov=math.radians(75.0),
         netd=0.1,
         offset_sigma=2.0 / 3,
     ),

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +42,8 @@ class Echoes:
     solid
         A number (n,) that identifies the object at the hit; 0 without a hit.
     through
-        For each ray the names of the objects that it passed before its hit, joined by semicolons;
-        an empty text if it passed none. None if the scene does not list them.
+        The names of the objects that a ray passed before its hit, by the index of the ray. Rays
+        that passed none are left out.
     """
 
     ranges: Array
@@ -52,4 +53,4 @@ class Echoes:
     loss: Array
     reflectance: Array
     solid: NDArray[np.intp]
-    through: tuple[str, ...] | None = None
+    through: Mapping[int, tuple[str, ...]] = field(default_factory=dict)

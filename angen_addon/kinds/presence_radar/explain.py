@@ -207,14 +207,14 @@ def _names(replay: Replay, echoes: Echoes, share: Array) -> tuple[str, ...]:
 
 def _passed(replay: Replay, echoes: Echoes, share: Array, met: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of the objects that rays to the first of the objects `met` passed."""
-    if echoes.through is None or not met:
+    if not met:
         return ()
     rays = [
         ray
         for ray in np.flatnonzero(share > 0.0).tolist()
         if replay.name_of(int(echoes.solid[ray])) == met[0]
     ]
-    names = (name for ray in rays for name in echoes.through[ray].split(";") if name)
+    names = (name for ray in rays for name in echoes.through.get(ray, ()))
     return tuple(dict.fromkeys(names))
 
 

@@ -157,12 +157,17 @@ def _is_same(known: tuple[Rays, Index, _Entries], rays: Rays, version: Index) ->
 class _Places:
     """Where all solids were at the previous query of a bundle, by their numbers."""
 
-    def __init__(self, solids: Solids, frames: Frames, frame: int) -> None:
+    def __init__(self, solids: Solids, frames: Frames, frame: int, version: Index) -> None:
+        self._listing, self._version = solids.listing, version
         self.number = np.array([solid.number for solid in solids.solids], np.intp)
         self.matrix = solids.matrix.copy()
         self.matrix[frames.rows] = frames.matrix[frame]
         self.surfaces = [frames.surface(solids, row, frame) for row in range(len(self.number))]
         self._row = {number: row for row, number in enumerate(self.number.tolist())}
+
+    def is_at(self, listing: int, version: Index) -> bool:
+        """Return whether no solid has changed up to these versions (n,) of the list of solids."""
+        return self._listing == listing and np.array_equal(self._version, version)
 
     def row_of(self, number: int) -> int | None:
         """Return the row of the solid with a number; None if it did not exist."""
@@ -181,29 +186,20 @@ class EchoProbe(SurfaceProbe):
         return any(may_set(owner, *PARTS) for owner in owners)
 
     def __init__(self, caster: RayCaster) -> None:
-        self._rays = caster
-        self._listing = -1
+        super().__init__(caster)
         self._animated = False
         self._breathing = self._rate = np.empty(0)
         self._names: dict[int, str] = {}
         self._made_of: dict[int, list[tuple[str, float]]] = {}
         self._by_frequency: dict[float, _Substances] = {}
-        self._last: _Substances | None = None
         self._places: dict[tuple[Uid, int], _Places] = {}
 
-    def see(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        rays: Rays,
-        frames: Index | None = None,
-        *details: Any,
+    def _see(
+        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
     ) -> Answers:
         """Return the `Echoes` at each frame; `details` has the carrier frequency in GHz."""
-        self._update(depsgraph)
-        at = self._last = self._substances(float(details[0]))
-        frames, metres = self._or_last(self._rays, frames), unit_scale(depsgraph.scene)
+        at, metres = self._substances(float(details[0])), unit_scale(depsgraph.scene)
+        self._casting = at.stopping
         for caster in (at.stopping, at.passing):
             caster.show(depsgraph, self._rays.frames)
         entries = at.entries(sensor, bundle, rays, frames, BEHIND / metres)
@@ -218,25 +214,14 @@ class EchoProbe(SurfaceProbe):
             rows[i] = len(table) - 1
         return Answers(table, rows)
 
-    @property
-    def hits(self) -> Answers:
-        """The hits of the latest call of `see` on surfaces that stop the waves."""
-        assert self._last is not None
-        return self._last.stopping.seen
-
-    def ranges(self, sensor: Uid, bundle: int) -> Array:
-        """Return the ranges (n,) in Blender units of the rays of the latest call of `see`."""
-        assert self._last is not None
-        return self._last.stopping.last_ranges(sensor, bundle)
-
     def _echoes(
         self, at: _Substances, seen: RayHits, entries: _Entries, moved: Array, metres: float
     ) -> Echoes:
         before = entries.distance < seen.ranges[entries.ray]
         ray, number = entries.ray[before], entries.number[before]
-        names: list[list[str]] = [[] for _ in range(len(moved))]
+        names: dict[int, list[str]] = {}
         for one, solid in zip(ray.tolist(), number.tolist(), strict=True):
-            names[one].append(self._names[solid])
+            names.setdefault(one, []).append(self._names[solid])
         return Echoes(
             ranges=seen.ranges * metres,
             moved=moved * metres,
@@ -245,7 +230,7 @@ class EchoProbe(SurfaceProbe):
             loss=np.bincount(ray, at.loss[number], len(moved)).astype(np.float64),
             reflectance=at.reflectance[seen.met],
             solid=seen.met.astype(np.intp),
-            through=tuple(";".join(passed) for passed in names),
+            through={one: tuple(passed) for one, passed in names.items()},
         )
 
     # Motion of the surfaces.
@@ -261,10 +246,12 @@ class EchoProbe(SurfaceProbe):
         before = self._places.get((sensor, bundle))
         motion = []
         for i, frame in enumerate(frames.tolist()):
-            if i > 0 and np.array_equal(at.version[frame], at.version[frames[i - 1]]):
+            version = solids.version.copy()
+            version[at.rows] = at.version[frame]
+            if before is not None and before.is_at(solids.listing, version):
                 motion.append(np.zeros(len(rays[2])))
                 continue
-            now = _Places(solids, at, frame)
+            now = _Places(solids, at, frame, version)
             motion.append(_moved(before, now, rays, found[i]))
             before = now
         if before is not None:

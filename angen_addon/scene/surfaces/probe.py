@@ -32,10 +32,12 @@ class SurfaceProbe(ABC):
         """Return whether the properties can change with the frame while nothing moves."""
         return False
 
-    @abstractmethod
-    def __init__(self, caster: RayCaster) -> None: ...
+    def __init__(self, caster: RayCaster) -> None:
+        self._rays = caster
+        # The caster of the latest call of `see`.
+        self._casting = caster
+        self._listing = -1
 
-    @abstractmethod
     def see(
         self,
         depsgraph: Any,
@@ -65,54 +67,39 @@ class SurfaceProbe(ABC):
         Answers
             The properties at each frame.
         """
+        self._update(depsgraph)
+        if frames is None:
+            frames = np.array([len(self._rays.frames) - 1])
+        return self._see(depsgraph, sensor, bundle, rays, frames, *details)
 
     @property
-    @abstractmethod
     def hits(self) -> Answers:
         """The hits of the latest call of `see`, as read-only `RayHits` for each frame."""
+        return self._casting.seen
 
-    @abstractmethod
     def ranges(self, sensor: Uid, bundle: int) -> Array:
         """Return the ranges (n,) in Blender units of the rays of the latest call of `see`."""
+        return self._casting.last_ranges(sensor, bundle)
 
-    def _or_last(self, caster: RayCaster, frames: Index | None) -> Index:
-        """Return `frames`, or the index of the caster's last frame if it is None."""
-        return np.array([len(caster.frames) - 1]) if frames is None else frames
+    @abstractmethod
+    def _update(self, depsgraph: Any) -> None:
+        """Read the changes since the last call."""
+
+    @abstractmethod
+    def _see(
+        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
+    ) -> Answers:
+        """Cast the rays, and return the properties at each frame; parameters as for `see`."""
 
 
 class MetSurfaces(SurfaceProbe):
     """Reads one property of the first surface that each ray hits."""
 
-    def __init__(self, caster: RayCaster) -> None:
-        self._rays = caster
-        self._listing = -1
-
-    def see(
-        self,
-        depsgraph: Any,
-        sensor: Uid,
-        bundle: int,
-        rays: Rays,
-        frames: Index | None = None,
-        *details: Any,
+    def _see(
+        self, depsgraph: Any, sensor: Uid, bundle: int, rays: Rays, frames: Index, *details: Any
     ) -> Answers:
-        """Return the property at each frame, in the form that `_values_at` returns."""
-        self._update(depsgraph)
-        found = self._rays.see_at(sensor, bundle, rays, self._or_last(self._rays, frames))
+        found = self._rays.see_at(sensor, bundle, rays, frames)
         return Answers([self._values_at(depsgraph, seen) for seen in found.table], found.rows)
-
-    @property
-    def hits(self) -> Answers:
-        """The hits of the latest call of `see`, as read-only `RayHits` for each frame."""
-        return self._rays.seen
-
-    def ranges(self, sensor: Uid, bundle: int) -> Array:
-        """Return the ranges (n,) in Blender units of the rays of the latest call of `see`."""
-        return self._rays.last_ranges(sensor, bundle)
-
-    @abstractmethod
-    def _update(self, depsgraph: Any) -> None:
-        """Read the changes since the last call."""
 
     @abstractmethod
     def _values_at(self, depsgraph: Any, seen: RayHits) -> Any:

@@ -7,8 +7,8 @@ import bpy
 from bpy.types import Context, Panel
 
 from ..angen_addon.view.active import active_sensor
+from ..angen_addon.view.panel_parts import Sidebar
 from .instanced import draw_instanced
-from .lines import Sidebar
 from .parameters import draw_sensor
 from .presets import draw_choice
 

@@ -7,7 +7,7 @@ import bpy
 from bpy.types import Context, Panel
 
 from ..angen_addon.runtime import state
-from .lines import ClosedSidebar, draw_lines
+from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines
 
 MOST = 8
 

@@ -15,12 +15,7 @@ from ..angen_addon.runtime import state
 from ..angen_addon.runtime.playhead import why_not_recorded
 from ..angen_addon.runtime.time_base import moment_text
 from ..angen_addon.view.active import active_sensor
-from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
-from ..operators.markers import event_name
-from ..operators.recording import why_not_fresh
-from ..sensor_logic.recording.tracks import Recording, Track
-from ..sensor_logic.wording import capital
-from .lines import (
+from ..angen_addon.view.panel_parts import (
     LABEL_SHARE,
     MARGIN_LETTERS,
     USUAL_WIDTH,
@@ -29,6 +24,11 @@ from .lines import (
     draw_lines,
     draw_row,
 )
+from ..angen_addon.view.timeline.layout import HISTORIES, HistoryRow
+from ..operators.markers import event_name
+from ..operators.recording import why_not_fresh
+from ..sensor_logic.recording.tracks import Recording, Track
+from ..sensor_logic.wording import capital
 
 
 class ANGEN_PT_events(Sidebar, Panel):

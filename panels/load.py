@@ -13,8 +13,14 @@ from ..angen_addon.advice import sensing
 from ..angen_addon.advice.sensing import may_be_simulated
 from ..angen_addon.scene.bearers import bearer, candidates, has_mass
 from ..angen_addon.scene.instances import is_sensor
+from ..angen_addon.view.panel_parts import (
+    PhysicsTab,
+    Sidebar,
+    draw_lines,
+    draw_property,
+    has_name_column,
+)
 from ..sensor_logic.wording import named
-from .lines import PhysicsTab, Sidebar, draw_lines, draw_property, has_name_column
 
 NAMES_SHOWN = 3
 

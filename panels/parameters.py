@@ -13,11 +13,11 @@ from ..angen_addon.kinds import appearance_of
 from ..angen_addon.scene.instances import is_sensor
 from ..angen_addon.scene.lengths import lengths_of
 from ..angen_addon.scene.sensors import Sensor, check
+from ..angen_addon.view.panel_parts import draw_lines, draw_progress, draw_property, has_name_column
+from ..angen_addon.view.readings import ReadingText, reading_text
 from ..sensor_logic.error import AngenError
 from ..sensor_logic.kinds import KINDS
 from ..sensor_logic.parameters import Spec, is_chosen, label_of, specs
-from .lines import draw_lines, draw_progress, draw_property, has_name_column
-from .readings import ReadingText, reading_text
 
 
 def sensor_of(obj: Any) -> Sensor | None:

@@ -12,10 +12,16 @@ from ..angen_addon.advice.sensing import background_sets
 from ..angen_addon.recording.stored_recording import THIS_BLENDER, version_text
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.sensors import Sensor, simulated
+from ..angen_addon.view.panel_parts import (
+    ClosedSidebar,
+    Sidebar,
+    draw_lines,
+    draw_progress,
+    draw_property,
+)
 from ..operators.export_options import draw_start
 from ..sensor_logic.kind import LIGHT
 from ..sensor_logic.wording import capital, plural
-from .lines import ClosedSidebar, Sidebar, draw_lines, draw_progress, draw_property
 
 SHOWN_LACKS = 3
 

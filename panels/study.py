@@ -7,11 +7,11 @@ import bpy
 from bpy.types import Context, Menu, Panel
 
 from ..angen_addon.view.active import active_sensor
+from ..angen_addon.view.panel_parts import ClosedSidebar, draw_lines
 from ..operators.study import command, vary_of
 from ..parts import installation
 from ..sensor_logic import study_file
 from ..sensor_logic.wording import plural
-from .lines import ClosedSidebar, draw_lines
 
 
 class ANGEN_MT_study_vary(Menu):

@@ -16,11 +16,8 @@ from bpy.types import Context, Panel, PropertyGroup, UIList, WindowManager
 from ..angen_addon.runtime import state
 from ..angen_addon.scene.instances import stands_for
 from ..angen_addon.scene.sensors import Sensor
-from ..operators.show import show, why_hidden
-from .instanced import draw_rows
-from .lines import Sidebar
-from .parameters import sensor_of
-from .readings import (
+from ..angen_addon.view.panel_parts import Sidebar
+from ..angen_addon.view.readings import (
     ACTIVE,
     BAKED,
     DOUBTFUL,
@@ -33,6 +30,9 @@ from .readings import (
     ReadingText,
     reading_text,
 )
+from ..operators.show import show, why_hidden
+from .instanced import draw_rows
+from .parameters import sensor_of
 
 # The order of states in the table. States that need attention come first.
 ORDER_OF_STATES = (WRONG, DOUBTFUL, OLD, ACTIVE, IDLE, NOT_SURE, BAKED, UNKNOWN, OFF)

@@ -10,11 +10,10 @@ from bpy.types import Context, Menu, Panel
 
 from ..angen_addon.advice import warmth
 from ..angen_addon.scene.rays.geometry import SURFACE_TYPES, evaluated_materials
-from ..angen_addon.scene.sensors import Sensor
 from ..angen_addon.scene.surfaces.warmth import collection_parents, inherited_warmth
-from ..operators.warmth import ANGEN_OT_lens_table, ANGEN_OT_warmth_set
+from ..angen_addon.view.panel_parts import PhysicsTab, draw_property, has_name_column
+from ..operators.warmth import ANGEN_OT_warmth_set
 from ..sensor_logic.wording import ZERO_CELSIUS
-from .lines import PhysicsTab, draw_lines, draw_property, has_name_column
 
 
 class ANGEN_MT_warmth(Menu):
@@ -108,27 +107,6 @@ def _draw_inherited(layout: Any, obj: Any) -> None:
         if inherited is not None:
             celsius = inherited[0] - ZERO_CELSIUS
             layout.label(text=f"As its collection: {celsius:.1f} °C", icon="OUTLINER_COLLECTION")
-
-
-def draw_detector(layout: Any, context: Context, sensor: Sensor, seen: Any) -> None:
-    """Draw warnings of what a pyroelectric detector cannot sense in this scene."""
-    if not warmth.sensing_warmth([sensor]):
-        return
-    cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
-    if cold:
-        draw_lines(layout, cold.text, "INFO")
-    if slow:
-        _draw_rate(draw_lines(layout, slow.text, "INFO"), context.scene, sensor.kind.signal_rate)
-    layout.operator(ANGEN_OT_lens_table.bl_idname, icon="TEXT")
-
-
-def _draw_rate(layout: Any, scene: Any, enough: float) -> None:
-    """Draw a button that sets the active sensor's update rate to at least `enough` (Hz)."""
-    frames = scene.render.fps / scene.render.fps_base
-    # The lowest rate that is high enough and divides the frame rate.
-    rate = max(frames / max(1.0, frames // enough), enough)
-    fit = layout.operator("wm.context_set_float", text=f"Set to {rate:g} Hz", icon="CHECKMARK")
-    fit.data_path, fit.value = "object.angen_sensor.update_rate", rate
 
 
 register, unregister = bpy.utils.register_classes_factory(

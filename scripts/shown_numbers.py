@@ -198,7 +198,7 @@ def compare_frame(found: Comparison, sensors: list[Any], frame: int) -> None:
     for sensor in sensors:
         at = found.log.at(sensor.name, frame)
         context.view_layer.objects.active = sensor.object
-        seen = part("panels.readings").reading_text(sensor, context.scene)
+        seen = part("angen_addon.view.readings").reading_text(sensor, context.scene)
         for place, text in (*table_texts(sensor), *label_texts(sensor, seen)):
             found.text(frame, sensor, place, text, at)
         compare_panel(found, sensor, frame, at)

@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ...panels.lines import draw_lines
-from ...panels.readings import ReadingText
 from ...sensor_logic.wording import Lengths, measured, quoted
 from ..authoring.housing import Housing
 from ..explain.facts import Explanation, at_frame
@@ -23,6 +21,8 @@ from ..explain.replay import Replay
 from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
 from ..view.overlay.figures import Figure, circle, pairs
+from ..view.panel_parts import draw_lines
+from ..view.readings import ReadingText
 
 
 def figure(seen: Any, metres: float) -> Figure:

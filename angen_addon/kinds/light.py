@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ...panels.lines import draw_lines
-from ...panels.readings import ReadingText
 from ...sensor_logic.kind import LIGHT, Field
 from ...sensor_logic.model import LightSample, LightShare, Pose
 from ...sensor_logic.wording import capital, listed, named, percent, quoted
@@ -29,6 +27,8 @@ from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
 from ..view.handles import ahead, edge
 from ..view.overlay.figures import ROUND, Figure, circle, dashes, ends_of, pairs
+from ..view.panel_parts import draw_lines
+from ..view.readings import ReadingText
 
 # An explanation lists at most this many lamps by name.
 SHOWN = 6

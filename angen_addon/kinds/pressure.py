@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ...panels.lines import draw_lines, draw_row
-from ...panels.readings import ReadingText
 from ...sensor_logic.kind import FORCES
 from ...sensor_logic.kinds.pressure import FORCE, KIND, PressureParameters, pad_reading
 from ...sensor_logic.model import NOT_YET, Pose
@@ -26,6 +24,8 @@ from ..scene.sensors import Sensor
 from ..view.appearance import Appearance
 from ..view.handles import SizeHandle
 from ..view.overlay.figures import OFF_SURFACE, Figure, circle, pairs, triangles
+from ..view.panel_parts import draw_lines, draw_row
+from ..view.readings import ReadingText
 
 # The fields of a reading that its arrow is drawn from.
 FIELDS = ("force_n", "cop_x_m", "cop_y_m")

@@ -13,7 +13,7 @@ from bpy.types import Context, Panel
 
 from ...angen_addon.runtime import state
 from ...angen_addon.scene.instances import is_sensor
-from ...panels.lines import (
+from ...angen_addon.view.panel_parts import (
     ClosedSidebar,
     PhysicsTab,
     draw_lines,

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.types import Context, Panel
 
-from ...panels.lines import (
+from ...angen_addon.view.panel_parts import (
     PhysicsTab,
     Sidebar,
     draw_lines,

@@ -6,7 +6,7 @@ import math
 import bpy
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
-from bl_ext.user_default.angen_sensors.panels.readings import reading_text
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 
 ops = bpy.ops.angen
 

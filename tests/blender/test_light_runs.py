@@ -10,8 +10,8 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers, probes, state
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import probe
+from bl_ext.user_default.angen_sensors.angen_addon.view import readings
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import labels
-from bl_ext.user_default.angen_sensors.panels import readings
 from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
 from light_stage import material, plate
 from tiers import mostly_slow

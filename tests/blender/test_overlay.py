@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.kinds.pressure import force_figure
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE as cache
+from bl_ext.user_default.angen_sensors.angen_addon.view import readings
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay import picture
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.labels import arrange
 from bl_ext.user_default.angen_sensors.angen_addon.view.overlay.picture import LOOKS as looks
-from bl_ext.user_default.angen_sensors.panels import readings
 from bl_ext.user_default.angen_sensors.sensor_logic import model
 from bl_ext.user_default.angen_sensors.sensor_logic.kinds.pir import pyroelectric
 from mathutils import Matrix
@@ -195,7 +195,7 @@ def test_what_moves_leaves_the_fields_alone_in_which_nothing_does(
 ):
     """The flag of one switch moves from frame 40 on; nothing moves before the other two."""
     draw = addon_part("angen_addon.view.overlay.draw")
-    readings = addon_part("panels.readings")
+    readings = addon_part("angen_addon.view.readings")
     row = addon_part("angen_addon.view.overlay.picture").SensorRow
     given = []
     monkeypatch.setattr(draw, "_batch", lambda part: given.append(part) or part)

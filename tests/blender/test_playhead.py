@@ -10,9 +10,9 @@ from bl_ext.user_default.angen_sensors.angen_addon.progress import Enough
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import handlers
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import simulate
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import all_sensors
+from bl_ext.user_default.angen_sensors.angen_addon.view import readings
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
-from bl_ext.user_default.angen_sensors.panels import readings
-from bl_ext.user_default.angen_sensors.panels.readings import reading_text
 from bl_ext.user_default.angen_sensors.sensor_logic.recording.tracks import Recording
 
 ADDON = "bl_ext.user_default.angen_sensors"
@@ -344,4 +344,4 @@ def test_undo_brings_a_cleared_recording_back(door, tmp_path):
 )  # fmt: skip
 def test_an_age_is_in_units_that_are_read_at_once(addon_part, age, text):
     found = addon_part("angen_addon.runtime.playhead").PlayheadReading("", frame=7.0, age=age)
-    assert addon_part("panels.readings").age_text(found, 0.2) == text
+    assert addon_part("angen_addon.view.readings").age_text(found, 0.2) == text

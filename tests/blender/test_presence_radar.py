@@ -19,7 +19,7 @@ from bl_ext.user_default.angen_sensors.angen_addon.runtime.sensor_runner import 
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.time_base import clock_of
 from bl_ext.user_default.angen_sensors.angen_addon.scene.home import EvaluatedHome
 from bl_ext.user_default.angen_sensors.angen_addon.scene.sensors import read_parameters
-from bl_ext.user_default.angen_sensors.panels.readings import ACTIVE, IDLE, reading_text
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import ACTIVE, IDLE, reading_text
 from bl_ext.user_default.angen_sensors.sensor_logic.error import AngenError
 from bl_ext.user_default.angen_sensors.sensor_logic.model import Pose
 from panel_layout import drawn, panel_of

@@ -14,8 +14,8 @@ from bl_ext.user_default.angen_sensors.angen_addon import progress
 from bl_ext.user_default.angen_sensors.angen_addon.commands import home
 from bl_ext.user_default.angen_sensors.angen_addon.runtime import state
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.simulation import Progress
+from bl_ext.user_default.angen_sensors.angen_addon.view.panel_parts import draw_progress
 from bl_ext.user_default.angen_sensors.operators import long_work
-from bl_ext.user_default.angen_sensors.panels.lines import draw_progress
 from panel_layout import Layout
 
 

@@ -8,9 +8,9 @@ import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.progress import Doing, TimeLeft
 from bl_ext.user_default.angen_sensors.angen_addon.runtime.state import CACHE
 from bl_ext.user_default.angen_sensors.angen_addon.scene.light import engine
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from bl_ext.user_default.angen_sensors.operators.long_work import LongWork
 from bl_ext.user_default.angen_sensors.operators.simulate import ANGEN_OT_simulate
-from bl_ext.user_default.angen_sensors.panels.readings import reading_text
 from light_stage import lamp
 from panel_layout import drawn
 

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.angen_addon.explain.explain import explain
-from bl_ext.user_default.angen_sensors.panels.readings import reading_text
+from bl_ext.user_default.angen_sensors.angen_addon.view.readings import reading_text
 from panel_layout import drawn
 
 ops = bpy.ops.angen

@@ -75,6 +75,16 @@ def test_sensing_imports_nothing_that_shows_or_writes_it() -> None:
     assert not wrong
 
 
+def test_the_core_imports_no_panel_and_no_operator() -> None:
+    core = [name for name in MODULES if name.startswith(("angen_addon", "sensor_logic"))]
+    assert not {
+        (name, other)
+        for name in core
+        for other in set(imported(name, everywhere=True))
+        if other.startswith(("panels", "operators"))
+    }
+
+
 def test_only_what_is_in_the_window_imports_what_draws_it() -> None:
     """Plans, explanations, coverage, days and the command line work without it."""
     outside = [name for name in MODULES if not name.startswith(WINDOW)]

@@ -12,17 +12,17 @@ import numpy as np
 from bpy.types import Context
 from numpy.typing import NDArray
 
-from ....panels import warmth
-from ....panels.lines import draw_lines
-from ....panels.readings import ReadingText
 from ....sensor_logic.kinds.pir.lenses import Zone, Zones
 from ....sensor_logic.kinds.pir.pyroelectric import zones_of
 from ....sensor_logic.model import Array
 from ...advice import sensing as advice
+from ...advice import warmth
 from ...authoring.housing import Housing, looking
 from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
 from ...view.overlay.figures import CORNERS, Figure, corners_of, ends_of, pairs, straight, triangles
+from ...view.panel_parts import draw_lines
+from ...view.readings import ReadingText
 
 # Neighbouring rays count as hitting different surfaces if their ranges differ by more than JUMP
 # times the nearer range. If STEEPEST times the angle between the rays is more, it replaces JUMP.
@@ -214,7 +214,28 @@ def draw(layout: Any, context: Context, sensor: Sensor, seen: ReadingText) -> No
         if not sensor.holders:
             button = box.operator("wm.context_set_float", text="Set to 0 s", icon="CHECKMARK")
             button.data_path, button.value = "object.angen_sensor.pir.warm_up_time", 0.0
-    warmth.draw_detector(layout, context, sensor, seen)
+    _draw_warmth(layout, context, sensor)
+
+
+def _draw_warmth(layout: Any, context: Context, sensor: Sensor) -> None:
+    """Draw warnings of what a pyroelectric detector cannot sense in this scene."""
+    if not warmth.sensing_warmth([sensor]):
+        return
+    cold, slow = warmth.nothing_warm(context.view_layer), warmth.too_slow(sensor)
+    if cold:
+        draw_lines(layout, cold.text, "INFO")
+    if slow:
+        _draw_rate(draw_lines(layout, slow.text, "INFO"), context.scene, sensor.kind.signal_rate)
+    layout.operator("angen.lens_table", icon="TEXT")
+
+
+def _draw_rate(layout: Any, scene: Any, enough: float) -> None:
+    """Draw a button that sets the active sensor's update rate to at least `enough` (Hz)."""
+    frames = scene.render.fps / scene.render.fps_base
+    # The lowest rate that is high enough and divides the frame rate.
+    rate = max(frames / max(1.0, frames // enough), enough)
+    fit = layout.operator("wm.context_set_float", text=f"Set to {rate:g} Hz", icon="CHECKMARK")
+    fit.data_path, fit.value = "object.angen_sensor.update_rate", rate
 
 
 # Number of rays from side to side of a zone in the floor plan.

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from bpy.types import Context
 
-from ....panels.readings import ACTIVE, IDLE, ReadingText
 from ....sensor_logic.error import AngenError
 from ....sensor_logic.kinds.presence_radar.parameters import RadarParameters
 from ....sensor_logic.kinds.presence_radar.radar import gate_energies, radar_beams
@@ -23,6 +22,7 @@ from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.lengths import lengths_of
 from ...scene.sensors import Sensor, read_parameters
 from ...view.overlay.figures import Figure, around_edge, circle, ends_of, pairs, straight
+from ...view.readings import ACTIVE, IDLE, ReadingText
 
 # The most gates that are drawn as arcs and as bars; more would be a solid surface.
 ARCS, BARS = 40, 20

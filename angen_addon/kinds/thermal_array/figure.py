@@ -12,8 +12,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from bpy.types import Context
 
-from ....panels.lines import draw_lines, draw_row
-from ....panels.readings import ReadingText
 from ....sensor_logic.geometry.pixels import pixel_corners
 from ....sensor_logic.kinds.thermal_array.array import SIGHT, array_rays
 from ....sensor_logic.model import Array
@@ -25,7 +23,9 @@ from ...runtime.trace import RaysMet, SensorRays, Trace
 from ...scene.sensors import Sensor
 from ...view.handles import Handle, Point
 from ...view.overlay.figures import Figure, around_edge, corners_of, pairs
+from ...view.panel_parts import draw_lines, draw_row
 from ...view.pixel_icons import icon_of
+from ...view.readings import ReadingText
 
 # K. The least difference between the darkest and the brightest colour, so that noise stays dim.
 LEAST_SPAN = 5.0

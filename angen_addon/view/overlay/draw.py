@@ -11,9 +11,9 @@ from typing import Any
 
 import bpy
 
-from ....panels.readings import ReadingTexts
 from ...runtime import state
 from ...scene.instances import housed_by
+from ...view.readings import ReadingTexts
 from . import labels, refresh
 from .figures import Figure
 from .picture import DrawnSensors, Primitives, SensorRow, changing_figures, joined, picture

@@ -106,7 +106,7 @@ def test_live_and_in_the_viewport(world, sensor, kind, addon_part):
         assert sensor.angen_sensor.value == pytest.approx(value, abs=1e-5)
         assert sensor.angen_sensor.active == (frame == 20)
     (found,) = world.sensors()
-    shown = addon_part("panels.readings").reading_text(found, world.scene)
+    shown = addon_part("angen_addon.view.readings").reading_text(found, world.scene)
     assert shown.text.startswith(("Near, 0.500 m", "Tipped, 57°"))
     seen = addon_part("angen_addon.view.overlay.picture").DrawnSensors(world.scene)
     seen.follow(world.scene, bpy.context.view_layer, world.update())

@@ -8,10 +8,10 @@ from typing import Any
 
 import bpy
 
-from ..angen_addon.runtime import state
-from ..angen_addon.scene.lengths import in_units, with_unit
-from ..angen_addon.scene.sensors import unit_scale
-from ..sensor_logic.wording import capital
+from ...sensor_logic.wording import capital
+from ..runtime import state
+from ..scene.lengths import in_units, with_unit
+from ..scene.sensors import unit_scale
 
 # Mean width of a letter of Blender's interface font, in pixels at scale 1.
 WIDTH_OF_LETTER = 6.2

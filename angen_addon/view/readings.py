@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ..angen_addon.runtime import playhead, state
-from ..angen_addon.runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
-from ..angen_addon.runtime.playhead import Playhead, PlayheadReading
-from ..angen_addon.scene.lengths import lengths_of
-from ..angen_addon.scene.sensors import Sensor
-from ..sensor_logic.kind import Field, Kind
-from ..sensor_logic.model import NOT_YET, Reading
-from ..sensor_logic.physics import waiting
-from ..sensor_logic.wording import NOTHING, capital
+from ...sensor_logic.kind import Field, Kind
+from ...sensor_logic.model import NOT_YET, Reading
+from ...sensor_logic.physics import waiting
+from ...sensor_logic.wording import NOTHING, capital
+from ..runtime import playhead, state
+from ..runtime.live import LIGHT_AT_REST, LIGHT_BEFORE
+from ..runtime.playhead import Playhead, PlayheadReading
+from ..scene.lengths import lengths_of
+from ..scene.sensors import Sensor
 
 ACTIVE, IDLE, OFF, DOUBTFUL, WRONG = "RADIOBUT_ON", "RADIOBUT_OFF", "X", "QUESTION", "ERROR"
 UNKNOWN, OLD, BAKED, NOT_SURE = "DOT", "TIME", "KEYFRAME_HLT", "SORTTIME"

@@ -70,10 +70,10 @@ def held(on: pd.Series, more: int) -> pd.Series:
     return on.astype(int).rolling(more + 1, min_periods=1).max().astype(bool)
 
 
-def table(days: Path) -> pd.DataFrame:
-    """Return the shares of minutes that are right: kinds of sensor as rows, rooms as columns."""
-    minutes = minutes_of(days)
-    real, sensors = truth(days, minutes), says(days, minutes)
+def answers(
+    real: pd.DataFrame, sensors: dict[tuple[str, str], pd.Series]
+) -> dict[str, dict[str, pd.Series]]:
+    """Return whether each room counts as occupied in each minute, by sort of sensor and by room."""
     rooms = [room for room in real if any(room == of for of, _ in sensors)]
     rows = {}
     for more in HELD:
@@ -84,15 +84,28 @@ def table(days: Path) -> pd.DataFrame:
     rows["all three"] = {
         r: sum(on.astype(int) for (of, _), on in sensors.items() if of == r) > 0 for r in rooms
     }
-    found = {
-        label: {room: (on == real[room]).mean() for room, on in each.items()}
-        for label, each in rows.items()
-    }
-    found["nobody, always"] = {room: (~real[room]).mean() for room in rooms}
-    return pd.DataFrame(found).T.dropna(how="all")
+    rows["nobody, always"] = {r: pd.Series(False, real.index) for r in rooms}
+    return {label: each for label, each in rows.items() if each}
+
+
+def table(days: Path) -> pd.DataFrame:
+    """Return a row for each sort of sensor.
+
+    It has the percentage of minutes that are right in each room, and the wrong minutes of all rooms
+    together: those that are missed, and those in which it says "occupied" without reason.
+    """
+    minutes = minutes_of(days)
+    real = truth(days, minutes)
+    rows = {}
+    for label, each in answers(real, says(days, minutes)).items():
+        row = {room: f"{100 * (on == real[room]).mean():.1f}" for room, on in each.items()}
+        row["missed"] = sum(int((real[room] & ~on).sum()) for room, on in each.items())
+        row["false"] = sum(int((on & ~real[room]).sum()) for room, on in each.items())
+        rows[label] = row
+    return pd.DataFrame(rows).T
 
 
 if __name__ == "__main__":
     if len(sys.argv) != 2 or not (Path(sys.argv[1]) / "people.csv").exists():
         sys.exit("occupancy: give a folder of days, as `angen day … --out DAYS` writes it")
-    print((100 * table(Path(sys.argv[1]))).round(1).to_string())
+    print(table(Path(sys.argv[1])).to_string())

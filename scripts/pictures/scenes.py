@@ -431,7 +431,7 @@ def thermal_array() -> Iterator[None]:
     window.select("Person rig")
     bpy.ops.angen.warmth_set(sort="PERSON")
     found = window.select("PIR living room")
-    found.angen_sensor.kind = "THERMAL_ARRAY"
+    found.name, found.angen_sensor.kind = "Array living room", "THERMAL_ARRAY"
     array = found.angen_sensor.thermal_array
     array.columns, array.rows = 16, 12
     array.horizontal_fov, array.vertical_fov = radians(75.0), radians(60.0)
@@ -454,7 +454,7 @@ def presence_radar() -> Iterator[None]:
     """The gates of a radar in the living room, its target with its speed, and the panel's bars."""
     view = window.areas()["VIEW_3D"]
     found = window.select("PIR living room")
-    found.angen_sensor.kind = "PRESENCE_RADAR"
+    found.name, found.angen_sensor.kind = "Radar living room", "PRESENCE_RADAR"
     radar = found.angen_sensor.presence_radar
     radar.max_targets, radar.angle_resolution = 3, radians(30.0)
     found.rotation_euler.x = radians(75.0)

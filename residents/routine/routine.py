@@ -108,7 +108,8 @@ class FixedPoint:
     lasts : float or None
         The median of the log-normally distributed duration, s. None if `until` is given.
     until : float or None
-        The mean end, s since midnight; more than 24 h is on the next day.
+        The mean end, s since midnight; more than 24 h is on the next day. Its standard deviation
+        is `spread` too.
     varies : float
         The standard deviation of the duration's logarithm.
     chance : float

@@ -16,7 +16,7 @@ from zoneinfo import ZoneInfo
 import pytest
 from angen_sensors.sensor_logic.error import InputError
 from angen_sensors.sensor_logic.formats import FORMATS, mcap
-from angen_sensors.sensor_logic.formats.log import SensorFacts
+from angen_sensors.sensor_logic.formats.log import LoggedActivity, SensorFacts
 from angen_sensors.sensor_logic.formats.reading import read_log
 from angen_sensors.sensor_logic.formats.source import make_log, mended_word
 from angen_sensors.sensor_logic.formats.units import Units
@@ -534,3 +534,48 @@ def test_what_is_no_sensor_of_a_known_kind_is_left_out_and_named(run, name) -> N
 def test_the_last_known_word_of_a_name_says_what_an_entity_measures(run, name, field) -> None:
     status, told, out = run(history(f"binary_sensor.{name},on"), "events")
     assert (status, told, out.splitlines()[1].split(",")[4]) == (0, [], field)
+
+
+@pytest.mark.parametrize("name", [name for name in READ if name != "events"])
+def test_two_changes_of_a_field_at_one_time_are_both_kept(written, name) -> None:
+    rows = [(0.0, "PIR hall", "moved", "0")]
+    rows += [(float(t), "PIR hall", "moved", value) for t in (1, 2) for value in "1010"]
+    log = year(rows)
+    path = written(log, name)
+    expected = [(time, value) for time, _, _, value in rows]
+    if name.startswith("casas"):
+        # They list changes alone, and begin with the first.
+        expected = [(time - 1.0, value) for time, value in expected[1:]]
+    found = [(e.time, e.row[-1]) for e in read_log(path).events]
+    assert found[-8:] == expected[-8:]
+
+
+def points(text: str) -> list[tuple[str, str, str]]:
+    """Return series, fields and time of each line for InfluxDB."""
+    return [tuple(line.rsplit(" ", 2)) for line in text.splitlines()]
+
+
+def test_influx_keeps_each_change_and_activity_as_a_point_of_its_own(run) -> None:
+    # The hour that clocks skip in spring, in which a sensor changes often.
+    times = [f"2026-03-29 02:{n // 60:02}:{n % 60:02}" for n in range(0, 3600, 2)]
+    rows = "".join(f"{time} M001 {'OFF' if n % 2 else 'ON'}\n" for n, time in enumerate(times))
+    rows += "2026-03-29 03:00:00 M001 ON\n"
+    status, told, out = run(rows, "influx", "--timezone", "Europe/Stockholm")
+    assert (status, len(told)) == (0, 1) and "1800 changes" in told[0]
+    found = points(out)
+    assert len({(series, time) for series, _, time in found}) == len(found) == 1801
+    assert [fields for _, fields, _ in found[:3]] == ["moved=true", "moved=false", "moved=true"]
+    assert [int(time) for *_, time in found] == sorted(int(time) for *_, time in found)
+
+
+def test_influx_keeps_the_end_of_an_activity_and_the_begin_of_the_next() -> None:
+    hours = [(0, 1, "Cooking"), (1, 2, "Eating"), (2, 2, "Washing up")]
+    activities = [
+        LoggedActivity(start * 10**6, end * 10**6, "Anna", name, "kitchen")
+        for start, end, name in hours
+    ]
+    log = make_log([Event(0.0, "A", "moved", 0.0, "PIR", "0")], {}, START, activities)
+    found = points(FORMATS["influx"].write(log).files[""])
+    assert len({(series, time) for series, _, time in found}) == len(found) == 7
+    last = [fields for series, fields, _ in sorted(found, key=lambda point: int(point[2]))][-4:]
+    assert [fields.rpartition("=")[2] for fields in last] == ["true", "false", "true", "false"]

@@ -15,6 +15,7 @@ from mathutils import Vector
 from ...angen_addon.api import home
 from ...angen_addon.runtime.simulation import Progress
 from ...angen_addon.runtime.time_base import evaluated_depsgraph
+from ...angen_addon.scene.instances import objects_of
 from ...angen_addon.scene.sensors import Sensor, unit_scale
 from ...sensor_logic.error import AngenError, InputError, explained
 from ...sensor_logic.log import parse_date
@@ -156,8 +157,8 @@ class Home(home.Home):
         """
         self.all_sensors()
         obj = bpy.data.objects.get(object)
-        if obj is None or obj.name not in bpy.context.view_layer.objects:
-            names = [one.name for one in bpy.context.view_layer.objects]
+        names = [one.name for one in objects_of(bpy.context.view_layer)]
+        if obj is None or obj.name not in names:
             raise AngenError(f"the home has no object '{object}'; {hint(object, names)}")
         if use not in LABELS:
             raise AngenError(f"use '{use}' is unknown: choose one of {', '.join(LABELS)}")

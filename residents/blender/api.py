@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import date
 from pathlib import Path
@@ -38,6 +39,11 @@ def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed:
     with explained("start", InputError):
         first = parse_date(start) if isinstance(start, str) else start
     return Household(bpy.context.scene, sensors, plan, first, seed)
+
+
+def _warn_of_waits(household: Household) -> None:
+    for text in household.take_waits():
+        warnings.warn(text, stacklevel=3)
 
 
 SORTS = [sort.value for sort in Sort]
@@ -106,7 +112,9 @@ class Home(home.Home):
             if progress is not None:
                 progress((number + step.share) / days)
 
-        yield from run_days(household, range(days), report)
+        for day in run_days(household, range(days), report):
+            _warn_of_waits(household)
+            yield day
 
     def add_resident(
         self,
@@ -224,4 +232,5 @@ class Home(home.Home):
         household = household_of(found, plan, start, seed)
         span = _seconds(between) if between is not None else None
         [day] = run_days(household, [0], between=span)
+        _warn_of_waits(household)
         return day

@@ -201,6 +201,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
         _make(household, folder, days_of_worker(), lambda *_: None)
     # Act the first day now: errors come before anything is written.
     household.acted(0)
+    _note_waits(household)
     return _all(household, Folder(options.out, household, options.format), options)
 
 
@@ -246,6 +247,12 @@ def _make(
 ) -> None:
     for day in run_days(household, numbers, progress):
         folder.keep(day)
+        _note_waits(household)
+
+
+def _note_waits(household: Household) -> None:
+    for text in household.take_waits():
+        note(text)
 
 
 def _add_places(verbs: Any, every: argparse.ArgumentParser) -> None:

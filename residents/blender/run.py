@@ -344,6 +344,7 @@ class Household:
                 self._builds[name] = build_of(obj)
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
+        self._waits: dict[tuple[str, str], str] = {}
 
     def date_of(self, number: int) -> date:
         return self.start + timedelta(number)
@@ -359,7 +360,16 @@ class Household:
         """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
+            for wait in filter(lambda one: one.is_long, self._last[1].waits):
+                text = f"{self.date_of(number)}: {wait.text}"
+                self._waits.setdefault((wait.person, wait.place), text)
         return self._last[1]
+
+    def take_waits(self) -> list[str]:
+        """Return who waits long for a place that another person uses, each once."""
+        found = [text for text in self._waits.values() if text]
+        self._waits = dict.fromkeys(self._waits, "")
+        return found
 
     def _act(self, number: int) -> Shares[Acted]:
         segments = self.plan.segments(self.start, number + 2, self.seed)

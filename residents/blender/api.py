@@ -41,8 +41,8 @@ def household_of(sensors: Sequence[Sensor], plan: Plan, start: date | str, seed:
     return Household(bpy.context.scene, sensors, plan, first, seed)
 
 
-def _warn_of_waits(household: Household) -> None:
-    for text in household.take_waits():
+def _warn_of_notes(household: Household) -> None:
+    for text in household.take_notes():
         warnings.warn(text, stacklevel=3)
 
 
@@ -113,7 +113,7 @@ class Home(home.Home):
                 progress((number + step.share) / days)
 
         for day in run_days(household, range(days), report):
-            _warn_of_waits(household)
+            _warn_of_notes(household)
             yield day
 
     def add_resident(
@@ -232,5 +232,5 @@ class Home(home.Home):
         household = household_of(found, plan, start, seed)
         span = _seconds(between) if between is not None else None
         [day] = run_days(household, [0], between=span)
-        _warn_of_waits(household)
+        _warn_of_notes(household)
         return day

@@ -201,7 +201,7 @@ def _run(options: argparse.Namespace, sensors: list[Sensor]) -> bool:
         _make(household, folder, days_of_worker(), lambda *_: None)
     # Act the first day now: errors come before anything is written.
     household.acted(0)
-    _note_waits(household)
+    _note_new(household)
     return _all(household, Folder(options.out, household, options.format), options)
 
 
@@ -247,11 +247,11 @@ def _make(
 ) -> None:
     for day in run_days(household, numbers, progress):
         folder.keep(day)
-        _note_waits(household)
+        _note_new(household)
 
 
-def _note_waits(household: Household) -> None:
-    for text in household.take_waits():
+def _note_new(household: Household) -> None:
+    for text in household.take_notes():
         note(text)
 
 
@@ -270,7 +270,7 @@ def _places(options: argparse.Namespace, outputs: Outputs) -> int:
     as_text = reachable.as_text(found, lengths_of(bpy.context.scene))
     outputs.printed = reachable.as_json(found) if options.json else as_text
     note(found.count)
-    return FAILED if found.lost or found.places.problems else DONE
+    return FAILED if found.lost or found.places.problems or found.unable else DONE
 
 
 VERBS = {"day": Verb(_add_day, _day), "places": Verb(_add_places, _places)}

@@ -24,10 +24,11 @@ from ...angen_addon.scene.marks import WAY_MARK
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
-from ...sensor_logic.wording import Lengths, named, plural, quoted
+from ...sensor_logic.wording import Lengths, named, plural, quoted, uncapitalized
 from ..acting.places import Place, Places
 from ..acting.reach import Unreached, unreached_in_steps
 from .marks import LABELS, NONE, marked
+from .moved_alike import examined_residents, moved_residents, unmovable
 from .places import read_marks, read_marks_in_steps
 from .settings import residents_in
 from .standing import WalkedStorey
@@ -52,6 +53,8 @@ class Checked:
         The name of the object in the way to a place, by the place's name.
     shut
         Names of objects that look like doors but are not marked as doors.
+    unable
+        Sentences on what a day cannot move or switch as it should.
     """
 
     places: Places
@@ -59,6 +62,7 @@ class Checked:
     lost: list[Unreached]
     between: Mapping[str, str]
     shut: tuple[str, ...] = ()
+    unable: tuple[str, ...] = ()
 
     @property
     def count(self) -> str:
@@ -108,6 +112,7 @@ def _moved_by_routine(scene: Any, view_layer: Any) -> list[Any]:
 
 # The doctor does not import residents: add their checks here.
 CHECKS["rooms"] = guessed_rooms
+CHECKS["residents"] = examined_residents
 MOVED_WITHOUT_KEYS.append(_moved_by_routine)
 
 
@@ -131,7 +136,15 @@ def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
             if name:
                 between[one.place.name] = name
     count = len(marked(depsgraph.view_layer))
-    return Checked(reading.places, count, lost, between, _unmarked_doors(depsgraph) if lost else ())
+    shut = _unmarked_doors(depsgraph) if lost else ()
+    return Checked(reading.places, count, lost, between, shut, _unable(depsgraph, reading.places))
+
+
+def _unable(depsgraph: Any, places: Places) -> tuple[str, ...]:
+    """Return sentences on what a day cannot move or switch as it should."""
+    leaves_moved = [bpy.data.objects[name] for name in places.doors]
+    found = unmovable([*moved_residents(depsgraph.scene), *leaves_moved])
+    return tuple(f"{problem}: {uncapitalized(mend)}" for problem, mend, _ in found)
 
 
 def _unmarked_doors(depsgraph: Any) -> tuple[str, ...]:
@@ -194,7 +207,12 @@ def sentences(checked: Checked, lengths: Lengths) -> list[str]:
     """Return all problems that a check has found, one line of text for each."""
     shut = f"No resident opens {named(checked.shut)}: mark each that is a door with Use: Door"
     lost = [sentence(checked, group, lengths) for group in _grouped_by_obstacle(checked)]
-    return [*checked.places.problems, *([shut] if checked.shut else []), *lost]
+    return [
+        *checked.places.problems,
+        *([shut] if checked.shut else []),
+        *lost,
+        *checked.unable,
+    ]
 
 
 def as_text(checked: Checked, lengths: Lengths) -> str:
@@ -237,7 +255,7 @@ def as_json(checked: Checked) -> str:
     rooms = sorted({name for s in checked.places.storeys for name in s.rooms} - {""})
     report = {
         "places": places, "doors": doors, "lamps": lamps, "rooms": rooms,
-        "problems": list(checked.places.problems),
+        "problems": [*checked.places.problems, *checked.unable],
     }  # fmt: skip
     return json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 

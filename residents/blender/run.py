@@ -29,6 +29,7 @@ from ...sensor_logic.files import read_text
 from ...sensor_logic.log import Event
 from ...sensor_logic.model import Array
 from ...sensor_logic.recording.tracks import Recording
+from ...sensor_logic.wording import uncapitalized
 from ..acting import Ground, acting
 from ..acting.places import Places
 from ..acting.timeline import Acted
@@ -51,6 +52,7 @@ from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
 from .keys import KeyedStretch, lights_of
+from .moved_alike import moved_residents, unmovable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
 
@@ -344,7 +346,11 @@ class Household:
                 self._builds[name] = build_of(obj)
         self._ground = Ground(self.places)
         self._last: tuple[int, Acted] | None = None
-        self._waits: dict[tuple[str, str], str] = {}
+        # Sentences for the user, each given once.
+        self._notes: dict[Any, str] = {
+            names: f"{problem}: {uncapitalized(mend)}"
+            for problem, mend, names in unmovable(moved_residents(self.scene))
+        }
 
     def date_of(self, number: int) -> date:
         return self.start + timedelta(number)
@@ -362,13 +368,13 @@ class Household:
             self._last = number, (yield from self._act(number))
             for wait in filter(lambda one: one.is_long, self._last[1].waits):
                 text = f"{self.date_of(number)}: {wait.text}"
-                self._waits.setdefault((wait.person, wait.place), text)
+                self._notes.setdefault((wait.person, wait.place), text)
         return self._last[1]
 
-    def take_waits(self) -> list[str]:
-        """Return who waits long for a place that another person uses, each once."""
-        found = [text for text in self._waits.values() if text]
-        self._waits = dict.fromkeys(self._waits, "")
+    def take_notes(self) -> list[str]:
+        """Return new sentences on who waits long for a place, and on what a day cannot move."""
+        found = [text for text in self._notes.values() if text]
+        self._notes = dict.fromkeys(self._notes, "")
         return found
 
     def _act(self, number: int) -> Shares[Acted]:

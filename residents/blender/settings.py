@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import bpy
@@ -38,14 +39,57 @@ def _sort_of(group: Any) -> Sort:
     return Sort(group.sort) if group.sort != NO_RESIDENT else Sort.ADULT
 
 
+def is_placed_by_others(obj: Any) -> bool:
+    """Return whether more than an object's own location, rotation and scale places it."""
+    return bool(
+        obj.parent is not None
+        or any(obj.delta_location)
+        or any(obj.delta_rotation_euler)
+        or obj.delta_rotation_quaternion.angle
+        or any(one != 1.0 for one in obj.delta_scale)
+    )
+
+
+def above(obj: Any) -> Matrix:
+    """Return the matrix that an object's parent adds to its own location, rotation and scale."""
+    if obj.parent is None:
+        return Matrix()
+    if obj.parent_type == "OBJECT":
+        return obj.parent.matrix_world @ obj.matrix_parent_inverse
+    return obj.matrix_world @ obj.matrix_basis.inverted_safe()
+
+
 def _get_stature(group: Any) -> float:
-    size = float(group.id_data.scale[2]) * unit_scale(bpy.context.scene)
-    return size * SKELETON_STATURE[_sort_of(group)]
+    """Return the stature that was set, or the height of an armature that was scaled since, m.
+
+    What scales the armature from above, such as an empty for the whole home, does not change it.
+    """
+    rig = group.id_data
+    own = float(rig.scale[2]) * _stature_of_one(group)
+    if not group.kept_scale or math.isclose(rig.scale[2], group.kept_scale, rel_tol=1e-4):
+        return own * float(group.kept_above)
+    return drawn_stature(rig) if is_placed_by_others(rig) else own
 
 
 def _set_stature(group: Any, stature: float) -> None:
-    size = stature / SKELETON_STATURE[_sort_of(group)] / unit_scale(bpy.context.scene)
-    group.id_data.scale = (size, size, size)
+    rig = group.id_data
+    one, own = _stature_of_one(group), float(rig.scale[2])
+    # So that the body is also drawn with this stature.
+    is_scaled = is_placed_by_others(rig) and own > 0.0 and drawn_stature(rig) > 0.0
+    group.kept_above = drawn_stature(rig) / (own * one) if is_scaled else 1.0
+    size = stature / one / group.kept_above
+    rig.scale = (size, size, size)
+    group.kept_scale = size
+
+
+def _stature_of_one(group: Any) -> float:
+    """Return the stature of a resident whose armature has the scale 1, m."""
+    return float(SKELETON_STATURE[_sort_of(group)]) * unit_scale(bpy.context.scene)
+
+
+def drawn_stature(rig: Any) -> float:
+    """Return the height that a resident's body has in the scene, m."""
+    return float(rig.matrix_world.to_scale()[2]) * _stature_of_one(rig.angen_resident)
 
 
 def _get_mass(group: Any) -> float:
@@ -78,6 +122,9 @@ class ANGEN_PG_resident(PropertyGroup):
         description="Height of the body, or of a cat's back; sets the scale of the armature",
         get=_get_stature, set=_set_stature, min=0.05, soft_max=2.2, precision=3, unit="LENGTH",
     )  # fmt: skip
+    # The armature's own scale when the stature was set, and what its parent then scaled it by.
+    kept_scale: FloatProperty(options={"HIDDEN"})
+    kept_above: FloatProperty(options={"HIDDEN"}, default=1.0)
     mass: FloatProperty(
         name="Mass",
         description="Mass with which the body weighs on pads",
@@ -153,6 +200,8 @@ def stand_up(rig: Any) -> None:
     """Pose a resident's bones as standing, with a walking frame in front if there is one."""
     metres = unit_scale(bpy.context.scene)
     place, yaw = rig.location * metres, rig.rotation_euler.z
+    if is_placed_by_others(rig):
+        place, yaw = rig.matrix_world.translation * metres, rig.matrix_world.to_euler().z
     build = build_of(rig)
     pose = standing(Stance.at(place.x, place.y, yaw, build), place.z, build)
     rest = {bone.name: np.array(bone.matrix_local.to_quaternion()) for bone in rig.data.bones}

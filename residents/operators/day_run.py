@@ -165,7 +165,7 @@ def _simulate_days(
     whole, notes = folder.finish(days)
     if not whole:
         folder.discard()
-    return Result(whole, [*notes, *household.take_waits()], problem)
+    return Result(whole, [*notes, *household.take_notes()], problem)
 
 
 register, unregister = bpy.utils.register_classes_factory((ANGEN_OT_day_run,))

@@ -16,7 +16,6 @@ import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 from numpy.typing import ArrayLike
 
-from ...angen_addon.scene.animation import action_curves
 from ...angen_addon.scene.light.scene import BEGINS, begins_of
 from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.model import Array, Index
@@ -27,6 +26,7 @@ from ..body.poses import palm, upright
 from ..body.solve import Bones, channels, solve
 from ..body.turns import compose, ease, lerp, rotated, slerp
 from ..days.rows import FPS
+from .lamps import LampCopies, Power
 from .person import body_of
 from .settings import above, build_of, is_placed_by_others
 
@@ -158,12 +158,15 @@ class KeyedStretch:
             for name, rig in residents.items()
             if rig.angen_resident.walking_frame is not None
         }
-        self._powers: dict[str, float] = {}
+        self._powers: dict[str, list[Power]] = {}
+        self.copies = LampCopies()
 
     def clear(self) -> None:
         for replaced in self._replaced.values():
             replaced.restore()
         self._replaced.clear()
+        self.copies.give_back()
+        self._powers.clear()
 
     def show(self, acted: Acted, start: float, end: float) -> None:
         """Insert keyframes for what the residents do from `start` to `end` (s of the day).
@@ -266,15 +269,14 @@ class KeyedStretch:
         for time, state in changes:
             on[seconds >= time - 1e-6] = state
         at = np.unique([0, *np.flatnonzero(np.diff(on)) + 1])
-        for light in lights_of(bpy.data.objects[name]):
-            if light.name not in self._powers:
-                self._powers[light.name] = _full_power(light)
-            power = self._powers[light.name]
+        if name not in self._powers:
+            self._powers[name] = self.copies.powers(bpy.data.objects[name])
+        for owner, path, power in self._powers[name]:
             # The first key has the full power, also if the lamp stays off: Cycles samples lights
             # by the power that it finds there.
             keyed = np.r_[frames[0] - 1, frames[at]]
             values = np.r_[power, np.where(on[at], power, 0.0)]
-            self._curves(light).write("energy", 0, keyed, values, CONSTANT)
+            self._curves(owner).write(path, 0, keyed, values, CONSTANT)
 
     def _show_carried(
         self, name: str, holds: list[Hold], sips: Sequence[Gesture], frames: Index,
@@ -424,26 +426,3 @@ def _yaw_interpolation(yaw: Array) -> Index:
     """
     jumps = np.abs(np.diff(yaw, append=yaw[-1:])) > pi
     return np.where(jumps, CONSTANT, LINEAR)
-
-
-def lights_of(lamp: Any) -> set[Any]:
-    """Return the light data of a lamp object and its descendants, which are switched together."""
-    return {one.data for one in (lamp, *lamp.children_recursive) if one.type == "LIGHT"}
-
-
-def _full_power(light: Any) -> float:
-    """Return the power that a light has when it is on.
-
-    This is the largest of its present power and the values in the file's own keyframes.
-    """
-    data = light.animation_data
-    if data is None:
-        return float(light.energy)
-    curves = action_curves(data.action, getattr(data, "action_slot", None))
-    keys = [
-        key.co[1]
-        for curve in curves
-        if curve.data_path == "energy"
-        for key in curve.keyframe_points
-    ]
-    return float(max([light.energy, *keys]))

@@ -25,8 +25,9 @@ from ...angen_addon.scene.sensors import unit_scale
 from ...sensor_logic.error import AngenError
 from ...sensor_logic.model import Array
 from ...sensor_logic.wording import Lengths, named, plural, quoted, uncapitalized
-from ..acting.places import Place, Places
+from ..acting.places import LAMP, Place, Places
 from ..acting.reach import Unreached, unreached_in_steps
+from .lamps import lamp_of, unswitchable
 from .marks import LABELS, NONE, marked
 from .moved_alike import examined_residents, moved_residents, unmovable
 from .places import read_marks, read_marks_in_steps
@@ -101,6 +102,12 @@ def guessed_rooms(home: Examined) -> Iterable[Found]:
         )
 
 
+def examined_lamps(home: Examined) -> Iterable[Found]:
+    """Yield a finding for each marked lamp that residents cannot switch, or not alone."""
+    lamps = [lamp_of(o) for o in marked(home.view_layer) if o.angen_place.use == LAMP]
+    return unswitchable(lamps, home.depsgraph)
+
+
 def _moved_by_routine(scene: Any, view_layer: Any) -> list[Any]:
     """Return the objects that a routine can move: all marked objects if the home has residents.
 
@@ -113,6 +120,7 @@ def _moved_by_routine(scene: Any, view_layer: Any) -> list[Any]:
 # The doctor does not import residents: add their checks here.
 CHECKS["rooms"] = guessed_rooms
 CHECKS["residents"] = examined_residents
+CHECKS["lamps"] = examined_lamps
 MOVED_WITHOUT_KEYS.append(_moved_by_routine)
 
 
@@ -143,7 +151,11 @@ def check_places_in_steps(depsgraph: Any) -> Generator[Doing, None, Checked]:
 def _unable(depsgraph: Any, places: Places) -> tuple[str, ...]:
     """Return sentences on what a day cannot move or switch as it should."""
     leaves_moved = [bpy.data.objects[name] for name in places.doors]
-    found = unmovable([*moved_residents(depsgraph.scene), *leaves_moved])
+    lamps = [bpy.data.objects[lamp.object] for lamp in places.lamps.values()]
+    found = [
+        *unmovable([*moved_residents(depsgraph.scene), *leaves_moved]),
+        *unswitchable(lamps, depsgraph),
+    ]
     return tuple(f"{problem}: {uncapitalized(mend)}" for problem, mend, _ in found)
 
 

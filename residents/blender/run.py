@@ -51,7 +51,8 @@ from ..routine.routine import DAY, Person, Routine, Segment
 from ..routine.timetable import Draws, timetable
 from .causes import Causes
 from .daylight import Daylight
-from .keys import KeyedStretch, lights_of
+from .keys import KeyedStretch
+from .lamps import lights_of, unswitchable
 from .moved_alike import moved_residents, unmovable
 from .places import read_marks_in_steps
 from .settings import build_of, residents_in
@@ -366,10 +367,17 @@ class Household:
         """Compute the same as `acted`; yield the progress, 0 to 1, and return the result."""
         if self._last is None or self._last[0] != number:
             self._last = number, (yield from self._act(number))
+            self._note_lamps({switch.object for switch in self._last[1].switches})
             for wait in filter(lambda one: one.is_long, self._last[1].waits):
                 text = f"{self.date_of(number)}: {wait.text}"
                 self._notes.setdefault((wait.person, wait.place), text)
         return self._last[1]
+
+    def _note_lamps(self, names: set[str]) -> None:
+        """Note which lamps the residents cannot switch."""
+        lamps = [bpy.data.objects[name] for name in sorted(names)]
+        for problem, mend, objects in unswitchable(lamps, evaluated_depsgraph()):
+            self._notes.setdefault(objects, f"{problem}: {uncapitalized(mend)}")
 
     def take_notes(self) -> list[str]:
         """Return new sentences on who waits long for a place, and on what a day cannot move."""

@@ -229,7 +229,9 @@ def test_the_doctor_tells_a_body_that_is_drawn_with_another_size(home) -> None:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     examined = doctor.Examined(home.scene, bpy.context.view_layer, depsgraph)
     [found] = doctor.CHECKS["residents"](examined)
-    assert found[0].startswith("'Anna' is 3.470 m tall in the scene") and found[1].startswith("Type the Stature again")
+    assert found[0].startswith("'Anna' is 3.470 m tall in the scene") and found[1].startswith(
+        "Type the Stature again"
+    )
     resident().angen_resident.stature = 1.7
     bpy.context.view_layer.update()
     drawn = part("residents.blender.settings").drawn_stature(resident())

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ..error import InputError
 from ..kinds import KINDS
@@ -80,8 +81,8 @@ class Units:
         return cls(given)
 
     def convert(
-        self, changes: list[Event], fields: Mapping[tuple[str, str], UnitOf]
-    ) -> tuple[list[Event], list[str]]:
+        self, changes: list[Event[Any]], fields: Mapping[tuple[str, str], UnitOf]
+    ) -> tuple[list[Event[Any]], list[str]]:
         """Return the changes in the units of their fields, and a note about those left out.
 
         Parameters
@@ -137,7 +138,7 @@ def _means(given: str, origin: str, name: str) -> bool:
     return given in {name, origin} or origin.endswith((f".{given}", f"_{given}"))
 
 
-def _converted(change: Event, factor: float, offset: float) -> Event:
+def _converted(change: Event[Any], factor: float, offset: float) -> Event[Any]:
     return replace(change, value=as_logged(float(change.value) * factor + offset))
 
 
@@ -150,7 +151,7 @@ def _asked(names: list[str]) -> list[str]:
     ]
 
 
-UNIT_HELP = {
+UNIT_HELP: dict[str, Any] = {
     "action": "append",
     "default": [],
     "metavar": "FIELD=UNIT",

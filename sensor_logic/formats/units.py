@@ -54,11 +54,13 @@ class UnitOf:
     """Where a field's numbers come from in the file: their name there, and their unit.
 
     `unit` is empty if the file does not give it. A `name` is such as
-    `sensor.radar_detection_distance`.
+    `sensor.radar_detection_distance`. `is_written` says that the file itself gives the unit: then
+    only a unit for this name replaces it, not one for the field of all sensors.
     """
 
     name: str
     unit: str = ""
+    is_written: bool = False
 
 
 @dataclass
@@ -104,6 +106,8 @@ class Units:
             _, name = key
             told = self._key(origin.name, name)
             used |= {other for other in self.given if _means(other, origin.name, name)}
+            if told == name and origin.is_written:
+                told = ""
             unit = self.given[told] if told else origin.unit
             known = UNITS[published[name]]
             if unit and unit not in known:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bl_ext.user_default.angen_sensors.residents.blender.keys import KeyedStretch
 from bl_ext.user_default.angen_sensors.residents.blender.settings import build_of
+from bl_ext.user_default.angen_sensors.sensor_logic.physics import insulated_share
 from tiers import mostly_slow
 
 SORTS = ["OLDER_ADULT", "ADULT", "CHILD", "CAT"]
@@ -43,7 +44,9 @@ def test_a_resident_has_size_mass_and_warmth(world, sort, unit):
     assert points[:, 2].min() == pytest.approx(0.0, abs=0.015)
     assert points[:, :2].mean(0) == pytest.approx([2.0, 1.0], abs=0.1)
     assert mesh.angen_load.mass == rig.angen_resident.mass > 0
-    assert mesh.angen_warmth.temperature == (27.0 if sort == "CAT" else 28.0)
+    warmth = mesh.angen_warmth
+    surface = 20.0 + (1.0 - insulated_share(warmth.insulation)) * (warmth.temperature - 20.0)
+    assert surface == pytest.approx(27.0 if sort == "CAT" else 26.1, abs=0.1)
     for vertex in mesh.data.vertices:
         assert sum(g.weight for g in vertex.groups) == pytest.approx(1.0, abs=1e-3)
         assert len(vertex.groups) <= 4

@@ -75,6 +75,24 @@ def read(parameters, *rooms, rate=10.0, name="array", pose=POSE, sensor=None):
     ]
 
 
+def several(first, rooms, rate=10.0):
+    """Return the updates of an array from number `first` on, one in each room."""
+
+    def ask(bundle, *rays, which=None):
+        return Answers([room.ask(bundle, *rays) for room in rooms], np.arange(len(rooms)))
+
+    numbers = first + np.arange(len(rooms))
+    return Updates(
+        numbers,
+        numbers / rate,
+        np.ones(len(rooms), bool),
+        POSE,
+        {WARMTH: ask},
+        lambda k: generator(0, "array", k),
+        lambda: generator(0, "array, part", 0),
+    )
+
+
 def frame(reading, parameters=None):
     values = [float(text) for text in reading.fields["frame_c"].split(";")]
     parameters = parameters or ThermalArrayParameters()
@@ -229,15 +247,15 @@ DRIFTING = {
 
 
 def test_the_noise_of_an_update_is_the_same_wherever_a_run_begins():
-    room = Room()
     parameters = ThermalArrayParameters(**DRIFTING)
-    whole = [r.fields for r in read(parameters, *[room] * 12)]
-    for first in (5, 11):
-        update = Update(
-            first, first / 10.0, POSE, {WARMTH: room.ask},
-            lambda: generator(0, "array", first), lambda: generator(0, "array, part", 0),
-        )  # fmt: skip
-        assert ThermalArray().update(parameters, update).fields == whole[first]
+
+    def run(first):
+        updates = several(first, [Room()] * (12 - first))
+        found = ThermalArray().sense(parameters, updates)
+        return [found[k].fields for k in range(len(found))]
+
+    whole = run(0)
+    assert run(5) == whole[5:] and run(11) == whole[11:]
     assert len({fields["mean_c"] for fields in whole}) == 12
 
 
@@ -324,21 +342,7 @@ def test_updates_one_by_one_and_together_give_the_same():
     )
     alone = read(parameters, *rooms)
 
-    def ask(bundle, *rays, which=None):
-        return Answers([room.ask(bundle, *rays) for room in rooms], np.arange(6))
-
-    together = ThermalArray().sense(
-        parameters,
-        Updates(
-            np.arange(6),
-            np.arange(6) / 10.0,
-            np.ones(6, bool),
-            POSE,
-            {WARMTH: ask},
-            lambda k: generator(0, "array", k),
-            lambda: generator(0, "array, part", 0),
-        ),
-    )
+    together = ThermalArray().sense(parameters, several(0, rooms))
     assert [together[k].fields for k in range(6)] == [one.fields for one in alone]
 
 

@@ -311,6 +311,13 @@ SCENE_SETTINGS = {
         precision=1,
         step=50,
     ),
+    "angen_warmth_left": BoolProperty(
+        name="Warmth left behind",
+        description="Seats and beds stay warm for minutes after somebody rested there, for thermal "
+        "arrays",
+        default=True,
+        options=set(),
+    ),
     "angen_ray_caster": EnumProperty(
         name="Ray caster",
         description="How the rays of sensors are cast. Both methods give the same events",

@@ -313,8 +313,8 @@ SCENE_SETTINGS = {
     ),
     "angen_warmth_left": BoolProperty(
         name="Warmth left behind",
-        description="Seats and beds stay warm for minutes after somebody rested there, for thermal "
-        "arrays",
+        description="Thermal arrays see for minutes that seats and beds are warm where somebody "
+        "rested. Bodies are what has a temperature, and a mass or an armature",
         default=True,
         options=set(),
     ),

@@ -37,7 +37,7 @@ DEPTH, FIRST_LAYER, GROWTH = 250.0, 0.3, 1.5
 # m. The side of a cell of a print, and how far surface and print may be apart in height.
 CELL, HEIGHT = 0.05, 0.08
 # s. Contacts are looked for this often.
-LOOK_S = 0.5
+LOOK_S = 1.0
 # Temperatures are computed anew whenever the time since the last change has grown by this part.
 # The excess then changes by less than half of it.
 FINENESS = 1.0 / 32.0

@@ -90,7 +90,7 @@ class Bodies:
         """
         solids = self._caster.solids
         size = (solids.hi[rows] - solids.lo[rows]).max(axis=0, initial=0.0)
-        if not np.isfinite(size).all():
+        if not np.isfinite(size).all() or (size < 0.0).any():
             return np.zeros((0, 3)), np.zeros(0, np.intp)
         start = np.concatenate([_samples(solids, depsgraph, row, metres) for row in rows.tolist()])
         start = _lowest(start, CELL / metres)
@@ -112,12 +112,12 @@ class Bodies:
 
 
 def _samples(solids: Solids, depsgraph: Any, row: int, metres: float) -> Array:
-    """Return points (k, 3) of the surface of a solid, at most half a cell apart across."""
+    """Return points (k, 3) of the surface of a solid, at most 0.6 cells apart across."""
     geometry, matrix = solids.solids[row].geometry, solids.matrix[row]
     points = geometry.vertices @ matrix[:3, :3].T + matrix[:3, 3]
     corners = points[geometry.triangles(depsgraph)]
     sides = np.linalg.norm(np.diff(corners[:, [0, 1, 2, 0], :2], axis=1), axis=2)
-    parts = np.ceil(sides.max(axis=1, initial=0.0) * metres / (CELL / 2.0)).astype(np.intp)
+    parts = np.ceil(sides.max(axis=1, initial=0.0) * metres / (0.6 * CELL)).astype(np.intp)
     found = [points]
     for count in np.unique(parts[parts > 1]).tolist():
         first, second = np.indices((count + 1, count + 1)).reshape(2, -1)
@@ -129,10 +129,13 @@ def _samples(solids: Solids, depsgraph: Any, row: int, metres: float) -> Array:
 
 def _lowest(points: Array, cell: float) -> Array:
     """Return the middle of each column of side `cell` with points (k, 3), and their lowest z."""
-    columns, column = np.unique(np.floor(points[:, :2] / cell), axis=0, return_inverse=True)
-    lowest = np.full(len(columns), np.inf)
-    np.minimum.at(lowest, column.ravel(), points[:, 2])
-    return np.column_stack([(columns + 0.5) * cell, lowest])
+    columns = np.floor(points[:, :2] / cell)
+    first = columns.min(axis=0)
+    across, along = (columns - first).astype(np.intp).T
+    lowest = np.full((across.max() + 1, along.max() + 1), np.inf)
+    np.minimum.at(lowest, (across, along), points[:, 2])
+    which = np.nonzero(np.isfinite(lowest))
+    return np.column_stack([(np.stack(which, axis=1) + first + 0.5) * cell, lowest[which]])
 
 
 def in_frame(matrix: Array, inverse: Array, axis: int, points: Array, metres: float) -> Array:

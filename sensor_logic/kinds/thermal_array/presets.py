@@ -4,6 +4,7 @@
 Each note says which figures are *measured* (by us, in the raw files of public recordings:
 docs/measured.md), which are from a data sheet, and which are *assumed*. Data sheets give bounds of
 the error of a temperature: a third of the bound is used as the standard deviation among devices.
+The fixed pattern of 0.2 K is assumed for all parts.
 The noise of a frame grows with the root of the frame rate.
 """
 
@@ -31,7 +32,7 @@ _part = parts_with(
     frame_drift=0.0,
     pixel_drift=0.0,
     drift_time=5.0,
-    fixed_pattern=0.0,
+    fixed_pattern=0.2,
     mean_of=1,
 )
 

@@ -138,7 +138,7 @@ class ThermalArrayParameters(Parameters):
         short="Pixels Drift",
     )
     drift_time: float = parameter(
-        10.0,
+        5.0,
         "Drift time",
         "Time in which a slow error takes another value",
         unit="s",
